@@ -27,6 +27,10 @@ exits 4 'the input is not written over' ct-convert -f --sidecar n.json a.nii d.n
 exits 2 'nor is it NIfTI' ct-convert --sidecar x.nii a.nii d.nii
 ln -s /dev/full full.json
 exits 4 'no room' ct-convert --sidecar full.json a.nii d.nii
+exits 0 'of what ct-sr makes' ct-sr -q -Q draft -x 1,1,2 --sidecar r.json a.nii r.nii
+for i in '"SourceFile": "a.nii"' '"Factor": "1,1,2"' '"Method": "' '"DERIVED"' '"Units": "HU"'; do has r.json "$i" "says $i"; done
+exits 2 'not by projections' ct-sr --sidecar no.json --projections a.nii no.nii
+exits 4 'no room for it' ct-sr -q -Q draft -x 1,1,2 --sidecar full.json a.nii r2.nii
 python_with pydicom && python_with nibabel && "$PY" -c 'import pydicom, numpy' 2>/dev/null &&
 	ct-convert "$srcdir/tests/t-sidecar.sh" s.nii 2>&1 | grep -qv 'reads no DICOM' || {
 	skip 'of DICOM' 'no pydicom, nibabel or vtk-dicom'; done_testing; exit $?; }
@@ -47,7 +51,13 @@ grep -q '0\.[0-9]' uneven.json; ok $? 'in parts'
 exits 0 'of names that tell' ct-convert --sidecar named.json named named.nii
 [ "$(grep -c InstanceNumber named.json)" -eq 9 ]; ok $? 'slices are numbered'
 ! grep -q '"File"' named.json; ok $? 'and not named'
-for f in even uneven named; do
+exits 0 'of a series, refined' ct-sr -q -Q draft -x 1,1,2 --sidecar thin.json named thin.nii
+for i in '"Manufacturer": "ACME Med"' '"KVP": 120' '"Factor": "1,1,2"'; do has thin.json "$i" "says $i"; done
+! grep -E 'SliceThickness|Spacing|ConvolutionKernel|ORIGINAL' thin.json; ok $? 'not how the slices were sampled'
+exits 0 'read again' ct-info -e thin.nii; ! grep -q 'says the scanner' err; ok $? 'it says nothing of the scanner'
+exits 0 'without a name' ct-sr -q -Q draft -x 1,1,2 --deid --template even --sidecar hidden.json even.nii hidden/
+! grep -q SourceFile hidden.json; ok $? 'of a file'
+for f in even uneven named thin hidden; do
 	! grep -iE 'doering|jane|secret77|1960|2020|acc1|hosp|"op"|"s1"|ref"|1\.2\.[0-9]|synthetic' "$f.json"
 	ok $? "$f: nothing of the patient"
 done

@@ -165,6 +165,31 @@ int sidecar_volume(json_t *o, const struct ct_vol *v, const char *path, struct c
 	return bad ? no_memory(e) : 0;
 }
 
+int sidecar_refined(json_t *o, const struct ct_vol *v, struct ct_err *e)
+{
+	static const char *const past[] = {"SliceThickness", "SpacingBetweenSlices", "PixelSpacing",
+		"SingleCollimationWidth", "ConvolutionKernel"};
+	static const char *const said[][2] = {{"Factor", CT_META_FACTOR}, {"Sigma", CT_META_SIGMA},
+		{"Decimate", CT_META_DECIMATE}, {"Profile", CT_META_PROFILE},
+		{"Method", CT_META_UPSAMPLE}, {"Assumed", CT_META_ASSUMED}};
+	json_t *of = json_object();
+	bool bad = !of;
+
+	for (size_t i = 0; i < sizeof past / sizeof *past; i++)
+		json_object_del(o, past[i]);
+	for (size_t i = 0; i < sizeof said / sizeof *said && !bad; i++) {
+		const char *value = ct_meta_get(&v->meta, said[i][1]);
+
+		bad = value && put_text(of, said[i][0], value);
+	}
+	if (!ct_meta_get(&v->meta, CT_META_QUANTITY))
+		bad = put(o, "Units", json_string("HU")) || bad;
+	bad = put_words(o, "ImageType", "DERIVED\\SECONDARY") || bad ||
+	      json_object_set(o, "SuperResolution", of);
+	json_decref(of);
+	return bad ? no_memory(e) : 0;
+}
+
 int sidecar_write(const char *path, json_t *o, const struct ct_vol *v, const struct ct_env *env,
 	struct ct_err *e)
 {

@@ -10,6 +10,7 @@
 #include "formats/units.h"
 #include "tools/convert.h"
 #include "dicom/form.h"
+#include "dicom/sidecar.h"
 #include "tools/lib/ahead.h"
 #include "tools/page-file.h"
 #include "tools/prior-file.h"
@@ -62,6 +63,8 @@ static const struct ct_opt opts[] = {
 	CT_OUTPUT_OWN(struct sr, confidence, 0, "confidence", "FILE", CT_ENDS_VOLUME,
 		"also write the predicted error of each voxel (one standard deviation, HU), NIfTI",
 		CT_WHEN(VOLUMES)),
+	CT_OUTPUT_OWN(struct sr, sidecar, 0, "sidecar", "FILE", CT_ENDS_REPORT,
+		"also write JSON with names of BIDS: scan and operator", CT_WHEN(VOLUMES)),
 	CT_MEMORY(struct sr, memory, CT_WHEN(VOLUMES)),
 	CT_INPUT(struct sr, prior, 0, "prior", "FILE",
 		"trained prior: of slices, or with --paper and --release of projections; default: the "
@@ -86,6 +89,8 @@ static const struct ct_opt opts[] = {
 		"iterations of the Gaussian fit; 0: 1500, or 5000 as published", CT_WHEN(PROJECTS)),
 	CT_EXPERT(struct sr, gaussians, "gaussians", "N", 0, 100000000,
 		"Gaussians at the start of the fit; 0: 50000", CT_WHEN(PROJECTS)),
+	CT_EXPERT(struct sr, seed, "seed", "N", 0, 2147483647, "seed of the random numbers",
+		CT_WHEN(PROJECTS)),
 	CT_OPT_END,
 };
 
@@ -100,6 +105,7 @@ struct files {
 	struct convert_planes planes;
 	struct convert convert;
 	struct page_log log;
+	json_t *about; /* the object of the sidecar */
 };
 
 /* The last part of a path, without a slash at its end; or `instead`. */
@@ -159,14 +165,16 @@ static int read_in(struct files *f, const struct ct_env *env, struct ct_err *e)
 
 	if (p->quality != DRAFT && prior_file_read(&f->prior, &f->prior_meta, p->prior, e))
 		return -1;
-	if (scan_read(&f->in, p->in, p->series, env, e))
+	if (scan_read(&f->in, p->in, p->series, f->about, env, e))
 		return -1;
 	input = ct_meta_get(&f->in.meta, CT_META_INPUT); /* NAME HASH */
 	if (p->deid && input &&
 		ct_meta_setf(&f->in.meta, e, CT_META_INPUT, "IN%s", strrchr(input, ' ')))
 		return -1;
-	if (p->deid) /* which names files, too */
+	if (p->deid) { /* which name files, too */
 		ct_meta_drop(&f->in.meta, CT_META_HISTORY);
+		json_object_del(f->about, "SourceFile");
+	}
 	if (ct_vol_check_finite(&f->in, e))
 		return ct_blame(e, p->in);
 	return 0;
@@ -280,7 +288,9 @@ static int refine(struct files *f, const struct ct_env *env, struct ct_err *e)
 		return 0;
 	if (ct_refine_run(&r, &f->out, f->p->confidence ? &f->error : NULL, &f->in, env, e))
 		return ct_blame(e, f->p->in);
-	if (write_out(f, env, e))
+	if (write_out(f, env, e) ||
+		(f->about && (sidecar_refined(f->about, &f->out, e) ||
+				     sidecar_write(f->p->sidecar, f->about, &f->out, env, e))))
 		return -1;
 	sr_say(&r, &f->in, ct_clock_wall() - began, env);
 	page_log_took(&f->log, env, ct_clock_wall() - began);
@@ -298,12 +308,13 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		return -1;
 	if (p->projections || p->paper || p->release)
 		return sr_chain(p, env, e);
-	if (env->seed)
-		return ct_fail(e, CT_EUSAGE, "--seed: needs --projections, --paper or --release");
 	begin(&f, p, env);
+	if (p->sidecar && !(f.about = json_object()))
+		return ct_fail(e, CT_ENOMEM, "no memory for a sidecar");
 	if (page_log_open(&f.log, &own, env, e) == 0)
 		rc = refine(&f, &own, e);
 	page_log_close(&f.log);
+	json_decref(f.about);
 	ct_slice_prior_free(&f.prior);
 	ct_meta_free(&f.prior_meta);
 	ct_vol_free(&f.in);
@@ -320,7 +331,7 @@ static const struct ct_tool tool = {
 	.defaults = &defaults,
 	.size = sizeof defaults,
 	.run = run,
-	.flags = CT_SEEDED | CT_IN_HU | CT_LONG,
+	.flags = CT_IN_HU | CT_LONG,
 };
 
 int main(int argc, char **argv)

@@ -125,7 +125,7 @@ static int read_all(struct files *f, struct ct_refine_rule *rule, const struct p
 		return -1;
 	rule->prior = &f->prior;
 	rule->start = p->start ? &f->start : NULL;
-	return scan_read(&f->in, p->in, NULL, env, e) ||
+	return scan_read(&f->in, p->in, NULL, NULL, env, e) ||
 			       (p->start && ct_vol_read_hu(p->start, &f->start, env, e))
 		       ? -1
 		       : 0;

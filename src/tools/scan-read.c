@@ -3,15 +3,21 @@
 #include "dicom/form.h"
 #include "formats/beside.h"
 #include "formats/units.h"
+#include "dicom/sidecar.h"
 #include "tools/scan-read.h"
 
-int scan_read(struct ct_vol *v, const char *path, const char *series, const struct ct_env *env,
-	struct ct_err *e)
+int scan_read(struct ct_vol *v, const char *path, const char *series, json_t *about,
+	const struct ct_env *env, struct ct_err *e)
 {
-	const struct ct_dicom_in in = {
-		.paths = &path, .n = 1, .series = series, .units = (enum ct_units)env->units};
+	const struct ct_dicom_in in = {.paths = &path,
+		.n = 1,
+		.series = series,
+		.units = (enum ct_units)env->units,
+		.about = about};
 
-	if (dicom_form_of(path) != NOT_DICOM)
-		return ct_dicom_read(v, &in, env, e);
-	return ct_vol_read_hu(path, v, env, e) || ct_beside_read(v, path, env, e) ? -1 : 0;
+	if (dicom_form_of(path) != NOT_DICOM
+			? ct_dicom_read(v, &in, env, e)
+			: ct_vol_read_hu(path, v, env, e) || ct_beside_read(v, path, env, e))
+		return -1;
+	return about ? sidecar_volume(about, v, path, e) : 0;
 }

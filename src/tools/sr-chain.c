@@ -252,17 +252,17 @@ static int add_projections(struct chain *s, struct ct_err *e)
 	       ct_chain_word(c, e, "%s", s->file[LR_PROJ]);
 }
 
-static int add_seed(struct chain *s, uint64_t seed, struct ct_err *e)
+static int add_seed(struct chain *s, struct ct_err *e)
 {
-	return seed ? ct_chain_word(&s->c, e, "--seed=%llu", (unsigned long long)seed) : 0;
+	return s->p->seed ? ct_chain_word(&s->c, e, "--seed=%d", s->p->seed) : 0;
 }
 
-static int add_ddnm(struct chain *s, uint64_t seed, struct ct_err *e)
+static int add_ddnm(struct chain *s, struct ct_err *e)
 {
 	struct ct_chain *c = &s->c;
 
 	if (ct_chain_add(c, e, true, s->file[SR_PROJ], "ct-ddnm", NULL) ||
-		ct_chain_word(c, e, "--prior=%s", s->prior) || add_seed(s, seed, e) ||
+		ct_chain_word(c, e, "--prior=%s", s->prior) || add_seed(s, e) ||
 		(s->follows ? ct_chain_word(c, e, "-x%d", s->q.factor) ||
 					ct_chain_word(c, e, "--steps=%d", PAPER_STEPS) ||
 					ct_chain_word(c, e, "--sigma-y=%g",
@@ -275,7 +275,7 @@ static int add_ddnm(struct chain *s, uint64_t seed, struct ct_err *e)
 	       ct_chain_word(c, e, "%s", s->file[SR_PROJ]);
 }
 
-static int add_fit(struct chain *s, uint64_t seed, struct ct_err *e)
+static int add_fit(struct chain *s, struct ct_err *e)
 {
 	struct ct_chain *c = &s->c;
 
@@ -291,8 +291,7 @@ static int add_fit(struct chain *s, uint64_t seed, struct ct_err *e)
 								       : "--expert=r2-compat=yes")
 					   : ct_chain_word(
 						     c, e, "--expert=rate=1,lambda-tv=0.2")) ||
-			       add_seed(s, seed, e) ||
-			       ct_chain_word(c, e, "%s", s->file[SR_PROJ]) ||
+			       add_seed(s, e) || ct_chain_word(c, e, "%s", s->file[SR_PROJ]) ||
 			       ct_chain_word(c, e, "%s", s->file[RESIDUAL])
 		       ? -1
 		       : 0;
@@ -352,8 +351,8 @@ static int add_all(struct chain *s, const struct ct_env *env, struct ct_err *e)
 		ct_chain_source(c, s->template);
 	if (add_convert(s, env, e) || add_refine(s, s->adds ? s->file[UP] : s->result, e))
 		return -1;
-	if (s->adds && (add_projections(s, e) || add_ddnm(s, env->seed, e) ||
-			       add_fit(s, env->seed, e) || add_compose(s, e)))
+	if (s->adds &&
+		(add_projections(s, e) || add_ddnm(s, e) || add_fit(s, e) || add_compose(s, e)))
 		return -1;
 	return add_outputs(s, e);
 }

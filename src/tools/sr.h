@@ -13,9 +13,10 @@ enum quality { QUALITIES(CT_WORD_VALUE) };
 
 /* What the command line says. */
 struct sr {
-	const char *in, *out, *report, *confidence, *keep, *prior, *series, *template, *memory;
+	const char *in, *out, *report, *confidence, *keep, *prior, *series, *template, *memory,
+		*sidecar;
 	struct said_opts said;
-	int quality, views, iterations, gaussians;
+	int quality, views, iterations, gaussians, seed;
 	bool projections, paper, release, deid;
 };
 
