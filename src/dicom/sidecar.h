@@ -17,8 +17,8 @@ int sidecar_series(
 	json_t *o, const struct ct_slice *s, const struct ct_layout *l, struct ct_err *e);
 /* The grid as it was read, and of one file without slices its name. CT_ENOMEM. */
 int sidecar_volume(json_t *o, const struct ct_vol *v, const char *path, struct ct_err *e);
-/* `v` was refined from what the sidecar says: the image is derived, what was said of its sampling no
- * longer holds, and SuperResolution has the operator and method of `v`. CT_ENOMEM. */
+/* `v` was refined from what the sidecar says: the image is derived, what was said of its sampling
+ * no longer holds, and SuperResolution has the operator and method of `v`. CT_ENOMEM. */
 int sidecar_refined(json_t *o, const struct ct_vol *v, struct ct_err *e);
 /* Close with the units of `v` and the software, and write it. CT_EOUTPUT, CT_ENOMEM. */
 int sidecar_write(const char *path, json_t *o, const struct ct_vol *v, const struct ct_env *env,
