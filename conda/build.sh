@@ -1,0 +1,8 @@
+#!/bin/sh
+# As conda-build runs it, in the source: into $PREFIX, against the libraries there.
+set -e
+[ -x configure ] || ./bootstrap
+CPPFLAGS="-I$PREFIX/include ${CPPFLAGS:-}" LDFLAGS="-L$PREFIX/lib -Wl,-rpath,$PREFIX/lib ${LDFLAGS:-}" \
+	./configure --prefix="$PREFIX" --with-vtk=no --with-oiio=yes
+make -j"${CPU_COUNT:-1}"
+make install
