@@ -105,13 +105,19 @@ ct-metrics --uncertainty e.nii truth.nii x.nii >out
 awk '/^std-all/{a=$3/$4; b=$5} /^std-1 /{l=$4} /^std-10 /{h=$4} END{exit !(a > 0.5 && a < 2 && b > 0.4 && h > 4 * l)}' out
 ok $? "which is about the one there is ($(grep std-all out))"
 rm x.nii
-ct-degrade -q -x 2,4,4 truth.nii mixed.nii
+ct-degrade -q -x 1.4,4,4 truth.nii mixed.nii
 ct-degrade -q -x 2 truth.nii two.nii
-exits 5 'two factors are refused' ct-upsample -m prior --expert=weight=1 -p p.safetensors mixed.nii x.nii
-has err 'mixed.nii: the prior has no network for factors 2,4,4$' 'in words'
+exits 5 'a factor far from that of any network is refused' ct-upsample -m prior --expert=weight=1 -p p.safetensors mixed.nii x.nii
+has err 'mixed.nii: the prior has no network for factors 1.4,4,4$' 'in words'
 exits 0 'or left to the solver' ct-upsample -m prior -p p.safetensors mixed.nii x.nii
-has err 'mixed.nii: the prior has no network for factors 2,4,4: the prior adds nothing$' 'which is said'
+has err 'mixed.nii: the prior has no network for factors 1.4,4,4: the prior adds nothing$' 'which is said'
 ct-upsample -q mixed.nii - | ct-metrics --json - x.nii | grep -q '"max-hu": 0[,.]'; ok $? 'and gives what it makes'
+rm x.nii
+ct-degrade -q -x 2,4,4 truth.nii mixed2.nii
+exits 0 'several factors are seen by one network' ct-upsample -m prior -q -p p.safetensors mixed2.nii x.nii
+ct-upsample -q mixed2.nii up2.nii; is() { ct-metrics -q --json truth.nii "$1" | sed -n 's/.*"psnr": \([0-9.]*\).*/\1/p'; }
+awk "BEGIN{exit !($(is x.nii) > $(is up2.nii) + .02)}"; ok $? "which gains ($(is up2.nii) to $(is x.nii) dB)"
+ct-metrics -q --consistency mixed2.nii --max residual-rms-hu=.05 truth.nii x.nii >out 2>&1; ok $? 'and agrees with the scan'
 rm x.nii
 exits 0 'another factor is seen by the nearest network' ct-upsample -m prior -q -p p.safetensors two.nii x.nii
 exits 0 'or by its own' ct-upsample -m prior -q -p two.safetensors two.nii y.nii

@@ -197,7 +197,6 @@ for d in patient-b space-b; do
 	for in in template t.nii iso.nii; do
 		exits 5 "$in with the template $d" ct-convert --template $d $in x/; has err "$d/.* another patient or space ([0-9a-f]\{8\}) than IN ([0-9a-f]\{8\})" 'is refused, by hashes'
 	done
-	exits 5 'by ct-sr' ct-sr -q -x 2 -Q draft --template $d template x/
 	exits 5 'what ct-sr made of it' sh -c "ct-sr -qf -x 2 -Q draft t.nii hr.nii && ct-convert --template $d hr.nii x/"
 	exits 0 'unless it is meant' ct-convert -q --template-other-patient --template $d template "meant-$d/"
 done
@@ -220,11 +219,12 @@ least() { ct-info "$1" | sed -n 's/^min *//p'; }
 awk "BEGIN {exit !($(least rings.nii) < -1025 && $(least rung.nii) >= $(least ring2.nii) - .5)}"; ok $? "nothing below the scan is written as DICOM ($(least rings.nii), $(least rung.nii), $(least ring2.nii))"
 by() { ct-sr -x 4 --projections -Q draft --expert views=3,iterations=3,gaussians=50 "$@"; } # by ARGS...: by way of projections
 exits 0 'with --keep' by -q --keep work template kept/; by -q template sr4/ 2>err; [ "$(sum kept)" = "$(sum sr4)" ]; ok $? 'the same bytes'
+exits 0 'to MetaImage' by -q template sr4.mha; head -c 10 sr4.mha | grep -q '^ObjectType'; ok $? 'no study is asked'
 sh work/commands.sh 2>err; ok $? 'and by its script'; [ "$(sum kept)" = "$(sum sr4)" ]; ok $? 'once more'
 exits 0 'goes on' by -v --keep work template kept/; has err '8 of 8 steps were done' 'with all that is done'
 rm kept/ctsr0003.dcm; exits 0 'where a slice is gone' by -q --keep work template kept/; [ "$(sum kept)" = "$(sum sr4)" ]; ok $? 'they are written again'
 exits 0 'one of two series' ct-sr -q -x 2 -Q draft --series 1.2.840.4711.3 two two-sr.dcm; py kept two-sr.dcm; ok $? 'is that'
-exits 0 'NIfTI of a template' ct-sr -q -x 2 -Q draft --template two --series 1.2.840.4711.3 t.nii templated/; py kept templated; ok $? 'is of its study'
+exits 0 'NIfTI of a template' sh -c 'ct-sr -q -x 2 -Q draft t.nii - | ct-convert --template two --series 1.2.840.4711.3 - templated/'; py kept templated; ok $? 'is of its study'
 exits 0 'without what tells who' ct-sr -q -x 2 -Q draft --deid template sr-deid/; py removed sr-deid; ok $? 'has nothing of it'
 exits 0 'NIfTI to DICOM' ct-sr -q -x 2 -Q draft t.nii of-nii/; exits 4 'what is there' ct-sr -q -x 2 -Q draft template sr; exits 4 'the folder between' by -q --keep both template both/
 done_testing

@@ -142,8 +142,8 @@ ct-profile --units
 ct-project --beam n--views --arc --det --sampling --paper --scanner --like w--window
 ct-project --overshoot --quantity m--method --coarsen --pixel --photons --expert s--seed --json --dry-run
 ct-report --uncertainty --truth --log --units
-ct-sr x--factor --spacing --sigma --decimate --profile --slice-thickness --noise Q--quality --series --template --deid --report
-ct-sr --confidence --sidecar --memory --prior --projections --paper --release k--keep --expert --json
+ct-sr x--factor --spacing --sigma --decimate --profile --slice-thickness --noise Q--quality --series --deid --report
+ct-sr --confidence --sidecar --memory --prior --projections --paper --release k--keep --expert s--seed --json
 ct-sr --dry-run --units
 ct-train k--kind x--factor --refined a--arch p--patch n--steps m--minutes --validate
 ct-train --patience r--resume --checkpoint-every --half --licence --bytes --with --cache --expert s--seed

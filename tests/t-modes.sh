@@ -122,7 +122,7 @@ no ct-metrics --factor=4
 no ct-metrics --map=m.nii
 no ct-info --factor=2
 for p in --paper --release; do for o in --quality=best --projections --sigma=1 --noise=2 --decimate=mean --profile=box --slice-thickness=5; do no ct-sr $o $p; done; done
-for p in --paper --release --projections; do for o in --spacing=1 --confidence=c.nii; do no ct-sr $o $p; done; done
+for p in --paper --release --projections; do for o in --spacing=1 --confidence=c.nii --sidecar=c.json; do no ct-sr $o $p; done; done
 no ct-sr --paper --release
 no ct-sr --keep=k
 no ct-sr --spacing=1 -x 2

@@ -55,7 +55,7 @@ exits 0 'of a series, refined' ct-sr -q -Q draft -x 1,1,2 --sidecar thin.json na
 for i in '"Manufacturer": "ACME Med"' '"KVP": 120' '"Factor": "1,1,2"'; do has thin.json "$i" "says $i"; done
 ! grep -E 'SliceThickness|Spacing|ConvolutionKernel|ORIGINAL' thin.json; ok $? 'not how the slices were sampled'
 exits 0 'read again' ct-info -e thin.nii; ! grep -q 'says the scanner' err; ok $? 'it says nothing of the scanner'
-exits 0 'without a name' ct-sr -q -Q draft -x 1,1,2 --deid --template even --sidecar hidden.json even.nii hidden/
+exits 0 'without a name' ct-sr -q -Q draft -x 1,1,2 --deid --sidecar hidden.json even.nii hidden/
 ! grep -q SourceFile hidden.json; ok $? 'of a file'
 for f in even uneven named thin hidden; do
 	! grep -iE 'doering|jane|secret77|1960|2020|acc1|hosp|"op"|"s1"|ref"|1\.2\.[0-9]|synthetic' "$f.json"

@@ -45,8 +45,8 @@ ct-convert -q --raw 8x8x8:f32:16 lr.raw plain.nii; ok $? 'a scan that does not s
 exits 0 'measured' ct-sr -x 4 plain.nii blind.nii
 exits 0 'with projections' ct-sr -q "$@" plain.nii blind2.nii
 exits 2 'no projections, no views' ct-sr --expert views=16 lr.nii no.nii
-exits 2 'nor a seed' ct-sr --expert seed=3 lr.nii no.nii; has err "^ct-sr: --expert seed: needs --projections" 'is named'
-exits 0 'projections have one' ct-sr --dry-run --expert seed=3 --projections lr.nii no.nii
+exits 2 'nor a seed' ct-sr -s 3 lr.nii no.nii; has err '^ct-sr: --seed: needs --projections' 'is named'
+exits 0 'projections have one' ct-sr --dry-run -s 3 --projections lr.nii no.nii
 [ "$(grep -c -- '--seed=3' out)" -eq 2 ]; ok $? 'which two commands draw from'
 exits 3 'a dry run of a file that is not there' ct-sr --dry-run none.nii no.nii
 has err 'none.nii: No such file' 'names it'

@@ -172,7 +172,7 @@ static double count_uneven(const struct ct_vol *v, const double factor[3], size_
 	double cells = 1;
 
 	for (int a = 0; a < 3; a++) {
-		step[a] = (size_t)fmax(nearbyint(most / factor[a]), 1);
+		step[a] = factor[a] > 1 ? 1 : (size_t)fmax(nearbyint(most), 1);
 		cells *= (double)v->n[a] / (double)step[a];
 	}
 	skip = (size_t)fmax(ceil(cbrt(cells / LOOKS)), 1);

@@ -56,23 +56,26 @@ void ct_slice_prior_free(struct ct_slice_prior *p)
 #define WIDE_POINTS 0.26
 #define MEAN_SQUARE (1. / 12)
 
-static double largest(const double factor[static 3])
+/* How far the factors are from that of a network: the largest ratio of one, as a logarithm. */
+static double apart_of(size_t cell, const double factor[static 3])
 {
-	return fmax(factor[0], fmax(factor[1], factor[2]));
+	double most = 0;
+
+	for (int a = 0; a < 3; a++)
+		if (factor[a] > 1)
+			most = fmax(most, fabs(log((double)cell / factor[a])));
+	return most;
 }
 
-/* The scan as the prior sees it: false if its axes were reduced by several factors, or by none. */
-static bool scene_of(struct ct_scene *s, double *factor, const struct ct_degrade *d)
+/* The scan as the prior sees it: false if no axis was reduced. */
+static bool scene_of(struct ct_scene *s, const struct ct_degrade *d)
 {
 	double sigma = 0;
 	int coarse = 0;
 
-	*factor = largest(d->factor);
 	for (int a = 0; a < 3; a++) {
 		s->coarse[a] = d->factor[a] > 1;
-		if (s->coarse[a] && d->factor[a] != *factor)
-			return false;
-		sigma += s->coarse[a] ? d->sigma[a] / *factor : 0;
+		sigma += s->coarse[a] ? d->sigma[a] / d->factor[a] : 0;
 		coarse += s->coarse[a];
 	}
 	s->regime.decimate = d->decimate;
@@ -93,16 +96,16 @@ static bool serves(const struct ct_slice_prior *p, size_t i, size_t cell, bool a
 size_t ct_slice_prior_knows(
 	bool axes[static 3], const struct ct_slice_prior *p, const struct ct_degrade *d, bool again)
 {
-	double factor, least = log(CELL_RATIO);
+	double least = log(CELL_RATIO);
 	struct ct_scene s = {0};
 	size_t cell = 0;
 	bool can[3];
 
 	axes[0] = axes[1] = axes[2] = false;
-	if (!scene_of(&s, &factor, d))
+	if (!scene_of(&s, d))
 		return 0;
 	for (size_t i = 0; i < p->n; i++) {
-		const double apart = fabs(log((double)p->r[i].shape.cell / factor));
+		const double apart = apart_of(p->r[i].shape.cell, d->factor);
 
 		if (p->again[i] == again && apart < least &&
 			ct_predict_axes(can, &p->r[i], &s, NULL)) {
@@ -253,32 +256,34 @@ static void weigh_detail(double *sum, float *h, size_t n, double axes, const str
 	}
 }
 
-/* The operator from the grid of one factor, n voxels, to that of another, m voxels, along the
- * coarse axes of the scene. */
-static int plan_between(struct ct_separable *plan, const struct pass *s, double from,
-	const size_t n[3], double to, const size_t m[3], struct ct_err *e)
+/* The operator from x, n voxels, to the grid of the networks, m voxels, or (back) from that to x,
+ * along the coarse axes of the scene. */
+static int plan_between(struct ct_separable *plan, const struct pass *s, bool back,
+	const size_t n[3], const size_t m[3], struct ct_err *e)
 {
 	double start[3], step[3];
 
 	for (int a = 0; a < 3; a++) {
-		step[a] = s->scene.coarse[a] ? from / to : 1;
+		const double ratio = s->rule->by.factor[a] / (double)s->cell;
+
+		step[a] = !s->scene.coarse[a] ? 1 : back ? 1 / ratio : ratio;
 		start[a] = 0.5 * step[a] - 0.5;
 	}
 	return ct_resample_plan(plan, n, m, start, step, CT_CUBIC, true, s->env->par, e);
 }
 
 /* x on the grid of the networks. */
-static int see(struct pass *s, const struct ct_vol *lo, double factor, struct ct_err *e)
+static int see(struct pass *s, const struct ct_vol *lo, struct ct_err *e)
 {
 	struct ct_separable plan = {0};
 	size_t *n = s->scene.n;
 	int rc = -1;
 
-	if (factor == (double)s->cell)
+	if (apart_of(s->cell, s->rule->by.factor) == 0)
 		return 0;
 	for (int a = 0; a < 3; a++)
 		n[a] = s->scene.coarse[a] ? lo->n[a] * s->cell : s->x->n[a];
-	if (plan_between(&plan, s, factor, s->x->n, (double)s->cell, n, e) == 0 &&
+	if (plan_between(&plan, s, false, s->x->n, n, e) == 0 &&
 		ct_alloc(&s->own, n[0] * n[1] * n[2], sizeof *s->own, e) == 0) {
 		ct_separable_apply(&plan, s->own, s->x->data, s->env->par);
 		s->scene.x = s->own;
@@ -292,9 +297,8 @@ static int see(struct pass *s, const struct ct_vol *lo, double factor, struct ct
 static int bring(const struct pass *s, float *x, const float *y, bool add, struct ct_err *e)
 {
 	struct ct_separable plan = {0};
-	const double factor = largest(s->rule->by.factor);
 
-	if (plan_between(&plan, s, (double)s->cell, s->scene.n, factor, s->x->n, e))
+	if (plan_between(&plan, s, true, s->scene.n, s->x->n, e))
 		return -1;
 	if (add)
 		ct_separable_add(&plan, x, y, s->env->par);
@@ -388,17 +392,17 @@ out:
 double ct_restore_bytes(const struct ct_slice_prior *prior, const struct ct_restore_rule *rule,
 	const size_t n[static 3], bool error)
 {
-	const double factor = largest(rule->by.factor), apart = rule->doubt > 0;
+	const double apart = rule->doubt > 0, *factor = rule->by.factor;
 	const double fine = 4 * (double)n[0] * (double)n[1] * (double)n[2];
 	double one = fine, coarse = 0, cell;
 	bool axes[3];
 
 	cell = (double)ct_slice_prior_knows(axes, prior, &rule->by, false);
-	if (cell == factor)
+	if (apart_of((size_t)cell, factor) == 0)
 		return NETWORKS + one * (1 + apart);
 	for (int a = 0; a < 3; a++) {
-		one *= rule->by.factor[a] > 1 ? cell / factor : 1;
-		coarse += rule->by.factor[a] > 1;
+		one *= factor[a] > 1 ? cell / factor[a] : 1;
+		coarse += factor[a] > 1;
 	}
 	return NETWORKS + one * (2 + apart + error) + (coarse - 1) * fmax(one, fine);
 }
@@ -415,16 +419,15 @@ static int once(struct ct_vol *x, float *std, bool again, const struct ct_vol *l
 		.env = env,
 		.scene = {.x = x->data, .n = {x->n[0], x->n[1], x->n[2]}}};
 	const bool last = again || rule->passes != 2;
-	double factor;
 	bool axes[3];
 	int rc;
 
 	*report = (struct ct_restore_report){0};
 	s.cell = ct_slice_prior_knows(axes, prior, &rule->by, again);
-	if (s.cell == 0 || !scene_of(&s.scene, &factor, &rule->by))
+	if (s.cell == 0 || !scene_of(&s.scene, &rule->by))
 		return ct_fail(e, CT_EGEOM, "the prior knows no factors %g,%g,%g",
 			rule->by.factor[0], rule->by.factor[1], rule->by.factor[2]);
-	if (see(&s, lo, factor, e))
+	if (see(&s, lo, e))
 		return -1;
 	s.scene.regime.noise = rule->noise;
 	s.w.s = s.cell;

@@ -19,9 +19,10 @@
  * "thick-S" for those with one such axis; "again-S" and "again-thick-S" for volumes that the former
  * have added to, which show what slices of one axis did not know of the others.
  *
- * A scan of another factor f, whole or not, is seen by the networks of the nearest S: the volume is
- * interpolated (Keys) along its coarse axes to S voxels an LR voxel, and w h back. What a blur and
- * a sampling do is the same at any factor, in LR voxels. S and f are at most 2.7 times apart.
+ * A scan of other factors f, whole or not, is seen by the networks of the nearest S, that for which
+ * the largest of f / S and S / f is least: the volume is interpolated (Keys) along its coarse axes
+ * to S voxels an LR voxel, and w h back. What a blur and a sampling do is the same at any factor, in
+ * LR voxels. S and f are at most 2.7 times apart.
  */
 #ifndef CT_RESTORE_RESTORE_H
 #define CT_RESTORE_RESTORE_H
@@ -41,8 +42,8 @@ struct ct_slice_prior {
 int ct_slice_prior_alloc(struct ct_slice_prior *p, const struct ct_tensors *w, struct ct_err *e);
 void ct_slice_prior_free(struct ct_slice_prior *p);
 /* The cell of its networks for scans that d made, as a solver refined them, or (again) as the prior
- * did: the one nearest to the factor, which is one for all coarse axes; 0: none. And the axes
- * across which they take slices. */
+ * did: the one nearest to the factors of the coarse axes; 0: none. And the axes across which they
+ * take slices. */
 size_t ct_slice_prior_knows(bool axes[static 3], const struct ct_slice_prior *p,
 	const struct ct_degrade *d, bool again);
 

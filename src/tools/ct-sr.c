@@ -51,10 +51,7 @@ static const struct ct_opt opts[] = {
 		"draft inverts blur and sampling; fast adds predicted detail across one axis, balanced "
 		"across all; best makes a second pass",
 		CT_WHEN(INVERTS)),
-	CT_OPT(struct sr, series, 0, "series", "UID|N", 0, 0,
-		"use this series of a DICOM folder; of --template, if IN is no DICOM"),
-	CT_INPUT(struct sr, template, 0, "template", "DICOM",
-		"series that DICOM of OUT belongs to; default: IN"),
+	CT_OPT(struct sr, series, 0, "series", "UID|N", 0, 0, "use this series of a DICOM folder"),
 	CT_OPT(struct sr, deid, 0, "deid", NULL, 0, 0,
 		"remove what tells who the patient is from DICOM of OUT"),
 	CT_OUTPUT_OWN(struct sr, report, 0, "report", "FILE", CT_ENDS_PAGE,
@@ -89,8 +86,6 @@ static const struct ct_opt opts[] = {
 		"iterations of the Gaussian fit; 0: 1500, or 5000 as published", CT_WHEN(PROJECTS)),
 	CT_EXPERT(struct sr, gaussians, "gaussians", "N", 0, 100000000,
 		"Gaussians at the start of the fit; 0: 50000", CT_WHEN(PROJECTS)),
-	CT_EXPERT(struct sr, seed, "seed", "N", 0, 2147483647, "seed of the random numbers",
-		CT_WHEN(PROJECTS)),
 	CT_OPT_END,
 };
 
@@ -137,7 +132,6 @@ static void begin(struct files *f, const struct sr *p, const struct ct_env *env)
 		.slope = 1,
 		.iso = (double)NAN,
 		.series = p->series,
-		.template = p->template,
 		.deid = p->deid,
 		.units = env->units,
 		.planes = &f->planes};
@@ -145,15 +139,12 @@ static void begin(struct files *f, const struct sr *p, const struct ct_env *env)
 
 static int check(const struct sr *p, struct ct_err *e)
 {
-	if ((p->template || p->deid) && !ct_files_is_dicom(p->out))
-		return ct_fail(e, CT_EUSAGE, "--%s: needs OUT to be DICOM",
-			p->template ? "template" : "deid");
+	if (p->deid && !ct_files_is_dicom(p->out))
+		return ct_fail(e, CT_EUSAGE, "--deid: needs OUT to be DICOM");
 	if (p->deid && p->report && (p->projections || p->paper || p->release))
 		return ct_fail(e, CT_EUSAGE,
 			"--deid: by way of projections a report would name the files: not with --report");
-	if (p->template && dicom_form_of(p->template) == NOT_DICOM)
-		return ct_fail(e, CT_EINPUT, "%s: is not DICOM", p->template);
-	if (p->series && !p->template && dicom_form_of(p->in) == NOT_DICOM)
+	if (p->series && dicom_form_of(p->in) == NOT_DICOM)
 		return ct_fail(e, CT_EUSAGE, "--series: %s is not DICOM", p->in);
 	return dicom_check_name(p->out, p->in, e);
 }
@@ -308,6 +299,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		return -1;
 	if (p->projections || p->paper || p->release)
 		return sr_chain(p, env, e);
+	if (env->seed)
+		return ct_fail(e, CT_EUSAGE, "--seed: needs --projections, --paper or --release");
 	begin(&f, p, env);
 	if (p->sidecar && !(f.about = json_object()))
 		return ct_fail(e, CT_ENOMEM, "no memory for a sidecar");
@@ -331,7 +324,7 @@ static const struct ct_tool tool = {
 	.defaults = &defaults,
 	.size = sizeof defaults,
 	.run = run,
-	.flags = CT_IN_HU | CT_LONG,
+	.flags = CT_SEEDED | CT_IN_HU | CT_LONG,
 };
 
 int main(int argc, char **argv)

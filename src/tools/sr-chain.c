@@ -51,7 +51,7 @@ struct chain {
 	const struct sr *p;
 	struct projections q;
 	struct ct_chain c;
-	char *in, *out, *template, *keep, *slices, *prior; /* slices, prior: NULL if not used */
+	char *in, *out, *keep, *slices, *prior; /* slices, prior: NULL if not used */
 	char *file[FILES];
 	const char *result; /* what ct-compose makes: OUT if that is no DICOM */
 	bool adds, follows; /* projections; the published method */
@@ -147,14 +147,11 @@ static int find_priors(struct chain *s, const struct ct_env *env, struct ct_err 
 static int find_files(struct chain *s, const struct ct_env *env, struct ct_err *e)
 {
 	const struct sr *p = s->p;
-	const char *from = p->template ? p->template : p->in;
-	const bool dicom = dicom_form_of(from) != NOT_DICOM;
 
 	s->in = plain(p->in);
 	s->out = plain(p->out);
 	s->keep = p->keep ? plain(p->keep) : NULL;
-	s->template = dicom ? plain(from) : NULL;
-	if (!s->in || !s->out || (p->keep && !s->keep) || (dicom && !s->template))
+	if (!s->in || !s->out || (p->keep && !s->keep))
 		return ct_fail(e, CT_ENOMEM, "no memory");
 	if (find_priors(s, env, e) || ct_chain_open(&s->c, s->keep, env->dry_run, env, e))
 		return -1;
@@ -184,8 +181,7 @@ static int add_convert(struct chain *s, const struct ct_env *env, struct ct_err 
 		(expand != CT_INFLATE_TIMES && ct_chain_word(c, e, "--expand=%u", expand)) ||
 		(units != CT_UNITS_AUTO &&
 			ct_chain_word(c, e, "--units=%s", CT_WORD(CT_UNITS_LIST, units))) ||
-		(p->series && !(p->template && dicom_form_of(p->in) == NOT_DICOM) &&
-			ct_chain_word(c, e, "--series=%s", p->series)))
+		(p->series && ct_chain_word(c, e, "--series=%s", p->series)))
 		return -1;
 	return 0;
 }
@@ -252,17 +248,17 @@ static int add_projections(struct chain *s, struct ct_err *e)
 	       ct_chain_word(c, e, "%s", s->file[LR_PROJ]);
 }
 
-static int add_seed(struct chain *s, struct ct_err *e)
+static int add_seed(struct chain *s, uint64_t seed, struct ct_err *e)
 {
-	return s->p->seed ? ct_chain_word(&s->c, e, "--seed=%d", s->p->seed) : 0;
+	return seed ? ct_chain_word(&s->c, e, "--seed=%llu", (unsigned long long)seed) : 0;
 }
 
-static int add_ddnm(struct chain *s, struct ct_err *e)
+static int add_ddnm(struct chain *s, uint64_t seed, struct ct_err *e)
 {
 	struct ct_chain *c = &s->c;
 
 	if (ct_chain_add(c, e, true, s->file[SR_PROJ], "ct-ddnm", NULL) ||
-		ct_chain_word(c, e, "--prior=%s", s->prior) || add_seed(s, e) ||
+		ct_chain_word(c, e, "--prior=%s", s->prior) || add_seed(s, seed, e) ||
 		(s->follows ? ct_chain_word(c, e, "-x%d", s->q.factor) ||
 					ct_chain_word(c, e, "--steps=%d", PAPER_STEPS) ||
 					ct_chain_word(c, e, "--sigma-y=%g",
@@ -275,7 +271,7 @@ static int add_ddnm(struct chain *s, struct ct_err *e)
 	       ct_chain_word(c, e, "%s", s->file[SR_PROJ]);
 }
 
-static int add_fit(struct chain *s, struct ct_err *e)
+static int add_fit(struct chain *s, uint64_t seed, struct ct_err *e)
 {
 	struct ct_chain *c = &s->c;
 
@@ -291,7 +287,8 @@ static int add_fit(struct chain *s, struct ct_err *e)
 								       : "--expert=r2-compat=yes")
 					   : ct_chain_word(
 						     c, e, "--expert=rate=1,lambda-tv=0.2")) ||
-			       add_seed(s, e) || ct_chain_word(c, e, "%s", s->file[SR_PROJ]) ||
+			       add_seed(s, seed, e) ||
+			       ct_chain_word(c, e, "%s", s->file[SR_PROJ]) ||
 			       ct_chain_word(c, e, "%s", s->file[RESIDUAL])
 		       ? -1
 		       : 0;
@@ -311,19 +308,17 @@ static int add_compose(struct chain *s, struct ct_err *e)
 		       : 0;
 }
 
-/* As MetaImage, NRRD or DICOM, that of the study that IN, or the template, is of; and the report.
- */
+/* As MetaImage, NRRD or DICOM, that of the study of IN; and the report. */
 static int add_outputs(struct chain *s, struct ct_err *e)
 {
 	const struct sr *p = s->p;
 	struct ct_chain *c = &s->c;
-	const bool is_dicom = dicom_form_of(p->in) != NOT_DICOM;
+	const bool of_study = dicom_form_of(p->in) != NOT_DICOM && ct_files_is_dicom(s->out);
 
 	if (s->result != s->out &&
 		(ct_chain_add(c, e, false, s->out, "ct-convert", "--units=hu", NULL) ||
-			(s->template && ct_chain_word(c, e, "--template=%s", s->template)) ||
-			(s->template && p->series && !(p->template && is_dicom) &&
-				ct_chain_word(c, e, "--series=%s", p->series)) ||
+			(of_study && ct_chain_word(c, e, "--template=%s", s->in)) ||
+			(of_study && p->series && ct_chain_word(c, e, "--series=%s", p->series)) ||
 			(p->deid && ct_chain_word(c, e, "--deid")) ||
 			ct_chain_word(c, e, "%s", s->result) || ct_chain_word(c, e, "%s", s->out)))
 		return -1;
@@ -347,12 +342,10 @@ static int add_all(struct chain *s, const struct ct_env *env, struct ct_err *e)
 		ct_chain_source(c, s->prior);
 	if (s->slices)
 		ct_chain_source(c, s->slices);
-	if (s->p->template)
-		ct_chain_source(c, s->template);
 	if (add_convert(s, env, e) || add_refine(s, s->adds ? s->file[UP] : s->result, e))
 		return -1;
-	if (s->adds &&
-		(add_projections(s, e) || add_ddnm(s, e) || add_fit(s, e) || add_compose(s, e)))
+	if (s->adds && (add_projections(s, e) || add_ddnm(s, env->seed, e) ||
+			       add_fit(s, env->seed, e) || add_compose(s, e)))
 		return -1;
 	return add_outputs(s, e);
 }
@@ -378,7 +371,6 @@ static void chain_free(struct chain *s)
 	free(s->in);
 	free(s->out);
 	free(s->keep);
-	free(s->template);
 	free(s->slices);
 	free(s->prior);
 	for (int i = 0; i < FILES; i++)
