@@ -231,8 +231,12 @@ int ct_slice_profile_put(struct ct_meta *m, const struct ct_slice_profile *p, st
 	return ct_meta_set(m, CT_META_PROFILE, text, e);
 }
 
+/* Of the sum of |weights|, what that of the weights is at least; as a header says it, rounded. */
+#define LEAST_SUM 0.5
+#define LEAST_SUM_ROUNDED 0.499
+
 /* Samples that sum up to 1: finite, and neither all zero nor such that their sum vanishes. */
-static bool normalise(struct ct_slice_profile *p)
+static bool normalise(struct ct_slice_profile *p, double least)
 {
 	double sum = 0, all = 0;
 
@@ -240,7 +244,7 @@ static bool normalise(struct ct_slice_profile *p)
 		sum += p->w[i];
 		all += fabs(p->w[i]);
 	}
-	if (!(sum >= 0.5 * all && all > 0 && isfinite(all)))
+	if (!(sum >= least * all && all > 0 && isfinite(all)))
 		return false;
 	for (size_t i = 0; i < p->n; i++)
 		p->w[i] /= sum;
@@ -268,7 +272,7 @@ int ct_slice_profile_get(const struct ct_meta *m, struct ct_degrade *d, struct c
 		if (!*end)
 			break;
 	}
-	if (used < 0 || *end || p.axis < 0 || p.axis > 2 || !normalise(&p) ||
+	if (used < 0 || *end || p.axis < 0 || p.axis > 2 || !normalise(&p, LEAST_SUM_ROUNDED) ||
 		!(fmax(fabs(p.first), p.step * (double)p.n) <= 2 * WIDEST))
 		return ct_fail(e, CT_EINPUT,
 			"metadata profile: not an axis, a place, a step and up to %d weights",
@@ -359,7 +363,7 @@ int ct_slice_profile_parse(struct ct_slice_profile *p, const char *text, size_t 
 	if (p->n < 3)
 		return ct_fail(e, CT_EINPUT, "%zu samples of a slice profile: too few", p->n);
 	p->step = (last - p->first) / (double)(p->n - 1);
-	if (!normalise(p))
+	if (!normalise(p, LEAST_SUM))
 		return ct_fail(e, CT_EINPUT, "field 2, weight: the weights make no profile");
 	for (size_t i = 0; i < p->n; i++)
 		centre += p->w[i] * (p->first + (double)i * p->step);
