@@ -61,7 +61,7 @@ has err '^ct-sr: scan.nii: the factor 3,3,3 contradicts the file, which was redu
 exits 2 'one of a chain' ct-sr -f --projections -x 3 scan.nii up.nii
 has err '^ct-upsample: scan.nii: the factor 3,3,3 contradicts the file, which' 'too'
 has err '^ct-sr: ct-upsample failed; what it reads was made of scan.nii$' 'and ct-sr what it was made of'
-ct-phantom -q -f --size 20x20x20 ellipsoids five.nii && ct-degrade -q -f -x 2,4,4 five.nii five-lr.nii
+ct-phantom -q -f --size 20x20x20 ellipsoids five.nii && ct-degrade -q -f -x 1,1.25,10 five.nii five-lr.nii
 exits 0 'factors that no prior knows' ct-sr -f --report five.html five-lr.nii up.nii
 has err '^ct-sr: warning: five-lr.nii: ' 'a warning names it' && has five.html 'five-lr.nii: the prior has no network' 'and so does the page'
 exits 2 'of a stream' sh -c 'ct-sr -f -x 3 - up.nii <scan.nii'
