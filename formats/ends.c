@@ -9,7 +9,7 @@
 
 bool ct_ends_match(const char *path, const char *ends)
 {
-	const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
+	const char *name = basename(path);
 	const size_t len = strlen(name);
 
 	while (*ends) {
@@ -25,7 +25,7 @@ bool ct_ends_match(const char *path, const char *ends)
 
 bool ct_ends_any(const char *path)
 {
-	const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
+	const char *name = basename(path);
 	const char *dot = strrchr(name, '.');
 
 	if (!dot || dot == name || !isalpha((unsigned char)dot[1]))

@@ -203,7 +203,6 @@ int ct_headed_write(const char *path, const struct ct_vol *v, enum ct_nifti_type
 	struct what w = {.v = v,
 		.packed = packed,
 		.nrrd = ct_ends_match(path, "nrrd") || ct_ends_match(path, "nhdr")};
-	const char *slash;
 	char *data;
 	int rc;
 
@@ -215,8 +214,7 @@ int ct_headed_write(const char *path, const struct ct_vol *v, enum ct_nifti_type
 	}
 	if (ct_headed_beside(&data, path, packed, e))
 		return -1;
-	slash = data ? strrchr(data, '/') : NULL;
-	w.data = slash ? slash + 1 : data;
+	w.data = data ? basename(data) : NULL;
 	if (ct_vol_check_grid(v, e) || ct_nifti_is_i16(v, type, &w.i16, e))
 		rc = ct_blame(e, path);
 	else

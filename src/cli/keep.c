@@ -12,8 +12,7 @@
 
 char *ct_keep_name(const char *path)
 {
-	const char *slash = strrchr(path, '/');
-	const char *base = slash ? slash + 1 : path;
+	const char *base = basename(path);
 	char *name = NULL;
 	int fd;
 

@@ -55,13 +55,6 @@ static int put_words(json_t *o, const char *key, const char *s)
 	return put(o, key, list);
 }
 
-static const char *last_part(const char *path)
-{
-	const char *slash = strrchr(path, '/');
-
-	return slash ? slash + 1 : path;
-}
-
 /* Does a part of the patient's name or number, of three letters or more, stand in the text? */
 static bool tells_patient(const char *text, const struct ct_slice *s)
 {
@@ -84,7 +77,7 @@ static bool tells_patient(const char *text, const struct ct_slice *s)
 static json_t *slice_of(const struct ct_slice *s)
 {
 	json_t *o = json_object();
-	const char *file = last_part(s->path);
+	const char *file = basename(s->path);
 	double mm[3];
 
 	ct_layout_middle(s, mm);
@@ -161,7 +154,7 @@ int sidecar_volume(json_t *o, const struct ct_vol *v, const char *path, struct c
 				     (json_int_t)v->n[1], (json_int_t)v->n[2], "Affine", affine));
 	json_decref(affine);
 	if (!bad && !json_object_get(o, "SourceSlices") && strcmp(path, "-") != 0)
-		bad = put_text(o, "SourceFile", last_part(path));
+		bad = put_text(o, "SourceFile", basename(path));
 	return bad ? no_memory(e) : 0;
 }
 

@@ -65,13 +65,6 @@ void ct_page_forget_folders(char *text)
 	*to = '\0';
 }
 
-const char *ct_page_base_name(const char *path)
-{
-	const char *slash = strrchr(path, '/');
-
-	return slash ? slash + 1 : path;
-}
-
 static void put_title(FILE *f, const struct ct_page *p)
 {
 	fputs("<title>", f);

@@ -82,7 +82,5 @@ void ct_page_write_text(FILE *f, const char *s, size_t n);
 void ct_page_write_words(FILE *f, const char *fmt, ...) __attribute__((format(printf, 2, 3)));
 /* Names of files lose their folders, in place: they are nobody's business. */
 void ct_page_forget_folders(char *text);
-/* The name without its folder, borrowed. */
-const char *ct_page_base_name(const char *path);
 
 #endif

@@ -35,9 +35,7 @@ static const char *ending(const char *path)
 /* What macOS keeps beside a file on a disk of another system. */
 static bool is_of_macos(const char *path)
 {
-	const char *slash = strrchr(path, '/');
-
-	return strncmp(slash ? slash + 1 : path, "._", 2) == 0;
+	return strncmp(basename(path), "._", 2) == 0;
 }
 
 bool ct_file_may_belong(const struct ct_file *f, const struct ct_slice *s)

@@ -238,7 +238,7 @@ static int write_report(struct files *f, const struct ct_env *env, struct ct_err
 	int rc;
 
 	if (f->p->confidence)
-		page.std = (struct ct_page_volume){ct_page_base_name(f->p->confidence), f->error};
+		page.std = (struct ct_page_volume){basename(f->p->confidence), f->error};
 	rc = ct_page_measure(&page, env, e) || page_file_write(f->p->report, &page, env, e) ? -1
 											    : 0;
 	f->in = f->out = f->error = (struct ct_vol){0}; /* the page frees them */

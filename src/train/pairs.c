@@ -16,13 +16,6 @@ enum { EVERY = 8 }; /* view, of those that are weighed */
 #define LEAST_GAIN                                                                                 \
 	(1.0 / 500) /* part of the squared error: what takes off less is taken for chance */
 
-static const char *last_part(const char *path)
-{
-	const char *slash = strrchr(path, '/');
-
-	return slash ? slash + 1 : path;
-}
-
 /* Mean square of (I - P)(truth - base). */
 static int lack_of(double *rms, const struct train_pair *p, size_t factor, struct ct_err *e)
 {
@@ -61,7 +54,7 @@ static int read_pair(
 	char *other = NULL;
 	int rc = -1;
 
-	if (asprintf(&other, "%s/%s", base, last_part(path)) < 0)
+	if (asprintf(&other, "%s/%s", base, basename(path)) < 0)
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
 	if (ct_grow(&s->pair, &s->cap, s->n + 1, sizeof *s->pair, e))
 		goto out;
@@ -271,7 +264,7 @@ int train_pairs_weigh(struct ct_residual *r, const struct train_pairs *s,
 		*least = part < LEAST_GAIN ? 0 : fmax(0, fmin(*least, best));
 		ct_log(env, CT_INFO,
 			"%s: %.4f octaves missing, best weight %.3f, which takes off %.3f %%",
-			last_part(p->name), p->lack / p->octave, best, 100 * part);
+			basename(p->name), p->lack / p->octave, best, 100 * part);
 	}
 	if (rc == 0)
 		ct_log(env, CT_INFO, "weight %.3f of scans that are well sampled, %.3f of others",
