@@ -280,8 +280,9 @@ static void tensors(void)
 		"%s", err.msg);
 }
 
-/* Uniform within 1/sqrt(fan in), gains of one, and zeros where a branch begins as nothing. */
-static void untrained(void)
+/* Uniform within 1/sqrt(fan in), gains of one, and zeros where a branch begins as nothing; so do
+ * the classes. */
+static void untrained(size_t classes, size_t nothing)
 {
 	struct ct_unet_arch a;
 	struct ct_unet *n = NULL;
@@ -289,6 +290,7 @@ static void untrained(void)
 
 	ct_unet_arch_default(&a);
 	a.levels = 1;
+	a.num_classes = classes;
 	must(ct_unet_init(&n, &a, 3, &err));
 	for (size_t i = 0; i < n->graph.n_param; i++) {
 		const struct ct_param *p = &n->graph.param[i];
@@ -309,7 +311,7 @@ static void untrained(void)
 				odd += least > -0.99 * bound || most < 0.99 * bound;
 		}
 	}
-	OK(odd == 0 && zeros == 14 && drawn > 20, "%zu drawn, %zu zero, %zu odd", drawn, zeros,
+	OK(odd == 0 && zeros == nothing && drawn > 20, "%zu drawn, %zu zero, %zu odd", drawn, zeros,
 		odd);
 	ct_unet_free(n);
 }
@@ -342,7 +344,8 @@ int main(void)
 	heads();
 	metadata();
 	tensors();
-	untrained();
+	untrained(0, 14);
+	untrained(5, 15);
 	sizes();
 	return tap_done();
 }

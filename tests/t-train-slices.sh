@@ -36,6 +36,7 @@ run seen --validate held.nii --expert=validate-every=1
 cmp plain.safetensors.state seen.safetensors.state; ok $? 'and learns nothing from them but what to expect'
 ct-train $small -v more.safetensors scans held.nii 2>err; has err '^ct-train: 6 examples$' 'all that fit are examples'
 
+exits 2 'no components' ct-train $small --expert components=0 no.safetensors scans; has err 'components: 0 is outside \[1, 4096\]' 'is refused'
 exits 2 'half a piece' ct-train $small --expert batch=300 no.safetensors scans
 has err '--expert batch: expected a multiple of 256' 'is refused'
 ct-phantom -q --size 13x40x40 ellipsoids little.nii
