@@ -15,7 +15,7 @@ project() { # project VOLUME WINDOW POSE...: a stack a pose, on detectors of two
 		k=$((k + 1))
 		case $((k % 2)) in 0) det=192 ;; *) det=320 ;; esac
 		stack=$work/$(basename "$volume" .nii.gz)-$k.exr
-		[ -f "$stack" ] || ct-project --views 24 --arc 360 --start "$((k * 7 % 15))" --rotate "$pose" \
+		[ -f "$stack" ] || ct-project --views 24 --arc 360 --expert "start=$((k * 7 % 15)),rotate=$pose" \
 			--window "$window" --det "$det" "$volume" "$stack"
 	done
 }
@@ -23,6 +23,7 @@ for v in "$ct"/*.nii.gz; do
 	project "$v" -1024:3071 0,0,0 5,-5,3 15,-10,5 -25,20,80 40,10,-60 -8,70,10
 done
 for v in "$ct"/mouse/*.nii.gz; do
+	[ -f "$v" ] || continue
 	project "$v" 0:255 0,0,0 70,30,10
 done
 exec ct-train "$@" "$out" "$work"/*.exr "$xray"
