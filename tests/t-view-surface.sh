@@ -47,6 +47,8 @@ done
 # a plane, z = 3 + x / 2: bright as 1 / sqrt(1 + 1/4), exact but at the edges
 py 'vol((z - 3 - x / 2) * 7, "plane.nii")' && ct-view -p axial --surface 0 plane.nii plane.png
 is 'abs(pic("plane.png")[3:-3, 3:-3] - (0.15 + 0.85 / np.sqrt(1.25))).max() < 0.003' 'a tilted plane from below'
+py 'vol((-y - 3 - x / 2) * 7, "thick.nii")' && ct-convert -q --crop 0:40,0:30,11:12 thick.nii one.nii && ct-view -p coronal --surface 0 one.nii one.png
+is 'abs(np.median(pic("one.png")) - (0.15 + 0.85 / np.sqrt(1.25))).max() < 0.01' 'one slice has no slope across'
 # which side is nearer: of two plates the one in front hides the other, which is at an angle
 hides() { # hides PLANE EYE FIELD
 	py "vol($3, 'h.nii')" && ct-view -q -f -p "$1" --surface 1 h.nii h.png
