@@ -21,8 +21,8 @@
  *
  * A scan of other factors f, whole or not, is seen by the networks of the nearest S, that for which
  * the largest of f / S and S / f is least: the volume is interpolated (Keys) along its coarse axes
- * to S voxels an LR voxel, and w h back. What a blur and a sampling do is the same at any factor, in
- * LR voxels. S and f are at most 2.7 times apart.
+ * to S voxels an LR voxel, and w h back. What a blur and a sampling do is the same at any factor,
+ * in LR voxels. S and f are at most 2.7 times apart.
  */
 #ifndef CT_RESTORE_RESTORE_H
 #define CT_RESTORE_RESTORE_H

@@ -13,8 +13,7 @@ enum quality { QUALITIES(CT_WORD_VALUE) };
 
 /* What the command line says. */
 struct sr {
-	const char *in, *out, *report, *confidence, *keep, *prior, *series, *memory,
-		*sidecar;
+	const char *in, *out, *report, *confidence, *keep, *prior, *series, *memory, *sidecar;
 	struct said_opts said;
 	int quality, views, iterations, gaussians;
 	bool projections, paper, release, deid;
