@@ -57,7 +57,9 @@ for i in '"Manufacturer": "ACME Med"' '"KVP": 120' '"Factor": "1,1,2"'; do has t
 exits 0 'read again' ct-info -e thin.nii; ! grep -q 'says the scanner' err; ok $? 'it says nothing of the scanner'
 exits 0 'without a name' ct-sr -q -Q draft -x 1,1,2 --deid --sidecar hidden.json even.nii hidden/
 ! grep -q SourceFile hidden.json; ok $? 'of a file'
-for f in even uneven named thin hidden; do
+exits 0 'nor of slices' ct-sr -q -Q draft -x 1,1,2 --deid --sidecar bare.json even bare/
+grep -q '"Position"' bare.json && ! grep -q '"File"' bare.json; ok $? 'which are told, unnamed'
+for f in even uneven named thin hidden bare; do
 	! grep -iE 'doering|jane|secret77|1960|2020|acc1|hosp|"op"|"s1"|ref"|1\.2\.[0-9]|synthetic' "$f.json"
 	ok $? "$f: nothing of the patient"
 done
