@@ -3,7 +3,6 @@ import json, re, subprocess, sys
 import xml.etree.ElementTree as ET
 
 TYPES = {'flag', 'integer', 'number', 'text', 'choice', 'file'}
-TAGS = {'image', 'file', 'boolean', 'integer', 'double', 'string', 'string-enumeration'}
 
 
 def says(tool, how):
@@ -49,24 +48,26 @@ def described(tool):
 
 
 def form(tool):
-    """The parameters of --xml, as the Slicer Execution Model wants them."""
+    """The parameters of --xml, by the rules of ModuleDescription.xsd of the Slicer Execution Model."""
     root = ET.fromstring(says(tool, '--xml'))
     assert root.tag == 'executable' and [c.tag for c in root][:7] == ['category', 'title', 'description', 'version', 'documentation-url', 'license', 'contributor']
     assert root.find('title').text == tool
     all_ = [p for group in root.findall('parameters') for p in group if p.tag not in ('label', 'description')]
-    assert {p.tag for p in all_} <= TAGS
     names = [p.find('name').text for p in all_]
     assert len(set(names)) == len(names) and all(re.fullmatch(r'[A-Za-z_]\w*', n) for n in names)
     places = [int(p.find('index').text) for p in all_ if p.find('index') is not None]
     assert places == list(range(len(places)))
     for p in all_:
         assert p.find('label').text and p.find('description').text
-        assert (p.find('index') is None) == (p.find('longflag') is not None)
-        assert (p.find('channel') is not None) == (p.tag in ('image', 'file'))
-        if p.tag == 'string-enumeration':
-            assert p.find('default').text in [e.text for e in p.findall('element')]
-        if p.tag in ('integer', 'double', 'boolean'):
-            assert p.find('default') is not None, names
+        has = [c.tag for c in p]
+        if p.tag == 'image':
+            assert set(p.attrib) <= {'fileExtensions'} and sorted(has) == ['channel', 'description', 'index', 'label', 'name']
+            assert p.find('channel').text in ('input', 'output')
+            continue
+        assert p.tag in ('boolean', 'integer', 'double', 'string') and not p.attrib and len(set(has)) == len(has)
+        assert {'name', 'label', 'longflag', 'description'} <= set(has) <= {'name', 'label', 'flag', 'longflag', 'description', 'default'}
+        assert p.tag == 'string' or 'default' in has, names
+    assert not any(group.attrib for group in root.findall('parameters'))
     return all_
 
 

@@ -208,16 +208,17 @@ static bool may_be_given(const struct ct_tool *t, const struct ct_opt *o)
 	return o->when[0].kind == CT_WHEN_ALWAYS && has_default(t, o);
 }
 
-/* What the form offers, for a volume of the scene, another file, or a value. */
+/* What the form offers. Slicer's schema has no flag for a file and one word only in a choice, so
+ * both are texts there; the volumes that have a place on the line are chosen from the scene. */
 static const char *tag_of(const struct ct_tool *t, const struct ct_opt *o)
 {
-	if (o->role != CT_NO_FILE)
-		return !o->name ? "image" : "file";
+	if (!o->name)
+		return "image";
 	if (o->type == CT_T_FLAG)
 		return "boolean";
-	if (o->type == CT_T_STR || !may_be_given(t, o))
+	if (o->role != CT_NO_FILE || o->type == CT_T_STR || o->choice || !may_be_given(t, o))
 		return "string";
-	return o->choice ? "string-enumeration" : o->type == CT_T_INT ? "integer" : "double";
+	return o->type == CT_T_INT ? "integer" : "double";
 }
 
 static void put_default(const struct ct_tool *t, const struct ct_opt *o)
@@ -232,7 +233,7 @@ static void put_default(const struct ct_tool *t, const struct ct_opt *o)
 		put_text("default", text);
 }
 
-/* fileExtensions=".nii,.mha" of an output. */
+/* fileExtensions=".nii,.mha" of a volume. */
 static void put_extensions(const struct ct_opt *o)
 {
 	const char *before = " fileExtensions=\".";
@@ -248,33 +249,33 @@ static void put_extensions(const struct ct_opt *o)
 		putchar('"');
 }
 
-/* As an input or an output, if it is a file. */
-static void put_parameter(const struct ct_tool *t, const struct ct_opt *o, int place, bool output)
+/* A volume at a place of the line. */
+static void put_volume(const struct ct_opt *o, int place, bool output)
 {
-	const char *tag = tag_of(t, o);
-	const bool enumerated = strcmp(tag, "string-enumeration") == 0;
-
-	printf("<%s", tag);
+	fputs("<image", stdout);
 	put_extensions(o);
 	putchar('>');
 	put_names(o, o->role == CT_READS_WRITES ? output ? "OUT" : "IN" : NULL);
-	if (o->name) {
-		printf("<longflag>--%s</longflag>", o->name);
-		if (o->c)
-			printf("<flag>-%c</flag>", o->c);
-	} else
-		printf("<index>%d</index>", place);
-	if (o->role != CT_NO_FILE)
-		put_text("channel", output ? "output" : "input");
+	printf("<index>%d</index>", place);
+	put_text("channel", output ? "output" : "input");
 	put_text("description", o->help);
+	puts("</image>");
+}
+
+static void put_option(const struct ct_tool *t, const struct ct_opt *o)
+{
+	const char *tag = tag_of(t, o);
+	char text[1000];
+
+	snprintf(text, sizeof text, o->choice ? "%s (%s)" : "%s", o->help, o->arg);
+	printf("<%s>", tag);
+	put_names(o, NULL);
+	if (o->c)
+		printf("<flag>-%c</flag>", o->c);
+	printf("<longflag>--%s</longflag>", o->name);
+	put_text("description", text);
 	if (o->role == CT_NO_FILE && (o->type == CT_T_FLAG || may_be_given(t, o)))
 		put_default(t, o);
-	for (const char *w = enumerated ? o->arg : ""; *w;) {
-		const size_t n = strcspn(w, "|");
-
-		printf("<element>%.*s</element>", (int)n, w);
-		w += n + (w[n] == '|');
-	}
 	printf("</%s>\n", tag);
 }
 
@@ -295,13 +296,13 @@ void ct_describe_slicer(const struct ct_tool *t)
 	for (size_t k = 0; (o = ct_table_row(t, k)); k++)
 		if (!o->name) {
 			if (o->role == CT_READS_WRITES)
-				put_parameter(t, o, place++, false);
-			put_parameter(t, o, place++, o->role != CT_READS);
+				put_volume(o, place++, false);
+			put_volume(o, place++, o->role != CT_READS);
 		}
-	puts("</parameters>\n<parameters advanced=\"true\">\n<label>Options</label><description>All but "
+	puts("</parameters>\n<parameters>\n<label>Options</label><description>All but "
 	     "the common ones</description>");
 	for (size_t k = 0; (o = ct_table_row(t, k)); k++)
 		if (o->name && !o->common)
-			put_parameter(t, o, place, o->role != CT_READS);
+			put_option(t, o);
 	puts("</parameters>\n</executable>");
 }
