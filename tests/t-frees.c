@@ -28,6 +28,7 @@
 #include "restore/restore.h"
 #include "tap.h"
 #include "unet/arena.h"
+#include "unet/product.h"
 #include "unet/unet.h"
 #include "xray/project.h"
 
@@ -86,6 +87,7 @@ int main(void)
 	FREED(ct_patch_turns, ct_patch_turns_free);
 	FREED(ct_slice_network, ct_slice_network_free);
 	FREED(ct_slice_network_work, ct_slice_network_work_free);
+	FREED(ct_slice_network_ready, ct_slice_network_ready_free);
 	FREED(ct_slice_prior, ct_slice_prior_free);
 	FREED(ct_arena, ct_arena_free);
 	FREED(ct_graph, ct_graph_free);
@@ -96,6 +98,7 @@ int main(void)
 	ct_par_free(NULL);
 	ct_train_free(NULL);
 	ct_unet_free(NULL);
+	ct_product_free(NULL);
 	ct_unet_plan_free(NULL);
 	return tap_done();
 }

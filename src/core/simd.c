@@ -6,6 +6,7 @@
 #include <string.h>
 
 static atomic_int chosen; /* 0: not yet */
+static atomic_bool by_word;
 
 #ifdef CT_SIMD_LEVELS
 static int highest(void)
@@ -39,7 +40,14 @@ int ct_simd_use(const char *word, struct ct_err *e)
 		return ct_fail(e, CT_EUSAGE, "CTSR_CPU: this processor has v%d at most, not v%d",
 			have, want);
 	atomic_store(&chosen, want);
+	atomic_store(&by_word, word != NULL);
 	return 0;
+}
+
+bool ct_simd_bf16(void)
+{
+	return ct_simd_level() == 4 && !atomic_load(&by_word) &&
+	       __builtin_cpu_supports("avx512bf16");
 }
 #else
 static int highest(void)
@@ -53,6 +61,11 @@ int ct_simd_use(const char *word, struct ct_err *e)
 		return ct_fail(e, CT_EUSAGE,
 			"CTSR_CPU: '%.20s': there is one level only on this processor", word);
 	return 0;
+}
+
+bool ct_simd_bf16(void)
+{
+	return false;
 }
 #endif
 

@@ -1,8 +1,8 @@
 /* simd.h: which vector instructions this process uses, and the kernels that are compiled for each.
  *
  * A kernel is a function of a file in SIMD_SOURCES (local.mk). Such a file is compiled once for
- *each level: x86-64-v2 (SSE4.2, vectors of 16 bytes), v3 (AVX2 and FMA, 32) and v4 (AVX-512, 64);
- *once, as it is, on other processors (NEON on ARM). In it stand
+ * each level: x86-64-v2 (SSE4.2, vectors of 16 bytes), v3 (AVX2 and FMA, 32) and v4 (AVX-512, 64);
+ * once, as it is, on other processors (NEON on ARM). In it stand
  *
  *	#include "core/vec.h"
  *	void CT_SIMD_HERE(ct_scale)(size_t n, float *x, float by) { ... }
@@ -11,11 +11,14 @@
  * say CT_SIMD(ct_scale)(n, x, by).
  *
  * Every level gives the same bytes, but for what ct_f32_fma (vec.h) computes, which v2 rounds
- *twice, and for the network, whose library adds in an order of each processor's own.
+ * twice, and for networks, whose library adds in an order of each processor's own and may round
+ * factors to bfloat16.
  */
 #ifndef CT_CORE_SIMD_H
 #define CT_CORE_SIMD_H
 #include "core/err.h"
+
+#include <stdbool.h>
 
 #ifdef CT_SIMD_LEVELS /* by configure: the levels 2, 3 and 4 of x86-64 */
 #define CT_SIMD_DECLARE(type, name, params)                                                        \
@@ -39,6 +42,10 @@
 /* 2, 3 or 4, or 1 where there are no levels: the highest that this processor has, unless
  * ct_simd_use chose. Any thread. */
 int ct_simd_level(void);
+
+/* Does it multiply bfloat16 (AVX512-BF16), and was no level chosen? Products of matrices may then
+ * use it (unet/product.h). */
+bool ct_simd_bf16(void);
 
 /* Use the level `word`, "v2", "v3" or "v4", from here on; NULL takes the highest. To be called
  * before any other thread runs, at the start of a program, which gives it $CTSR_CPU: the one thing

@@ -22,6 +22,7 @@ struct predict_job {
 	const struct ct_scene *scene;
 	struct ct_patch_turns turns;
 	struct ct_slicing s;
+	struct ct_slice_network_ready ready;
 	struct side *side;
 	struct ct_guess *g;
 	bool coarse; /* the axis across */
@@ -69,7 +70,7 @@ static void put(struct predict_job *j, const struct side *d, size_t i)
 static void flush(struct predict_job *j, struct side *d)
 {
 	if (d->rows && !d->failed.code &&
-		ct_slice_network_run(j->r, &d->w, d->rows, &d->failed) == 0)
+		ct_slice_network_run(j->r, &j->ready, &d->w, d->rows, &d->failed) == 0)
 		for (size_t i = 0; i < d->rows; i += d->poses[i])
 			put(j, d, i);
 	d->rows = 0;
@@ -159,7 +160,8 @@ int ct_predict(struct ct_guess *g, const struct ct_scene *s, const struct ct_sli
 
 	if (used == 0)
 		return ct_fail(e, CT_EGEOM, "no axis has slices that the prior knows");
-	if (ct_patch_turns_alloc(&j.turns, &r->shape, e) || sides(&j, threads, e))
+	if (ct_patch_turns_alloc(&j.turns, &r->shape, e) || sides(&j, threads, e) ||
+		ct_slice_network_ready_alloc(&j.ready, r, e))
 		goto out;
 	for (int a = 0; a < 3; a++)
 		if (use[a] && across(&j, a, e))
@@ -176,6 +178,7 @@ out:
 	for (size_t t = 0; j.side && t < threads; t++)
 		ct_slice_network_work_free(&j.side[t].w);
 	free(j.side);
+	ct_slice_network_ready_free(&j.ready);
 	ct_patch_turns_free(&j.turns);
 	return rc;
 }

@@ -92,6 +92,7 @@ int ct_slice_network_work_alloc(struct ct_slice_network_work *w, const struct ct
 {
 	const size_t n = ct_patch_count(&r->shape), f = r->inputs;
 
+	most = (most + CT_PRODUCT_ROWS - 1) / CT_PRODUCT_ROWS * CT_PRODUCT_ROWS;
 	w->most = most;
 	if (ct_alloc0(&w->patch, most * (n + f + 4 * r->width + r->out), sizeof *w->patch, e))
 		return -1;
@@ -124,22 +125,31 @@ static int times(float *out, size_t ldo, const float *in, const float *matrix, s
 		add ? 1 : 0, out, ldo, e);
 }
 
-int ct_slice_network_components(const struct ct_slice_network *r, struct ct_slice_network_work *w,
-	size_t n, struct ct_err *e)
+static void centre(const struct ct_slice_network *r, struct ct_slice_network_work *w, size_t n)
 {
 	const size_t count = ct_patch_count(&r->shape);
 
 	for (size_t i = 0; i < n; i++)
 		for (size_t j = 0; j < count; j++)
 			w->patch[i * count + j] -= r->mean[j];
+}
+
+int ct_slice_network_components(const struct ct_slice_network *r, struct ct_slice_network_work *w,
+	size_t n, struct ct_err *e)
+{
+	const size_t count = ct_patch_count(&r->shape);
+
+	centre(r, w, n);
 	return times(w->feature, r->inputs, w->patch, r->basis, n, r->components, count, false, e);
 }
 
-/* h = a(in matrix^T + bias), of n rows. */
-static int hidden(float *h, float *a, const float *in, const float *matrix, const float *bias,
-	size_t n, size_t rows, size_t columns, struct ct_err *e)
+/* h = a(in matrix^T + bias), of n rows; `ready` is the product with that matrix, or NULL. */
+static int hidden(float *h, float *a, const float *in, const float *matrix,
+	const struct ct_product *ready, const float *bias, size_t n, size_t rows, size_t columns,
+	struct ct_err *e)
 {
-	if (times(a, rows, in, matrix, n, rows, columns, false, e))
+	if (ready ? ct_product_run(ready, in, n, a, e)
+		  : times(a, rows, in, matrix, n, rows, columns, false, e))
 		return -1;
 	for (size_t i = 0; i < n; i++) {
 		const struct ct_vector add = {.y = a + i * rows, .x = bias, .c = 1, .b = 1};
@@ -150,16 +160,19 @@ static int hidden(float *h, float *a, const float *in, const float *matrix, cons
 	return 0;
 }
 
-int ct_slice_network_forward(const struct ct_slice_network *r, const float *all,
-	struct ct_slice_network_work *w, size_t n, struct ct_err *e)
+static int layers(const struct ct_slice_network *r, const float *all,
+	const struct ct_slice_network_ready *q, struct ct_slice_network_work *w, size_t n,
+	struct ct_err *e)
 {
 	const size_t f = r->inputs, out = r->out, wide = r->width;
 	const float *at[CT_PARTS];
 
 	for (int p = 0; p < CT_PARTS; p++)
 		at[p] = all + r->at[p];
-	if (hidden(w->h1, w->a1, w->feature, at[CT_PART_1], at[CT_PART_1_BIAS], n, wide, f, e) ||
-		hidden(w->h2, w->a2, w->h1, at[CT_PART_2], at[CT_PART_2_BIAS], n, wide, wide, e))
+	if (hidden(w->h1, w->a1, w->feature, at[CT_PART_1], q->w1, at[CT_PART_1_BIAS], n, wide, f,
+		    e) ||
+		hidden(w->h2, w->a2, w->h1, at[CT_PART_2], q->w2, at[CT_PART_2_BIAS], n, wide, wide,
+			e))
 		return -1;
 	for (size_t i = 0; i < n; i++)
 		for (size_t j = 0; j < out; j++)
@@ -170,11 +183,43 @@ int ct_slice_network_forward(const struct ct_slice_network *r, const float *all,
 		       : 0;
 }
 
-int ct_slice_network_run(const struct ct_slice_network *r, struct ct_slice_network_work *w,
-	size_t n, struct ct_err *e)
+int ct_slice_network_forward(const struct ct_slice_network *r, const float *all,
+	struct ct_slice_network_work *w, size_t n, struct ct_err *e)
 {
-	return ct_slice_network_components(r, w, n, e) ||
-			       ct_slice_network_forward(r, r->all, w, n, e)
+	return layers(r, all, &(struct ct_slice_network_ready){0}, w, n, e);
+}
+
+int ct_slice_network_ready_alloc(
+	struct ct_slice_network_ready *q, const struct ct_slice_network *r, struct ct_err *e)
+{
+	const size_t f = r->inputs, w = r->width;
+
+	*q = (struct ct_slice_network_ready){0};
+	/* Components that vary little are whitened: rounding a patch would be far too much there.
+	 */
+	if (ct_product_alloc(
+		    &q->basis, r->basis, r->components, ct_patch_count(&r->shape), f, false, e) ||
+		ct_product_alloc(&q->w1, r->all + r->at[CT_PART_1], w, f, w, false, e) ||
+		ct_product_alloc(&q->w2, r->all + r->at[CT_PART_2], w, w, w, true, e)) {
+		ct_slice_network_ready_free(q);
+		return -1;
+	}
+	return 0;
+}
+
+void ct_slice_network_ready_free(struct ct_slice_network_ready *q)
+{
+	ct_product_free(q->basis);
+	ct_product_free(q->w1);
+	ct_product_free(q->w2);
+	*q = (struct ct_slice_network_ready){0};
+}
+
+int ct_slice_network_run(const struct ct_slice_network *r, const struct ct_slice_network_ready *q,
+	struct ct_slice_network_work *w, size_t n, struct ct_err *e)
+{
+	centre(r, w, n);
+	return ct_product_run(q->basis, w->patch, n, w->feature, e) || layers(r, r->all, q, w, n, e)
 		       ? -1
 		       : 0;
 }

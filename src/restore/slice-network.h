@@ -16,6 +16,7 @@
 #include "core/tensors.h"
 #include "resolution/degrade.h"
 #include "restore/patch.h"
+#include "unet/product.h"
 
 enum { CT_SLICE_NETWORK_FEATURES = 8 };
 
@@ -76,10 +77,18 @@ void ct_slice_network_work_free(struct ct_slice_network_work *w);
 /* The features of row i. */
 float *ct_slice_network_features(
 	struct ct_slice_network_work *w, const struct ct_slice_network *r, size_t i);
+/* Its large matrices, made ready for many patches; borrowed from r. */
+struct ct_slice_network_ready {
+	struct ct_product *basis, *w1, *w2;
+};
+int ct_slice_network_ready_alloc(
+	struct ct_slice_network_ready *q, const struct ct_slice_network *r, struct ct_err *e);
+void ct_slice_network_ready_free(struct ct_slice_network_ready *q);
 /* w->out of the first n patches of w->patch, whose features are set. CT_EFAIL. */
-int ct_slice_network_run(const struct ct_slice_network *r, struct ct_slice_network_work *w,
-	size_t n, struct ct_err *e);
-/* Its two steps: the components of the patches, and the layers with the weights `all`. */
+int ct_slice_network_run(const struct ct_slice_network *r, const struct ct_slice_network_ready *q,
+	struct ct_slice_network_work *w, size_t n, struct ct_err *e);
+/* The same in two steps, with weights `all` that change: the components of the patches, and the
+ * layers. */
 int ct_slice_network_components(const struct ct_slice_network *r, struct ct_slice_network_work *w,
 	size_t n, struct ct_err *e);
 int ct_slice_network_forward(const struct ct_slice_network *r, const float *all,

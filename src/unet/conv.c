@@ -216,11 +216,12 @@ int ct_conv_alloc(struct ct_conv **out, struct ct_dnn *d, const struct ct_conv_s
 		goto out;
 	c->dnn = d;
 	c->s = *s;
-	rc = ct_dnn_desc_new(&c->src, 4, src, dnnl_nhwc, e) ||
-	     ct_dnn_desc_new(&c->dst, 4, dst, dnnl_nhwc, e) ||
-	     ct_dnn_desc_new(&c->weights, 4, wd, dnnl_format_tag_any, e) ||
-	     ct_dnn_desc_new(&c->plain, 4, wd, dnnl_oihw, e) ||
-	     ct_dnn_desc_new(&c->bias, 1, bd, dnnl_a, e) || conv_build(c, key, weight, train, e);
+	rc = ct_dnn_desc_new(&c->src, 4, src, dnnl_f32, dnnl_nhwc, e) ||
+	     ct_dnn_desc_new(&c->dst, 4, dst, dnnl_f32, dnnl_nhwc, e) ||
+	     ct_dnn_desc_new(&c->weights, 4, wd, dnnl_f32, dnnl_format_tag_any, e) ||
+	     ct_dnn_desc_new(&c->plain, 4, wd, dnnl_f32, dnnl_oihw, e) ||
+	     ct_dnn_desc_new(&c->bias, 1, bd, dnnl_f32, dnnl_a, e) ||
+	     conv_build(c, key, weight, train, e);
 	if (rc) {
 		ct_conv_free(c);
 		rc = -1;

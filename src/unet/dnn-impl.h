@@ -1,4 +1,4 @@
-/* dnn-impl.h: what dnn.c, dnn-order.c and conv.c share.
+/* dnn-impl.h: what dnn.c, dnn-order.c, product.c and conv.c share.
  *
  * Version 3 of oneDNN made memory descriptors opaque and dropped operation descriptors; the few
  * functions here hide the first.
@@ -40,16 +40,18 @@ int ct_dnn_check(dnnl_status_t s, const char *what, struct ct_err *e);
 int ct_dnn_primitive(
 	dnnl_primitive_t *p, dnnl_primitive_desc_t pd, const char *what, struct ct_err *e);
 /* Descriptors; NULL may be freed. */
-int ct_dnn_desc_new(
-	ct_dnn_desc *d, int rank, const dnnl_dims_t dims, dnnl_format_tag_t tag, struct ct_err *e);
+int ct_dnn_desc_new(ct_dnn_desc *d, int rank, const dnnl_dims_t dims, dnnl_data_type_t type,
+	dnnl_format_tag_t tag, struct ct_err *e);
+int ct_dnn_desc_strided(ct_dnn_desc *d, int rank, const dnnl_dims_t dims, const dnnl_dims_t strides,
+	struct ct_err *e);
 int ct_dnn_desc_copy(ct_dnn_desc *d, ct_dnn_cdesc from, struct ct_err *e);
 void ct_dnn_desc_free(ct_dnn_desc d);
 /* A primitive that copies between orders; with `sum` it adds to what is there. */
 int ct_dnn_reorder_new(dnnl_primitive_t *p, dnnl_engine_t eng, ct_dnn_cdesc from, ct_dnn_cdesc to,
 	bool sum, struct ct_err *e);
-/* dst = (or +=) src in another order. */
+/* dst = (or +=) src in another order, or of another type. */
 int ct_dnn_reorder_run(dnnl_primitive_t p, dnnl_engine_t eng, dnnl_stream_t stream,
-	ct_dnn_cdesc from, const float *src, ct_dnn_cdesc to, float *dst, struct ct_err *e);
+	ct_dnn_cdesc from, const float *src, ct_dnn_cdesc to, void *dst, struct ct_err *e);
 /* The pack of weights called `key` in this order, made if there is none: of `plain`, or if that is
  * NULL of the pack in another order that there must be. */
 int ct_dnn_pack_get(struct ct_dnn *d, size_t key, const float *plain, ct_dnn_cdesc from,

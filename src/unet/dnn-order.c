@@ -14,17 +14,30 @@ int ct_dnn_check(dnnl_status_t s, const char *what, struct ct_err *e)
 		dnnl_status2str(s));
 }
 
-int ct_dnn_desc_new(
-	ct_dnn_desc *d, int rank, const dnnl_dims_t dims, dnnl_format_tag_t tag, struct ct_err *e)
+int ct_dnn_desc_new(ct_dnn_desc *d, int rank, const dnnl_dims_t dims, dnnl_data_type_t type,
+	dnnl_format_tag_t tag, struct ct_err *e)
 {
 #if DNNL_VERSION_MAJOR >= 3
 	return ct_dnn_check(
-		dnnl_memory_desc_create_with_tag(d, rank, dims, dnnl_f32, tag), "layout", e);
+		dnnl_memory_desc_create_with_tag(d, rank, dims, type, tag), "layout", e);
+#else
+	if (ct_alloc0(d, 1, sizeof **d, e))
+		return -1;
+	return ct_dnn_check(dnnl_memory_desc_init_by_tag(*d, rank, dims, type, tag), "layout", e);
+#endif
+}
+
+int ct_dnn_desc_strided(ct_dnn_desc *d, int rank, const dnnl_dims_t dims, const dnnl_dims_t strides,
+	struct ct_err *e)
+{
+#if DNNL_VERSION_MAJOR >= 3
+	return ct_dnn_check(dnnl_memory_desc_create_with_strides(d, rank, dims, dnnl_f32, strides),
+		"layout", e);
 #else
 	if (ct_alloc0(d, 1, sizeof **d, e))
 		return -1;
 	return ct_dnn_check(
-		dnnl_memory_desc_init_by_tag(*d, rank, dims, dnnl_f32, tag), "layout", e);
+		dnnl_memory_desc_init_by_strides(*d, rank, dims, dnnl_f32, strides), "layout", e);
 #endif
 }
 
@@ -85,7 +98,7 @@ out:
 }
 
 int ct_dnn_reorder_run(dnnl_primitive_t p, dnnl_engine_t eng, dnnl_stream_t stream,
-	ct_dnn_cdesc from, const float *src, ct_dnn_cdesc to, float *dst, struct ct_err *e)
+	ct_dnn_cdesc from, const float *src, ct_dnn_cdesc to, void *dst, struct ct_err *e)
 {
 	dnnl_memory_t a = NULL, b = NULL;
 	union {

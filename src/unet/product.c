@@ -1,0 +1,207 @@
+/* product.c: see product.h. Version 3 of oneDNN dropped operation descriptors. */
+#include "config.h"
+#include "core/mem.h"
+#include "core/simd.h"
+#include "unet/dnn-impl.h"
+#include "unet/product.h"
+
+#include <stdlib.h>
+
+struct ct_product {
+	const float *matrix;
+	size_t rows, columns, ldy;
+	dnnl_engine_t engine;          /* NULL: ct_dnn_sgemm */
+	dnnl_primitive_t times, round; /* round: x to bfloat16, or NULL */
+	ct_dnn_desc x, given, y, ordered, scratch;
+	void *weights; /* in that order */
+};
+
+static int primitive_desc(dnnl_primitive_desc_t *pd, const struct ct_product *p, ct_dnn_cdesc w,
+	dnnl_primitive_attr_t attr, struct ct_err *e)
+{
+	dnnl_status_t s;
+#if DNNL_VERSION_MAJOR >= 3
+	s = dnnl_matmul_primitive_desc_create(pd, p->engine, p->x, w, NULL, p->y, attr);
+#else
+	dnnl_matmul_desc_t d;
+
+	s = dnnl_matmul_desc_init(&d, p->x, w, NULL, p->y);
+	if (s == dnnl_success)
+		s = dnnl_primitive_desc_create(pd, &d, attr, p->engine, NULL);
+#endif
+	return ct_dnn_check(s, "matrix product", e);
+}
+
+/* The weights, in the order that the primitive wants. */
+static int pack(struct ct_product *p, dnnl_primitive_desc_t pd, struct ct_err *e)
+{
+	const dnnl_dims_t dim = {(dnnl_dim_t)p->columns, (dnnl_dim_t)p->rows};
+	ct_dnn_desc plain = NULL;
+	dnnl_primitive_t reorder = NULL;
+	dnnl_stream_t stream = NULL;
+	int rc = -1;
+
+	if (ct_dnn_desc_copy(
+		    &p->ordered, dnnl_primitive_desc_query_md(pd, dnnl_query_weights_md, 0), e) ||
+		ct_dnn_desc_copy(&p->scratch,
+			dnnl_primitive_desc_query_md(pd, dnnl_query_scratchpad_md, 0), e) ||
+		ct_alloc0((char **)&p->weights, 1, dnnl_memory_desc_get_size(p->ordered), e) ||
+		ct_dnn_desc_new(&plain, 2, dim, dnnl_f32, dnnl_ba, e) ||
+		ct_dnn_reorder_new(&reorder, p->engine, plain, p->ordered, false, e) ||
+		ct_dnn_check(dnnl_stream_create(&stream, p->engine, dnnl_stream_default_flags),
+			"stream", e))
+		goto out;
+	rc = ct_dnn_reorder_run(
+		reorder, p->engine, stream, plain, p->matrix, p->ordered, p->weights, e);
+out:
+	if (stream)
+		dnnl_stream_destroy(stream);
+	if (reorder)
+		dnnl_primitive_destroy(reorder);
+	ct_dnn_desc_free(plain);
+	return rc;
+}
+
+static int build(struct ct_product *p, bool half, struct ct_err *e)
+{
+	const dnnl_dims_t x = {CT_PRODUCT_ROWS, (dnnl_dim_t)p->columns},
+			  y = {CT_PRODUCT_ROWS, (dnnl_dim_t)p->rows},
+			  w = {(dnnl_dim_t)p->columns, (dnnl_dim_t)p->rows};
+	const dnnl_dims_t stride = {(dnnl_dim_t)p->ldy, 1};
+	const dnnl_data_type_t type = half ? dnnl_bf16 : dnnl_f32;
+	dnnl_primitive_attr_t attr = NULL;
+	dnnl_primitive_desc_t pd = NULL;
+	ct_dnn_desc any = NULL;
+	int rc = -1;
+
+	if (ct_dnn_check(dnnl_engine_create(&p->engine, dnnl_cpu, 0), "engine", e) ||
+		ct_dnn_desc_new(&p->x, 2, x, type, dnnl_ab, e) ||
+		ct_dnn_desc_new(&p->given, 2, x, dnnl_f32, dnnl_ab, e) ||
+		ct_dnn_desc_strided(&p->y, 2, y, stride, e) ||
+		ct_dnn_desc_new(&any, 2, w, type, dnnl_format_tag_any, e) ||
+		ct_dnn_check(dnnl_primitive_attr_create(&attr), "attributes", e) ||
+		ct_dnn_check(
+			dnnl_primitive_attr_set_scratchpad_mode(attr, dnnl_scratchpad_mode_user),
+			"scratch", e) ||
+		primitive_desc(&pd, p, any, attr, e) ||
+		ct_dnn_primitive(&p->times, pd, "matrix product", e) || pack(p, pd, e))
+		goto out;
+	rc = half ? ct_dnn_reorder_new(&p->round, p->engine, p->given, p->x, false, e) : 0;
+out:
+	if (pd)
+		dnnl_primitive_desc_destroy(pd);
+	if (attr)
+		dnnl_primitive_attr_destroy(attr);
+	ct_dnn_desc_free(any);
+	return rc;
+}
+
+int ct_product_alloc(struct ct_product **out, const float *matrix, size_t rows, size_t columns,
+	size_t ldy, bool half, struct ct_err *e)
+{
+	struct ct_product *p;
+	int was, rc = 0;
+
+	if (ct_alloc0(&p, 1, sizeof *p, e))
+		return -1;
+	*p = (struct ct_product){.matrix = matrix, .rows = rows, .columns = columns, .ldy = ldy};
+	was = ct_dnn_enter();
+	if (ct_simd_level() == 4)
+		rc = build(p, half && ct_simd_bf16(), e);
+	ct_dnn_leave(was);
+	if (rc)
+		ct_product_free(p);
+	else
+		*out = p;
+	return rc;
+}
+
+void ct_product_free(struct ct_product *p)
+{
+	if (!p)
+		return;
+	if (p->times)
+		dnnl_primitive_destroy(p->times);
+	if (p->round)
+		dnnl_primitive_destroy(p->round);
+	ct_dnn_desc_free(p->x);
+	ct_dnn_desc_free(p->given);
+	ct_dnn_desc_free(p->y);
+	ct_dnn_desc_free(p->ordered);
+	ct_dnn_desc_free(p->scratch);
+	if (p->engine)
+		dnnl_engine_destroy(p->engine);
+	free(p->weights);
+	free(p);
+}
+
+enum { X, Y, WEIGHTS, SCRATCH, ARGS };
+
+/* The memories of one run, and its room. */
+struct run {
+	dnnl_stream_t stream;
+	dnnl_exec_arg_t arg[ARGS];
+	char *room; /* of x in bfloat16, and scratch */
+};
+
+static int begin(struct run *r, const struct ct_product *p, struct ct_err *e)
+{
+	const size_t x = p->round ? dnnl_memory_desc_get_size(p->x) : 0;
+	const ct_dnn_cdesc desc[ARGS] = {p->x, p->y, p->ordered, p->scratch};
+	const int id[ARGS] = {DNNL_ARG_SRC, DNNL_ARG_DST, DNNL_ARG_WEIGHTS, DNNL_ARG_SCRATCHPAD};
+
+	if (ct_alloc0(&r->room, 1, x + dnnl_memory_desc_get_size(p->scratch) + 1, e) ||
+		ct_dnn_check(dnnl_stream_create(&r->stream, p->engine, dnnl_stream_default_flags),
+			"stream", e))
+		return -1;
+	void *data[ARGS] = {r->room, NULL, p->weights, r->room + x};
+
+	for (int i = 0; i < ARGS; i++) {
+		r->arg[i].arg = id[i];
+		if (ct_dnn_check(dnnl_memory_create(&r->arg[i].memory, desc[i], p->engine, data[i]),
+			    "memory", e))
+			return -1;
+	}
+	return 0;
+}
+
+static int block(
+	struct run *r, const struct ct_product *p, const float *x, float *y, struct ct_err *e)
+{
+	union {
+		const float *in;
+		void *out;
+	} handle = {.in = x};
+
+	if (p->round)
+		if (ct_dnn_reorder_run(
+			    p->round, p->engine, r->stream, p->given, x, p->x, (void *)r->room, e))
+			return -1;
+	if ((!p->round && ct_dnn_check(dnnl_memory_set_data_handle(r->arg[X].memory, handle.out),
+				  "memory", e)) ||
+		ct_dnn_check(dnnl_memory_set_data_handle(r->arg[Y].memory, y), "memory", e) ||
+		ct_dnn_check(dnnl_primitive_execute(p->times, r->stream, ARGS, r->arg),
+			"matrix product", e))
+		return -1;
+	return ct_dnn_check(dnnl_stream_wait(r->stream), "matrix product", e);
+}
+
+int ct_product_run(const struct ct_product *p, const float *x, size_t n, float *y, struct ct_err *e)
+{
+	struct run r = {0};
+	int rc;
+
+	if (!p->engine)
+		return ct_dnn_sgemm(false, true, n, p->rows, p->columns, 1, x, p->columns,
+			p->matrix, p->columns, 0, y, p->ldy, e);
+	rc = begin(&r, p, e);
+	for (size_t i = 0; i < n && !rc; i += CT_PRODUCT_ROWS)
+		rc = block(&r, p, x + i * p->columns, y + i * p->ldy, e);
+	for (int i = 0; i < ARGS; i++)
+		if (r.arg[i].memory)
+			dnnl_memory_destroy(r.arg[i].memory);
+	if (r.stream)
+		dnnl_stream_destroy(r.stream);
+	free(r.room);
+	return rc;
+}

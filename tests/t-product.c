@@ -1,0 +1,110 @@
+/* Products with a matrix that stays: against sums in double, exact factors and such that are
+ * rounded to bfloat16; any number of rows; two threads on one product. */
+#include "config.h"
+#include "core/par.h"
+#include "core/rng.h"
+#include "core/simd.h"
+#include "numbers.h"
+#include "unet/dnn.h"
+#include "unet/product.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { ROWS = 21, COLUMNS = 137, WIDE = 24, MOST = 96 };
+
+/* The nearest bfloat16, the even one of two. */
+static double rounded(float x)
+{
+	uint32_t u;
+
+	memcpy(&u, &x, sizeof u);
+	u = (u + 0x7fff + (u >> 16 & 1)) & 0xffff0000;
+	memcpy(&x, &u, sizeof x);
+	return (double)x;
+}
+
+static double worst_of(const float *y, const float *x, const float *w, size_t n, bool half)
+{
+	double worst = 0;
+
+	for (size_t i = 0; i < n; i++)
+		for (size_t k = 0; k < ROWS; k++) {
+			double sum = 0;
+
+			for (size_t j = 0; j < COLUMNS; j++) {
+				const float a = x[i * COLUMNS + j], b = w[k * COLUMNS + j];
+
+				sum += half ? rounded(a) * rounded(b) : (double)a * (double)b;
+			}
+			worst = fmax(worst, fabs(sum - (double)y[i * WIDE + k]));
+		}
+	return worst;
+}
+
+struct job {
+	const struct ct_product *p;
+	const float *x;
+	float (*y)[MOST * WIDE];
+};
+
+static void run(void *arg, size_t i, size_t worker)
+{
+	struct job *j = arg;
+	struct ct_err e = {0};
+	const int was = ct_dnn_enter();
+
+	(void)worker;
+	if (ct_product_run(j->p, j->x, MOST, j->y[i], &e))
+		j->y[i][0] = NAN;
+	ct_dnn_leave(was);
+}
+
+static void product(bool half)
+{
+	static float w[ROWS * COLUMNS], x[MOST * COLUMNS], y[MOST * WIDE], two[4][MOST * WIDE];
+	const size_t rows[] = {1, 31, 32, 33, MOST};
+	struct ct_product *p;
+	struct ct_par *par;
+	int fit = 0;
+
+	ct_rng_normals(ROWS * COLUMNS, w, 1, 0, 0);
+	ct_rng_normals(MOST * COLUMNS, x, 2, 0, 0);
+	must(ct_product_alloc(&p, w, ROWS, COLUMNS, WIDE, half, &err));
+	for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+		const int was = ct_dnn_enter();
+		double worst;
+
+		for (size_t i = 0; i < MOST * WIDE; i++)
+			y[i] = 7;
+		must(ct_product_run(p, x, rows[k], y, &err));
+		ct_dnn_leave(was);
+		worst = worst_of(y, x, w, rows[k], half && ct_simd_bf16());
+		OK(worst < 5e-5 && y[WIDE - 1] == 7, "%zu rows%s (%g)", rows[k],
+			half ? ", half" : "", worst);
+	}
+	must(ct_par_alloc(&par, 2, &err));
+	ct_par_for(par, 4, run, &(struct job){p, x, two});
+	for (int k = 0; k < 4; k++) {
+		const double worst = worst_of(two[k], x, w, MOST, half && ct_simd_bf16());
+
+		fit += worst < 5e-5;
+	}
+	OK(fit == 4, "two threads on one");
+	ct_par_free(par);
+	ct_product_free(p);
+}
+
+int main(void)
+{
+	product(false);
+	product(true);
+	if (ct_simd_level() > 2) {
+		must(ct_simd_use("v3", &err));
+		OK(!ct_simd_bf16(), "a level that is chosen has no bfloat16");
+		product(true);
+	}
+	return tap_done();
+}
