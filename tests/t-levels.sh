@@ -1,7 +1,7 @@
 #!/bin/sh
 # The level of the processor changes no byte of the results, but what goes through the product of
 # matrices at v2, which has no fused multiply-add (src/core/simd.h).
-unset CTSR_CPU # of the library
+unset CTSR_CPU
 . "$srcdir/tests/tap.sh"
 CTSR_CPU=v5 ct-phantom sphere out.nii 2>err; [ $? -eq 2 ]; ok $? 'a level that there is not is refused'
 has err "v5" 'and named'

@@ -1,6 +1,6 @@
 #!/bin/sh
 # libctsr as it is installed: its symbols, what it does not call, and programs that are built with it.
-unset CTSR_CPU # of the library
+unset CTSR_CPU
 . "$srcdir/tests/tap.sh"
 for tool in nm make pkg-config; do
 	command -v $tool >/dev/null || { skip 'libctsr' "$tool is not here"; done_testing; }

@@ -1,6 +1,6 @@
 #!/bin/sh
 # The package for Python, against the commands.
-unset CTSR_CPU # of the library
+unset CTSR_CPU
 . "$srcdir/tests/tap.sh"
 lib=$(ls "$builddir"/libctsr.so.0 "$builddir"/.libs/libctsr.so.0 2>/dev/null | head -n 1)
 if [ -z "$lib" ] || ! python_with numpy; then echo '1..0 # SKIP no shared library, or no numpy'; exit 0; fi
