@@ -143,11 +143,6 @@ static void eigenvectors(void)
 	NEAR(sum, 0, 1e-12, "that keep the sum of squares");
 }
 
-static double silu(double x)
-{
-	return x / (1 + exp(-x));
-}
-
 /* The network in double. */
 static void twin(double *out, const struct ct_slice_network *r, const float *x, const float *extra)
 {
@@ -166,13 +161,13 @@ static void twin(double *out, const struct ct_slice_network *r, const float *x, 
 		h1[k] = (double)r->all[r->at[CT_PART_1_BIAS] + k];
 		for (size_t i = 0; i < f; i++)
 			h1[k] += (double)r->all[r->at[CT_PART_1] + k * f + i] * feature[i];
-		h1[k] = silu(h1[k]);
+		h1[k] /= 1 + exp(-h1[k]);
 	}
 	for (size_t k = 0; k < w; k++) {
 		h2[k] = (double)r->all[r->at[CT_PART_2_BIAS] + k];
 		for (size_t i = 0; i < w; i++)
 			h2[k] += (double)r->all[r->at[CT_PART_2] + k * w + i] * h1[i];
-		h2[k] = silu(h2[k]);
+		h2[k] /= 1 + exp(-h2[k]);
 	}
 	for (size_t k = 0; k < r->out; k++) {
 		out[k] = (double)r->all[r->at[CT_PART_LINEAR_BIAS] + k] +
@@ -193,7 +188,6 @@ static void network(void)
 	struct ct_slice_network_ready ready;
 	double want[5], worst = 0;
 	float patch[5 * 36];
-	int was;
 
 	random_network(&r);
 	must(ct_slice_network_work_alloc(&w, &r, 5, &err));
@@ -202,7 +196,7 @@ static void network(void)
 	for (size_t i = 0; i < 5; i++)
 		ct_rng_normals(CT_SLICE_NETWORK_FEATURES, ct_slice_network_features(&w, &r, i), 6,
 			1, 50 * i);
-	was = ct_dnn_enter();
+	const int was = ct_dnn_enter();
 	must(ct_slice_network_ready_alloc(&ready, &r, &err));
 	must(ct_slice_network_run(&r, &ready, &w, 5, &err));
 	ct_slice_network_ready_free(&ready);
