@@ -26,7 +26,7 @@ static double rounded(float x)
 	return (double)x;
 }
 
-static double worst_of(const float *y, const float *x, const float *w, size_t n, bool half)
+static double worst_of(const float *y, const float *x, const float *w, size_t n, bool bf16)
 {
 	double worst = 0;
 
@@ -37,7 +37,7 @@ static double worst_of(const float *y, const float *x, const float *w, size_t n,
 			for (size_t j = 0; j < COLUMNS; j++) {
 				const float a = x[i * COLUMNS + j], b = w[k * COLUMNS + j];
 
-				sum += half ? rounded(a) * rounded(b) : (double)a * (double)b;
+				sum += bf16 ? rounded(a) * rounded(b) : (double)a * (double)b;
 			}
 			worst = fmax(worst, fabs(sum - (double)y[i * WIDE + k]));
 		}
@@ -62,7 +62,7 @@ static void run(void *arg, size_t i, size_t worker)
 	ct_dnn_leave(was);
 }
 
-static void product(bool half)
+static void product(bool bf16)
 {
 	static float w[ROWS * COLUMNS], x[MOST * COLUMNS], y[MOST * WIDE], two[4][MOST * WIDE];
 	const size_t rows[] = {1, 31, 32, 33, MOST};
@@ -72,7 +72,7 @@ static void product(bool half)
 
 	ct_rng_normals(ROWS * COLUMNS, w, 1, 0, 0);
 	ct_rng_normals(MOST * COLUMNS, x, 2, 0, 0);
-	must(ct_product_alloc(&p, w, ROWS, COLUMNS, WIDE, half, &err));
+	must(ct_product_alloc(&p, w, ROWS, COLUMNS, WIDE, bf16, &err));
 	for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
 		const int was = ct_dnn_enter();
 		double worst;
@@ -81,14 +81,14 @@ static void product(bool half)
 			y[i] = 7;
 		must(ct_product_run(p, x, rows[k], y, &err));
 		ct_dnn_leave(was);
-		worst = worst_of(y, x, w, rows[k], half && ct_simd_bf16());
+		worst = worst_of(y, x, w, rows[k], bf16 && ct_simd_bf16());
 		OK(worst < 5e-5 && y[WIDE - 1] == 7, "%zu rows%s (%g)", rows[k],
-			half ? ", half" : "", worst);
+			bf16 ? ", rounded" : "", worst);
 	}
 	must(ct_par_alloc(&par, 2, &err));
 	ct_par_for(par, 4, run, &(struct job){p, x, two});
 	for (int k = 0; k < 4; k++) {
-		const double worst = worst_of(two[k], x, w, MOST, half && ct_simd_bf16());
+		const double worst = worst_of(two[k], x, w, MOST, bf16 && ct_simd_bf16());
 
 		fit += worst < 5e-5;
 	}

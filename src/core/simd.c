@@ -6,9 +6,10 @@
 #include <string.h>
 
 static atomic_int chosen; /* 0: not yet */
-static atomic_bool by_word;
 
 #ifdef CT_SIMD_LEVELS
+static atomic_bool by_word;
+
 static int highest(void)
 {
 	__builtin_cpu_init();

@@ -62,13 +62,13 @@ out:
 	return rc;
 }
 
-static int build(struct ct_product *p, bool half, struct ct_err *e)
+static int build(struct ct_product *p, bool bf16, struct ct_err *e)
 {
 	const dnnl_dims_t x = {CT_PRODUCT_ROWS, (dnnl_dim_t)p->columns},
 			  y = {CT_PRODUCT_ROWS, (dnnl_dim_t)p->rows},
 			  w = {(dnnl_dim_t)p->columns, (dnnl_dim_t)p->rows};
 	const dnnl_dims_t stride = {(dnnl_dim_t)p->ldy, 1};
-	const dnnl_data_type_t type = half ? dnnl_bf16 : dnnl_f32;
+	const dnnl_data_type_t type = bf16 ? dnnl_bf16 : dnnl_f32;
 	dnnl_primitive_attr_t attr = NULL;
 	dnnl_primitive_desc_t pd = NULL;
 	ct_dnn_desc any = NULL;
@@ -86,7 +86,7 @@ static int build(struct ct_product *p, bool half, struct ct_err *e)
 		primitive_desc(&pd, p, any, attr, e) ||
 		ct_dnn_primitive(&p->times, pd, "matrix product", e) || pack(p, pd, e))
 		goto out;
-	rc = half ? ct_dnn_reorder_new(&p->round, p->engine, p->given, p->x, false, e) : 0;
+	rc = bf16 ? ct_dnn_reorder_new(&p->round, p->engine, p->given, p->x, false, e) : 0;
 out:
 	if (pd)
 		dnnl_primitive_desc_destroy(pd);
@@ -97,7 +97,7 @@ out:
 }
 
 int ct_product_alloc(struct ct_product **out, const float *matrix, size_t rows, size_t columns,
-	size_t ldy, bool half, struct ct_err *e)
+	size_t ldy, bool bf16, struct ct_err *e)
 {
 	struct ct_product *p;
 	int was, rc = 0;
@@ -107,7 +107,7 @@ int ct_product_alloc(struct ct_product **out, const float *matrix, size_t rows, 
 	*p = (struct ct_product){.matrix = matrix, .rows = rows, .columns = columns, .ldy = ldy};
 	was = ct_dnn_enter();
 	if (ct_simd_level() == 4)
-		rc = build(p, half && ct_simd_bf16(), e);
+		rc = build(p, bf16 && ct_simd_bf16(), e);
 	ct_dnn_leave(was);
 	if (rc)
 		ct_product_free(p);
