@@ -101,8 +101,8 @@ int main(void)
 {
 	product(false);
 	product(true);
-	if (ct_simd_level() > 2) {
-		must(ct_simd_use("v3", &err));
+	for (int level = ct_simd_level(); level > 2; level--) {
+		must(ct_simd_use(level == 4 ? "v4" : "v3", &err));
 		OK(!ct_simd_bf16(), "a level that is chosen has no bfloat16");
 		product(true);
 	}

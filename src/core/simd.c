@@ -5,11 +5,10 @@
 #include <stdatomic.h>
 #include <string.h>
 
-static atomic_int chosen; /* 0: not yet */
+enum { BY_WORD = 8 };
+static atomic_int chosen; /* the level, and BY_WORD; 0: not yet */
 
 #ifdef CT_SIMD_LEVELS
-static atomic_bool by_word;
-
 static int highest(void)
 {
 	__builtin_cpu_init();
@@ -40,14 +39,13 @@ int ct_simd_use(const char *word, struct ct_err *e)
 	if (want > have)
 		return ct_fail(e, CT_EUSAGE, "CTSR_CPU: this processor has v%d at most, not v%d",
 			have, want);
-	atomic_store(&chosen, want);
-	atomic_store(&by_word, word != NULL);
+	atomic_store(&chosen, want | (word ? BY_WORD : 0));
 	return 0;
 }
 
 bool ct_simd_bf16(void)
 {
-	return ct_simd_level() == 4 && !atomic_load(&by_word) &&
+	return ct_simd_level() == 4 && !(atomic_load(&chosen) & BY_WORD) &&
 	       __builtin_cpu_supports("avx512bf16");
 }
 #else
@@ -75,7 +73,7 @@ int ct_simd_level(void)
 	int level = atomic_load_explicit(&chosen, memory_order_relaxed);
 
 	if (level)
-		return level;
+		return level & ~BY_WORD;
 	level = highest();
 	atomic_store_explicit(&chosen, level, memory_order_relaxed);
 	return level;
