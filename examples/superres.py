@@ -10,7 +10,7 @@ matplotlib.use('Agg')
 import matplotlib.pyplot as plt
 
 before = ctsr.read(sys.argv[1])
-after = ctsr.superres(before, estimate=True, error=True, prior=(sys.argv[4:] or [None])[0],
+after = ctsr.superres(before, error=True, prior=(sys.argv[4:] or [None])[0],
                       progress=lambda what, done, total: print('\r%s %d/%d ' % (what, done, total), end='', file=sys.stderr))
 print('\n%s times, %s, noise %.1f HU' % (after.report['operator'].factor, after.report['method'], after.report['operator'].noise))
 ctsr.write(after, sys.argv[2])

@@ -48,6 +48,14 @@ sr = ctsr.superres('lr.nii', prior=sys.argv[2], error=True)
 ok(same(sr, ctsr.read('sr.nii')) and same(sr.error, ctsr.read('std.nii')), 'superres: those of ct-upsample -m prior, and its error')
 ok(sr.report['operator'].factor == (2, 2, 2) and sr.report['prior'] and sr.report['residual'] < 20, 'and what was done')
 run('ct-upsample', '-q', '-m', 'cubic', '-x', '1,1,3', 'hr.nii', 'cubic.nii')
+blind = ctsr.Image(lr.data, lr.affine)
+ctsr.write(blind, 'blind.nii'); run('ct-sr', '-q', '--prior', sys.argv[2], 'blind.nii', 'blind-sr.nii')
+ok(same(ctsr.superres(blind, prior=sys.argv[2]), ctsr.read('blind-sr.nii')), 'a scan that says nothing: the voxels of ct-sr')
+try:
+    ctsr.superres(blind, estimate=False)
+    ok(False, 'which is an error, if asked for')
+except ctsr.Error:
+    ok(True, 'which is an error, if asked for')
 ok(same(ctsr.superres(hr, (1, 1, 3), method='cubic'), ctsr.read('cubic.nii')), 'factors of their own')
 ok(same(ctsr.superres(lr, method='tv', threads=1), ctsr.superres(lr, method='tv', threads=3)), 'any number of threads')
 run('ct-project', '-q', '-n', '8', 'hr.nii', 'p.exr')
@@ -61,7 +69,7 @@ m = ctsr.metrics(hr, sr)
 text = subprocess.run(['ct-metrics', 'hr.nii', 'sr.nii'], capture_output=True, text=True).stdout
 ok(abs(m['psnr'] - float(re.search(r'^psnr (\S+)', text, re.M)[1])) < 1e-3, 'metrics: the figures of ct-metrics')
 ok(ctsr.consistency(sr, lr)['rms'] < 10, 'consistency')
-ok(ctsr.estimate_operator(ctsr.Image(lr.data, lr.affine), 2).factor == (2, 2, 2), 'the operator is measured')
+ok(ctsr.estimate_operator(blind, 2).factor == (2, 2, 2), 'the operator is measured')
 
 z = ctsr.Projections.new(q.views, *q.data.shape[1:])
 z.data[...] = 1

@@ -1,7 +1,7 @@
 """Super-resolution of computed tomography (CT), by libctsr.
 
     import ctsr
-    thin = ctsr.superres("thick.nii.gz", factor=(1, 1, 5), estimate=True)
+    thin = ctsr.superres("thick.nii.gz", factor=(1, 1, 5))
     ctsr.write(thin, "thin.nii.gz")
 
 Volumes are Image: a float32 array [x, y, z] in HU, and an affine to mm, RAS+. Wherever one is wanted, an image of
@@ -250,7 +250,7 @@ def estimate_operator(image, factor: Axes, threads=0, progress: Optional[Progres
 
 def superres(image, factor: Optional[Axes] = None, spacing: Optional[Axes] = None, method='prior', preset='balanced',
              sigma: Optional[Axes] = None, sampling: Optional[str] = None, noise: Optional[float] = None,
-             estimate=False, prior=None, memory: float = 0, error=False, threads=0,
+             estimate=True, prior=None, memory: float = 0, error=False, threads=0,
              progress: Optional[Progress] = None, log=None, history: Optional[str] = None) -> Image:
     """The CT on a finer grid, over the same field of view; result.report says what was done.
 
@@ -259,7 +259,7 @@ def superres(image, factor: Optional[Axes] = None, spacing: Optional[Axes] = Non
     method    auto, linear, cubic, bspline, lanczos, sinc, dc, tv, htv or prior, as in ct-upsample(1)
     preset    of the prior: fast, balanced or best
     sigma, sampling, noise   how the scan was made, if known: in new voxels, as in Operator, in HU
-    estimate  measure what is not known of that
+    estimate  measure what is not known of that, as ct-sr does; False: such a scan is an error
     prior     file of the slice prior; default: the installed one
     memory    bytes that the call may use; 0: all
     error     result.error is the predicted error, one standard deviation of each voxel, HU"""
