@@ -77,9 +77,8 @@ exits 0 'a dash before all names' ct-sr -q -x 4 --projections -Q draft --expert 
 (cd / && sh "$dir_/-k/commands.sh") >/dev/null 2>&1; ok $? 'and its script'
 
 # One run a folder; what a run starts ends with it.
-fits() { # until ct-nabgs is at work
-	for i in $(seq 1800); do
-		grep -q 'ct-nabgs: iteration 1:\|ct-nabgs: .*continuing' err1 && return
+fits() { # until ct-nabgs is at work, or the run has ended
+	until grep -q 'ct-nabgs: iteration 1:\|ct-nabgs: .*continuing' err1; do
 		kill -0 $1 2>/dev/null || return
 		sleep 0.1
 	done
@@ -117,7 +116,7 @@ cmp -s r.nii w/r.nii; ok $? 'gives the same bytes'
 # Temporary folders.
 mkdir tmp; TMPDIR=$dir_/tmp; export TMPDIR
 ct-sr -q -x 4 --projections --expert views=8,iterations=1000000,gaussians=200 marks.nii t.nii 2>/dev/null & pid=$!
-for i in $(seq 600); do [ -s tmp/*/up.nii ] && break; sleep 0.1; done 2>/dev/null
+until [ -s tmp/*/up.nii ] || ! kill -0 $pid; do sleep 0.1; done 2>/dev/null
 exits 0 'another run' ct-sr -q -x 4 --projections -Q draft --expert views=2,iterations=2,gaussians=20 marks.nii t2.nii
 [ -e tmp/*/temporary ]; ok $? 'leaves the folder of the first alone'
 kill -KILL $pid; wait $pid 2>/dev/null

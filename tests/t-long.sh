@@ -58,6 +58,6 @@ has out '^row|kill|SIGKILL, ct-fuse|3|3$' 'kill ct-fuse passes'
 echo 'case "$*" in *--resume*) exec $true "$@" -n 2 ;; esac; exec $true "$@"' | breaks ct-fuse
 fails 'another result\|ended with' kill 6 ct-fuse
 passes two 2 ct-fuse
-echo 'case "$*" in *other*race/1) sleep 0.3; exec $true --force "$@" ;; esac; exec $true "$@"' | breaks ct-fuse
+echo 'case "$*" in *other*race/1) until [ -s race/1 ]; do sleep 0.1; done; exec $true --force "$@" ;; esac; exec $true "$@"' | breaks ct-fuse
 fails 'both say' two 2 ct-fuse
 done_testing
