@@ -3,7 +3,7 @@
 #include "xray/ray.h"
 #include "core/vec3.h"
 #include "xray/geometry.h"
-#include "xray/line-integral.h"
+#include "xray/voxel-integral.h"
 
 #include <math.h>
 #include <string.h>
@@ -120,8 +120,8 @@ double ct_ray_sum(const struct ct_projector *g, size_t view, size_t row, size_t 
 
 	for (size_t k = 0; k < n; k++)
 		if (ct_ray_clip(&r, &l[k], box, joseph ? 0.5 : 0))
-			sum += (joseph ? CT_SIMD(ct_line_integral_joseph)
-				       : CT_SIMD(ct_line_integral_siddon))(vol, box, &r);
+			sum += (joseph ? CT_SIMD(ct_voxel_integral_joseph)
+				       : CT_SIMD(ct_voxel_integral_siddon))(vol, box, &r);
 	return sum;
 }
 
@@ -135,6 +135,6 @@ void ct_ray_spread(const struct ct_projector *g, size_t view, size_t row, size_t
 
 	for (size_t k = 0; k < n; k++)
 		if (ct_ray_clip(&r, &l[k], box, joseph ? 0.5 : 0))
-			(joseph ? CT_SIMD(ct_line_integral_joseph_spread)
-				: CT_SIMD(ct_line_integral_siddon_spread))(vol, box, &r, value);
+			(joseph ? CT_SIMD(ct_voxel_integral_joseph_spread)
+				: CT_SIMD(ct_voxel_integral_siddon_spread))(vol, box, &r, value);
 }

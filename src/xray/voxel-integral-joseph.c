@@ -1,5 +1,5 @@
-/* line-integral-joseph.c: one ray through a box of voxels by linear interpolation (Joseph, IEEE TMI
- * 1, 1982).
+/* voxel-integral-joseph.c: one ray through a box of voxels by linear interpolation (Joseph, IEEE
+ * TMI 1, 1982).
  *
  * Along its dominant axis a the ray is sampled once a slice, in the plane of the voxel centres
  * k + 1/2; there it passes between two voxel centres along b and two along c:
@@ -10,7 +10,7 @@
  * and spread have the same weights to the last bit.
  */
 #include "config.h"
-#include "xray/line-integral.h"
+#include "xray/voxel-integral.h"
 #include "core/vec.h"
 
 #include <math.h>
@@ -105,7 +105,7 @@ CT_INLINE ptrdiff_t slices(const struct ct_box *box, const struct ct_ray *r, ptr
 	return first > (double)lo ? (ptrdiff_t)first : lo;
 }
 
-double CT_SIMD_HERE(ct_line_integral_joseph)(
+double CT_SIMD_HERE(ct_voxel_integral_joseph)(
 	const float *restrict vol, const struct ct_box *box, const struct ct_ray *r)
 {
 	ptrdiff_t last, k = slices(box, r, &last);
@@ -122,7 +122,7 @@ double CT_SIMD_HERE(ct_line_integral_joseph)(
 	return sum * r->scale;
 }
 
-void CT_SIMD_HERE(ct_line_integral_joseph_spread)(
+void CT_SIMD_HERE(ct_voxel_integral_joseph_spread)(
 	float *restrict vol, const struct ct_box *box, const struct ct_ray *r, double value)
 {
 	ptrdiff_t last, k = slices(box, r, &last);
