@@ -51,7 +51,7 @@ static void t_ramp(void)
 		in[i] = (float)ct_rng_uniform(3, 1, i);
 		weight[i] = (float)ct_rng_uniform(3, 2, i) + 0.5F;
 	}
-	ct_ramp_rows(&f, ROWS, out, ROWS, in, weight, AT, COUNT, scratch);
+	CT_SIMD(ct_ramp_rows)(&f, ROWS, out, ROWS, in, weight, AT, COUNT, scratch);
 	for (int r = 0; r < ROWS; r++)
 		for (int c = 0; c < W; c++) {
 			double want = 0;

@@ -374,7 +374,7 @@ static void filtered(size_t w, size_t rows)
 	}
 	for (size_t i = 0; i < w * pitch; i++)
 		out[i] = 77;
-	ct_ramp_rows(&f, rows, out, pitch, in, weight, at, count, scratch);
+	CT_SIMD(ct_ramp_rows)(&f, rows, out, pitch, in, weight, at, count, scratch);
 	for (size_t c = 0; c < w; c++) {
 		for (size_t r = 0; r < rows; r++) {
 			double sum = 0;

@@ -139,8 +139,9 @@ static void filter_view(void *arg, size_t i, size_t worker)
 	for (size_t r = 0; r < h; r += CT_RAMP_ROWS) {
 		size_t rows = h - r < CT_RAMP_ROWS ? h - r : CT_RAMP_ROWS;
 
-		ct_ramp_rows(&f->filter, rows, out + pitch + CT_BP_PAD + r, pitch, in + r * w,
-			weight + r * w, f->orbit.widen[0], w, scratch);
+		CT_SIMD(ct_ramp_rows)
+		(&f->filter, rows, out + pitch + CT_BP_PAD + r, pitch, in + r * w, weight + r * w,
+			f->orbit.widen[0], w, scratch);
 	}
 	ct_backproject_frame(&f->back, out);
 }

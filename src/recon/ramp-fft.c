@@ -1,9 +1,10 @@
-/* ramp-fft.c: see ramp-fft.h.
+/* ramp-fft.c: rows of ramp.h through the discrete Fourier transform.
  *
- * Decimation in frequency forwards, in time backwards, so that nothing is reordered. Two stages go
- * through memory together; the short ones, a part at a time that stays in the first cache. */
+ * The same arithmetic, operation by operation, at every level. Decimation in frequency forwards, in
+ * time backwards, so that nothing is reordered. Two stages go through memory together; the short
+ * ones, a part at a time that stays in the first cache. */
 #include "config.h"
-#include "recon/ramp-fft.h"
+#include "recon/ramp.h"
 #include "core/vec.h"
 
 #include <stdbool.h>
@@ -160,42 +161,43 @@ CT_INLINE void backward(size_t n, double *restrict x, const double *tw)
 	backward_stages(n, n, inner, x, tw, 1);
 }
 
-void CT_SIMD_HERE(ct_ramp_fft_forward)(size_t n, double *restrict x, const double *tw)
+void CT_SIMD_HERE(ct_ramp_transform)(const struct ct_ramp *f, double *restrict x)
 {
-	forward(n, x, tw);
+	forward(f->n, x, f->twiddle);
 }
 
-void CT_SIMD_HERE(ct_ramp_fft_filter)(
-	size_t n, double *restrict x, const double *restrict response, const double *tw)
+CT_INLINE void load_rows(double *restrict x, const float *restrict in, const float *restrict weight,
+	size_t rows, size_t count)
 {
-	forward(n, x, tw);
-	for (size_t i = 0; i < n; i++)
-		for (size_t l = 0; l < POINT; l++)
-			x[i * POINT + l] *= response[i];
-	backward(n, x, tw);
-}
-
-void CT_SIMD_HERE(ct_ramp_fft_load)(size_t n, double *restrict x, const float *restrict in,
-	const float *restrict weight, size_t rows, size_t at, size_t count)
-{
-	memset(x, 0, n * POINT * sizeof *x);
-	x += at * POINT;
 	for (size_t c = 0; c < count; c++)
 		for (size_t r = 0; r < rows; r++)
 			x[c * POINT + r] =
 				(double)in[r * count + c] * (double)weight[r * count + c];
 }
 
-void CT_SIMD_HERE(ct_ramp_fft_store)(
-	size_t w, float *restrict out, size_t pitch, const double *restrict x, size_t rows)
+CT_INLINE void store_rows(
+	size_t w, float *restrict out, size_t pitch, const double *restrict x, const size_t rows)
 {
-	if (rows == POINT) { /* of a known length */
-		for (size_t c = 0; c < w; c++)
-			for (size_t r = 0; r < POINT; r++)
-				out[c * pitch + r] = (float)x[c * POINT + r];
-		return;
-	}
 	for (size_t c = 0; c < w; c++)
 		for (size_t r = 0; r < rows; r++)
 			out[c * pitch + r] = (float)x[c * POINT + r];
+}
+
+void CT_SIMD_HERE(ct_ramp_rows)(const struct ct_ramp *f, size_t rows, float *restrict out,
+	size_t pitch, const float *restrict in, const float *restrict weight, size_t at,
+	size_t count, double *restrict x)
+{
+	const double *restrict response = f->response;
+
+	memset(x, 0, f->n * POINT * sizeof *x);
+	load_rows(x + at * POINT, in, weight, rows, count);
+	forward(f->n, x, f->twiddle);
+	for (size_t i = 0; i < f->n; i++)
+		for (size_t l = 0; l < POINT; l++)
+			x[i * POINT + l] *= response[i];
+	backward(f->n, x, f->twiddle);
+	if (rows == POINT) /* a known length */
+		store_rows(f->w, out, pitch, x, POINT);
+	else
+		store_rows(f->w, out, pitch, x, rows);
 }

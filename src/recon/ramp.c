@@ -2,7 +2,6 @@
 #include "config.h"
 #include "recon/ramp.h"
 #include "core/mem.h"
-#include "recon/ramp-fft.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -48,7 +47,7 @@ static void respond(struct ct_ramp *f, enum ct_ramp_kind kind, double cutoff, do
 		x[m * POINT] = h;
 		x[(n - m) * POINT] = h;
 	}
-	CT_SIMD(ct_ramp_fft_forward)(n, x, f->twiddle);
+	CT_SIMD(ct_ramp_transform)(f, x);
 	for (size_t i = 0; i < n; i++) {
 		size_t j = reversed(i, n);
 		double cycles = (double)(j <= n / 2 ? j : n - j) / (double)n;
@@ -97,13 +96,4 @@ void ct_ramp_free(struct ct_ramp *f)
 size_t ct_ramp_scratch(const struct ct_ramp *f)
 {
 	return f->n * POINT;
-}
-
-void ct_ramp_rows(const struct ct_ramp *f, size_t rows, float *restrict out, size_t pitch,
-	const float *restrict in, const float *restrict weight, size_t at, size_t count,
-	double *restrict scratch)
-{
-	CT_SIMD(ct_ramp_fft_load)(f->n, scratch, in, weight, rows, at, count);
-	CT_SIMD(ct_ramp_fft_filter)(f->n, scratch, f->response, f->twiddle);
-	CT_SIMD(ct_ramp_fft_store)(f->w, out, pitch, scratch, rows);
 }

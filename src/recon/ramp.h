@@ -19,7 +19,7 @@
  */
 #ifndef CT_RECON_RAMP_H
 #define CT_RECON_RAMP_H
-#include "core/err.h"
+#include "core/simd.h"
 #include "core/words.h"
 
 #include <stddef.h>
@@ -51,8 +51,13 @@ size_t ct_ramp_scratch(const struct ct_ramp *f);
 /* out[col*pitch + row] = (h * in[row])[col] for `rows` <= CT_RAMP_ROWS rows: filtered and
  * transposed. Of the w samples of a row the `count` from `at` on are in[row*count + k] times
  * weight[row*count + k], the others zero; at + count <= w. Thread-safe with scratch of its own. */
-void ct_ramp_rows(const struct ct_ramp *f, size_t rows, float *restrict out, size_t pitch,
-	const float *restrict in, const float *restrict weight, size_t at, size_t count,
-	double *restrict scratch);
+CT_SIMD_DECLARE(void, ct_ramp_rows,
+	(const struct ct_ramp *f, size_t rows, float *restrict out, size_t pitch,
+		const float *restrict in, const float *restrict weight, size_t at, size_t count,
+		double *restrict scratch));
+/* x[n][CT_RAMP_ROWS] becomes its transform, by f->twiddle, frequencies in bit-reversed order: point
+ * k of eight complex rows, first their real parts, which are rows 0 to 7 of the detector, then the
+ * imaginary parts, rows 8 to 15. */
+CT_SIMD_DECLARE(void, ct_ramp_transform, (const struct ct_ramp *f, double *restrict x));
 
 #endif

@@ -1,6 +1,6 @@
-/* rof-row.c: see rof-row.h. */
+/* rof-row.c: a plane of rof.h, row after row. */
 #include "config.h"
-#include "recon/rof-row.h"
+#include "recon/rof.h"
 #include "core/vec.h"
 
 #include <math.h>
@@ -12,49 +12,61 @@ CT_INLINE void take(size_t n, float *restrict x, const float *restrict a)
 		x[i] -= a[i];
 }
 
-void CT_SIMD_HERE(ct_rof_row_primal)(
-	size_t n, const struct ct_rof_row *r, float mu, bool nonnegative)
+/* x = v + mu div p; nonnegative: or 0 where that is below. q and s are p[1] a row and p[2] a plane
+ * before, or NULL: 0. p[0] is 0 at the last voxel. */
+CT_INLINE void primal(size_t n, const struct ct_rof *r, float *restrict x, const float *restrict v,
+	float *const p[3], const float *q, const float *s)
 {
-	const float *restrict p = r->p[0], *restrict q = r->p[1], *restrict s = r->p[2];
-	const float *restrict v = r->v;
-	float *restrict x = r->x;
+	const float *restrict p0 = p[0], *restrict p1 = p[1], *restrict p2 = p[2];
 
 	for (size_t i = 0; i < n; i++)
-		x[i] = p[i] + q[i] + s[i];
-	take(n - 1, x + 1, p);
-	take(n, x, r->before[1]);
-	take(n, x, r->before[2]);
+		x[i] = p0[i] + p1[i] + p2[i];
+	take(n - 1, x + 1, p0);
+	take(n, x, q);
+	take(n, x, s);
 	for (size_t i = 0; i < n; i++)
-		x[i] = v[i] + mu * x[i];
-	for (size_t i = 0; i < n && nonnegative; i++)
+		x[i] = v[i] + r->mu * x[i];
+	for (size_t i = 0; i < n && r->nonnegative; i++)
 		x[i] = x[i] > 0 ? x[i] : 0;
 }
 
-/* Voxels whose neighbours are at x1, xj, xk. */
-CT_INLINE void ascend(size_t n, const struct ct_rof_row *r, size_t from, const float *x1,
-	const float *xj, const float *xk, float step)
+/* p <- p + step grad x, shortened to length 1 where it is longer, from voxel `from` on; the
+ * neighbours of x are at y[0], y[1], y[2]. */
+CT_INLINE void ascend(size_t n, size_t from, float *const p[3], const float *x,
+	const float *const y[3], float step)
 {
-	float *restrict p = r->p[0] + from, *restrict q = r->p[1] + from,
-			*restrict s = r->p[2] + from;
-	const float *x = r->x + from;
+	float *restrict p0 = p[0] + from, *restrict p1 = p[1] + from, *restrict p2 = p[2] + from;
 
 #pragma GCC ivdep
 	for (size_t i = 0; i < n; i++) {
-		float a = p[i] + step * (x1[i] - x[i]), b = q[i] + step * (xj[i] - x[i]);
-		float c = s[i] + step * (xk[i] - x[i]), norm = a * a + b * b + c * c;
-		float scale = 1 / sqrtf(norm > 1 ? norm : 1);
+		float a = p0[i] + step * (y[0][from + i] - x[from + i]);
+		float b = p1[i] + step * (y[1][from + i] - x[from + i]);
+		float c = p2[i] + step * (y[2][from + i] - x[from + i]);
+		float norm = a * a + b * b + c * c, scale = 1 / sqrtf(norm > 1 ? norm : 1);
 
-		p[i] = scale * a;
-		q[i] = scale * b;
-		s[i] = scale * c;
+		p0[i] = scale * a;
+		p1[i] = scale * b;
+		p2[i] = scale * c;
 	}
 }
 
-void CT_SIMD_HERE(ct_rof_row_dual)(size_t n, const struct ct_rof_row *r, float step)
+void CT_SIMD_HERE(ct_rof_plane)(
+	const struct ct_rof *r, float *x, const float *v, bool dual, size_t k)
 {
-	const float *x = r->x, *xj = r->after[1] ? r->after[1] : x;
-	const float *xk = r->after[2] ? r->after[2] : x;
+	const size_t *dim = r->dim, w = dim[0], plane = w * dim[1], n = plane * dim[2];
 
-	ascend(n - 1, r, 0, x + 1, xj, xk, step);
-	ascend(1, r, n - 1, x + n - 1, xj + n - 1, xk + n - 1, step);
+	for (size_t j = 0; j < dim[1]; j++) {
+		const size_t at = k * plane + j * w;
+		float *const p[3] = {r->p + at, r->p + at + n, r->p + at + 2 * n}, *to = x + at;
+		const float *const y[3] = {
+			to + 1, j + 1 < dim[1] ? to + w : to, k + 1 < dim[2] ? to + plane : to};
+
+		if (dual) {
+			ascend(w - 1, 0, p, to, y, 1 / (12 * r->mu));
+			ascend(1, w - 1, p, to, (const float *const[3]){to, y[1], y[2]},
+				1 / (12 * r->mu));
+		} else {
+			primal(w, r, to, v + at, p, j ? p[1] - w : NULL, k ? p[2] - plane : NULL);
+		}
+	}
 }

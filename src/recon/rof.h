@@ -9,6 +9,7 @@
 #ifndef CT_RECON_ROF_H
 #define CT_RECON_ROF_H
 #include "core/par.h"
+#include "core/simd.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -22,5 +23,8 @@ struct ct_rof {
 
 /* x from v after so many steps on the dual; they must not overlap. */
 void ct_rof_solve(const struct ct_rof *r, float *x, const float *v, int steps, struct ct_par *par);
+/* Its kernel: plane k of x from v and p, or `dual` of p from x. */
+CT_SIMD_DECLARE(void, ct_rof_plane,
+	(const struct ct_rof *r, float *x, const float *v, bool dual, size_t k));
 
 #endif
