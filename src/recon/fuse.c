@@ -3,6 +3,7 @@
 #include "recon/fuse.h"
 #include "core/clock.h"
 #include "core/mem.h"
+#include "core/vec3.h"
 #include "recon/band.h"
 #include "resolution/upsample.h"
 #include "xray/window.h"
@@ -19,14 +20,11 @@ static double width(const struct ct_fuse *f)
 /* order[n]: 0 to n - 1, of which every beginning is spread evenly: by their bits, reversed. */
 static void spread(size_t *order, size_t n)
 {
-	size_t bits = 0, k;
-
-	while (n > (size_t)1 << bits)
-		bits++;
 	for (size_t i = 0, at = 0; at < n; i++) {
-		k = 0;
-		for (size_t b = 0; b < bits; b++)
-			k |= (i >> b & 1) << (bits - 1 - b);
+		size_t k = 0;
+
+		for (size_t bit = 1, rest = i; bit < n; bit *= 2, rest /= 2)
+			k = 2 * k + rest % 2;
 		if (k < n)
 			order[at++] = k;
 	}
@@ -75,11 +73,14 @@ static int arrange(struct ct_fuse *f, struct ct_err *e)
 static int band_of(double *band, const struct ct_fuse *f, struct ct_err *e)
 {
 	const struct ct_view *v = f->y->view;
-	double mm[3], middle[3], coarse = 0, pitch = 0, far = 0, near = 0;
+	double mm[3], far[3], near[3], coarse = 0,
+				       pitch = fmax(ct_vec3_length(v->u), ct_vec3_length(v->v));
 
 	*band = 0;
 	ct_vol_spacing(f->lack, mm);
-	ct_vol_centre(f->base, middle);
+	ct_vol_centre(f->base, near);
+	ct_vec3_minus(near, near, v->source);
+	ct_vec3_minus(far, v->centre, v->source);
 	for (int a = 0; a < 3; a++) {
 		double aliasing;
 
@@ -88,16 +89,9 @@ static int band_of(double *band, const struct ct_fuse *f, struct ct_err *e)
 		if (aliasing > CT_UPSAMPLE_ALIAS)
 			return 0;
 		coarse = fmax(coarse, mm[a]);
-		far += (v->centre[a] - v->source[a]) * (v->centre[a] - v->source[a]);
-		near += (middle[a] - v->source[a]) * (middle[a] - v->source[a]);
 	}
-	for (int way = 0; way < 2; way++) {
-		const double *u = way ? v->v : v->u;
-
-		pitch = fmax(pitch, sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]));
-	}
-	if (f->y->beam != CT_PARALLEL && far > 0)
-		pitch *= sqrt(near / far);
+	if (f->y->beam != CT_PARALLEL)
+		pitch *= sqrt(ct_vec3_dot(near, near) / ct_vec3_dot(far, far));
 	*band = fmin(0.5, 0.5 * pitch / coarse);
 	return 0;
 }
@@ -119,7 +113,7 @@ static bool nothing(const struct ct_fuse *f)
 /* P base where it is not given. */
 static int fill_gap(struct ct_fuse *f, struct ct_err *e)
 {
-	if (!f->gap->data && ct_stack_like(f->gap, f->y, 1, e))
+	if (ct_stack_like(f->gap, f->y, 1, e))
 		return -1;
 	ct_meta_free(&f->gap->meta);
 	memcpy(f->gap->data, f->joint.q, ct_stack_count(f->y) * sizeof *f->gap->data);

@@ -14,24 +14,10 @@ static void sincos_degrees(double degrees, double *s, double *c)
 	double r = fmod(degrees, 360.0), q = nearbyint(r / 90.0);
 	double x = (r - 90.0 * q) * DEGREE, sx = sin(x), cx = cos(x);
 
-	switch ((int)q & 3) {
-	case 0:
-		*s = sx;
-		*c = cx;
-		break;
-	case 1:
-		*s = cx;
-		*c = -sx;
-		break;
-	case 2:
-		*s = -sx;
-		*c = -cx;
-		break;
-	default:
-		*s = -cx;
-		*c = sx;
-		break;
-	}
+	const double turned[4] = {sx, cx, -sx, -cx};
+
+	*s = turned[(int)q & 3];
+	*c = turned[((int)q + 1) & 3];
 }
 
 /* Corner `which` (bits: axes) of the box that the voxels of the grid fill. */

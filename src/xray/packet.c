@@ -16,9 +16,9 @@ enum {
 	PARTS = CT_PACKET / LANES /* vectors of a packet */
 };
 
-/* Where the lanes of a vector find their voxels: none counts; in a table of one register, or of
- * two; anywhere within TABLE; or too far apart for float heights. */
-enum reach { REACH_NOTHING, REACH_ONE, REACH_TWO, REACH_SPARSE, REACH_FAR };
+/* Where the lanes of a vector find their voxels: anywhere within TABLE; in a table of one register,
+ * or of two; none counts; or too far apart for float heights. */
+enum reach { REACH_SPARSE, REACH_ONE, REACH_TWO, REACH_NOTHING, REACH_FAR };
 
 /* The pieces as one packet sees them: heights at the ends of row 0, relative to voxel `base`, and
  * the step from row to row. */
@@ -135,12 +135,13 @@ static void piece_far(float *restrict acc, const struct ct_pieces *restrict s, s
 	}
 }
 
-/* Those of a table of `reach` registers, from t on. */
-CT_INLINE ct_f32 lookup(const float *t, ct_i32 at, const enum reach reach)
+/* Entry `at` of a table of `registers` registers from t on; of t itself if 0. */
+CT_INLINE ct_f32 lookup(const float *t, ct_i32 at, const int registers)
 {
-	return reach == REACH_ONE   ? ct_f32_table(t, at)
-	       : reach == REACH_TWO ? ct_f32_table2(t, at)
-				    : ct_f32_gather(t, at);
+	return registers == 1   ? ct_f32_table(t, at)
+	       : registers == 2 ? ct_f32_table2(t, at)
+	       : registers == 4 ? ct_f32_table4(t, at)
+				: ct_f32_gather(t, at);
 }
 
 CT_INLINE ct_f32 clamp01_all(ct_f32 x)
@@ -155,7 +156,7 @@ CT_INLINE ct_f32 lanes_from(int32_t first)
 
 CT_INLINE void piece_near(ct_f32 sum[PARTS], const struct ct_pieces *restrict s, size_t m,
 	const struct plan *restrict p, const ct_f32 rise[PARTS], const float *restrict vol,
-	const bool joseph, const enum reach reach)
+	const bool joseph, const int registers)
 {
 	const ct_f32 inverse = ct_f32_set(s->inverse[m]), weight = ct_f32_set(s->weight[m]);
 	const float *f = vol + s->at[m] + p->base[m];
@@ -179,23 +180,17 @@ CT_INLINE void piece_near(ct_f32 sum[PARTS], const struct ct_pieces *restrict s,
 			share = 1 - (z0 - share);
 		else
 			share = clamp01_all((share - z0) * rise[k] * inverse);
-		x = lookup(f + low, k0 - low, reach);
-		y = lookup(f + low, k1 - low, reach);
+		x = lookup(f + low, k0 - low, registers);
+		y = lookup(f + low, k1 - low, registers);
 		sum[k] += weight * (y + share * (x - y));
 	}
 }
 
-static void packet_far(ct_f32 sum[PARTS], const struct ct_pieces *restrict s, size_t m,
-	const struct ct_heights *h, double row, const float *restrict rise,
-	const float *restrict vol)
+CT_INLINE void store_all(float acc[restrict CT_PACKET], const ct_f32 sum[PARTS])
 {
-	float acc[CT_PACKET];
-
+#pragma GCC unroll 4
 	for (int k = 0; k < PARTS; k++)
 		ct_f32_store(acc + k * LANES, sum[k]);
-	piece_far(acc, s, m, h, row, rise, vol + s->at[m]);
-	for (int k = 0; k < PARTS; k++)
-		sum[k] = ct_f32_load(acc + k * LANES);
 }
 
 CT_INLINE void sum_pieces(float acc[restrict CT_PACKET], const struct ct_pieces *restrict s,
@@ -223,16 +218,14 @@ CT_INLINE void sum_pieces(float acc[restrict CT_PACKET], const struct ct_pieces 
 		} else if (p->reach[m] == REACH_SPARSE) {
 			piece_near(sum, s, m, p, rises, vol, joseph, REACH_SPARSE);
 		} else if (p->reach[m] == REACH_FAR) {
-			ct_f32 all[PARTS];
-
-			memcpy(all, sum, sizeof all);
-			packet_far(all, s, m, h, row, rise, vol);
-			memcpy(sum, all, sizeof all);
+			store_all(acc, sum);
+			piece_far(acc, s, m, h, row, rise, vol + s->at[m]);
+#pragma GCC unroll 4
+			for (int k = 0; k < PARTS; k++)
+				sum[k] = ct_f32_load(acc + k * LANES);
 		}
 	}
-#pragma GCC unroll 4
-	for (int k = 0; k < PARTS; k++)
-		ct_f32_store(acc + k * LANES, sum[k]);
+	store_all(acc, sum);
 }
 
 void CT_SIMD_HERE(ct_packet_sum)(double sum[static CT_PACKET], const struct ct_pieces *restrict s,
@@ -306,15 +299,6 @@ CT_INLINE void plan_blocks(struct blocks *restrict b, const struct piece *restri
 	}
 }
 
-/* Entry `at` of a table of `registers` registers from t on; of t itself if 0. */
-CT_INLINE ct_f32 row_table(const float *t, ct_i32 at, const int registers)
-{
-	return registers == 1   ? ct_f32_table(t, at)
-	       : registers == 2 ? ct_f32_table2(t, at)
-	       : registers == 4 ? ct_f32_table4(t, at)
-				: ct_f32_gather(t, at);
-}
-
 /* Vectors of voxels: `over` above row 0 of the block, met by rows from `dr` on. */
 struct group {
 	ct_f32 over[GROUP];
@@ -359,11 +343,11 @@ CT_INLINE void spread_rows(ct_f32 sum[GROUP], const struct group *g, const struc
 				x = ct_f32_abs(above + 0.5F);
 				w = ct_f32_max(1 - x, ct_f32_set(0));
 			} else {
-				y = row_table(r[k] + on, at[k], registers) * inverse;
+				y = lookup(r[k] + on, at[k], registers) * inverse;
 				x = above * y;
 				w = ct_f32_abs(clamp01_all(x + y) - clamp01_all(x));
 			}
-			sum[k] += w * row_table(v[k] + on, at[k], registers);
+			sum[k] += w * lookup(v[k] + on, at[k], registers);
 			row[k] += 1;
 		}
 	}

@@ -2,6 +2,7 @@
  */
 #include "config.h"
 #include "xray/phantom.h"
+#include "core/vec3.h"
 #include "xray/geometry.h"
 
 #include <math.h>
@@ -25,7 +26,7 @@ static double level(enum ct_shape_kind kind, const double y[3])
 		return fmax(fmax(fabs(y[0]), fabs(y[1])), fabs(y[2]));
 	if (kind == CT_CYLINDER)
 		return fmax(sqrt(y[0] * y[0] + y[1] * y[1]), fabs(y[2]));
-	return sqrt(y[0] * y[0] + y[1] * y[1] + y[2] * y[2]);
+	return ct_vec3_length(y);
 }
 
 /* Narrow t[0..1] to where o + t d is in the unit ball of the first n axes. From the point nearest
@@ -77,7 +78,7 @@ double ct_shape_chord(const struct ct_shape *s, const double origin[static 3],
 		clip_flat(o[2], d[2], t);
 	if (!(t[1] > t[0]))
 		return 0;
-	return (t[1] - t[0]) * sqrt(dir[0] * dir[0] + dir[1] * dir[1] + dir[2] * dir[2]);
+	return (t[1] - t[0]) * ct_vec3_length(dir);
 }
 
 struct rows {
@@ -143,8 +144,7 @@ static double reach(const struct ct_vol *v, const struct ct_shape *s)
 	double mm[3];
 
 	ct_vol_spacing(v, mm);
-	return 0.5 * sqrt(mm[0] * mm[0] + mm[1] * mm[1] + mm[2] * mm[2]) * 1.001 /
-	       fmin(fmin(s->half[0], s->half[1]), s->half[2]);
+	return 0.5 * ct_vec3_length(mm) * 1.001 / fmin(fmin(s->half[0], s->half[1]), s->half[2]);
 }
 
 /* A shape that a row of voxels may touch, from index `from` to `to`. */
