@@ -82,7 +82,7 @@ static void forward(void *arg)
 {
 	struct side *s = arg;
 
-	ct_project(&s->g, 0, VIEWS, s->scan->data, s->g.columns ? NULL : s->vol, NULL);
+	ct_project(&s->g, 0, VIEWS, s->scan->data, NULL);
 }
 
 static void adjoint(void *arg)
@@ -119,6 +119,7 @@ int main(int argc, char **argv)
 		slow.g = fast.g;
 		must(ct_projector_reserve(&fast.g, &e), &e);
 		ct_projector_load(&fast.g, v.data, NULL);
+		ct_projector_load(&slow.g, v.data, NULL);
 		n = crossings(&slow.g);
 		snprintf(what, sizeof what, "%s, CPU a voxel crossing", names[method]);
 		bench_against(what, forward, &fast, "one ray at a time", forward, &slow,

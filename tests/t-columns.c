@@ -70,8 +70,10 @@ static struct result compare(
 		printf("Bail out! no columns\n");
 		exit(99);
 	}
-	ct_project(&one, 0, a.views, a.data, v->data, NULL);
-	ct_project(&many, 0, b.views, b.data, v->data, NULL);
+	ct_projector_load(&one, v->data, NULL);
+	ct_project(&one, 0, a.views, a.data, NULL);
+	ct_projector_load(&many, v->data, NULL);
+	ct_project(&many, 0, b.views, b.data, NULL);
 	r.forward = apart(m, b.data, a.data);
 	r.least = dot(m, a.data, a.data);
 	for (size_t i = 0; i < m; i++)
@@ -178,12 +180,13 @@ static void t_empty(void)
 	m = ct_stack_count(&a);
 	must(ct_par_alloc(&par, 4, &err));
 	must(ct_projector_init(&g, &v, &a, &err));
-	ct_project(&g, 0, 3, a.data, v.data, NULL);
+	ct_projector_load(&g, v.data, NULL);
+	ct_project(&g, 0, 3, a.data, NULL);
 	must(ct_projector_reserve(&g, &err));
 	ct_projector_load(&g, v.data, par);
 	for (size_t k = 0; k < 3; k++)
-		ct_project(&g, k, 1, ct_stack_view(&b, k), NULL, NULL);
-	ct_project(&g, 0, 3, c.data, NULL, par);
+		ct_project(&g, k, 1, ct_stack_view(&b, k), NULL);
+	ct_project(&g, 0, 3, c.data, par);
 	OK(apart(m, b.data, a.data) < 1e-5 && dot(m, a.data, a.data) > 100,
 		"empty columns are passed over (%.2g)", apart(m, b.data, a.data));
 	OK(memcmp(b.data, c.data, m * sizeof *b.data) == 0, "four threads, the same bytes");
@@ -191,13 +194,16 @@ static void t_empty(void)
 	ct_project_adjoint(&g, 0, 3, y, a.data, par);
 	OK(memcmp(x, y, ct_vol_count(&v) * sizeof *x) == 0 && dot(m, x, y) > 0, "adjoint too");
 	memset(v.data, 0, ct_vol_count(&v) * sizeof *v.data);
-	ct_project(&g, 0, 3, b.data, v.data, NULL);
+	ct_projector_load(&g, v.data, NULL);
+	ct_project(&g, 0, 3, b.data, NULL);
 	OK(dot(m, b.data, b.data) == 0, "a volume of zeros: zeros");
 	v.data[(24 * 44 + 22) * 40 + 20] = 1;
-	ct_project(&g, 0, 3, b.data, v.data, NULL);
+	ct_projector_load(&g, v.data, NULL);
+	ct_project(&g, 0, 3, b.data, NULL);
 	ct_projector_free(&g);
 	must(ct_projector_init(&g, &v, &a, &err));
-	ct_project(&g, 0, 3, a.data, v.data, NULL);
+	ct_projector_load(&g, v.data, NULL);
+	ct_project(&g, 0, 3, a.data, NULL);
 	OK(apart(m, b.data, a.data) < 3e-6 && dot(m, b.data, b.data) > 0, "a single voxel");
 	ct_par_free(par);
 	ct_stack_free(&a);
@@ -323,8 +329,10 @@ static void t_behind(void)
 		g.method = away.method = how % 2 ? CT_JOSEPH : CT_SIDDON;
 		if (how > 1)
 			must(ct_projector_reserve(&g, &err) || ct_projector_reserve(&away, &err));
-		ct_project(&g, 0, 8, s.data, v.data, NULL);
-		ct_project(&away, 0, 8, t.data, v.data, NULL);
+		ct_projector_load(&g, v.data, NULL);
+		ct_project(&g, 0, 8, s.data, NULL);
+		ct_projector_load(&away, v.data, NULL);
+		ct_project(&away, 0, 8, t.data, NULL);
 		ct_project_adjoint(&away, 0, 8, x, s.data, NULL);
 		OK(maxdiff(ct_stack_count(&s), s.data, NULL) > 1, "in front of the source");
 		OK(maxdiff(ct_stack_count(&t), t.data, NULL) == 0 &&
@@ -382,7 +390,8 @@ static void t_joseph(void)
 	must(ct_geometry_fill(&s, &scan, &err));
 	must(ct_projector_init(&g, &v, &s, &err));
 	g.method = CT_JOSEPH;
-	ct_project(&g, 0, s.views, s.data, v.data, NULL);
+	ct_projector_load(&g, v.data, NULL);
+	ct_project(&g, 0, s.views, s.data, NULL);
 	for (size_t i = 0; i < ct_stack_count(&s); i++) {
 		double o[3], d[3], want = 0, length;
 		int a = 0;
@@ -430,7 +439,8 @@ static double deviation(enum ct_beam beam, enum ct_method method, size_t edge)
 	must(ct_projector_init(&g, &v, &a, &err));
 	g.method = method;
 	must(ct_projector_reserve(&g, &err));
-	ct_project(&g, 0, a.views, a.data, v.data, NULL);
+	ct_projector_load(&g, v.data, NULL);
+	ct_project(&g, 0, a.views, a.data, NULL);
 	norm = dot(ct_stack_count(&b), b.data, b.data);
 	for (size_t i = 0; i < ct_stack_count(&a); i++) {
 		double d = (double)a.data[i] - (double)b.data[i];

@@ -501,7 +501,8 @@ static void scene(struct scene *s, const struct ct_env *env)
 	}
 	must(ct_stack_like(&s->base_proj, &s->target, 1, &err));
 	must(ct_projector_init(&pr, &s->base, &s->target, &err));
-	ct_project(&pr, 0, VIEWS, s->base_proj.data, s->base.data, env->par);
+	ct_projector_load(&pr, s->base.data, env->par);
+	ct_project(&pr, 0, VIEWS, s->base_proj.data, env->par);
 	for (size_t i = 0; i < ct_stack_count(&s->target); i++)
 		s->target.data[i] = s->base_proj.data[i] + 0.3f;
 }

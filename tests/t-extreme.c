@@ -447,7 +447,8 @@ static void voxels(enum ct_beam beam, double tol)
 	scan.view[0] = (struct ct_view){
 		.source = {-400, 0, 0}, .centre = {200, 0, 0}, .u = {0, 2, 0}, .v = {0, 0, -2}};
 	must(ct_projector_init(&pr, &vol, &scan, &err));
-	ct_project(&pr, 0, 1, scan.data, vol.data, NULL);
+	ct_projector_load(&pr, vol.data, NULL);
+	ct_project(&pr, 0, 1, scan.data, NULL);
 	look(&c, beam);
 	render(&r, &g, &c);
 	for (size_t i = 0; i < COUNT; i++) {

@@ -24,7 +24,8 @@ static void project(struct ct_stack *s, const struct ct_vol *v)
 	struct ct_projector pr;
 
 	must(ct_projector_init(&pr, v, s, &err));
-	ct_project(&pr, 0, s->views, s->data, v->data, NULL);
+	ct_projector_load(&pr, v->data, NULL);
+	ct_project(&pr, 0, s->views, s->data, NULL);
 }
 
 /* A ball of density 0.5 of 2 mm voxels; the truth has a denser and a thinner ball in it. */

@@ -47,7 +47,8 @@ static void make(struct scene *s)
 	must(ct_stack_like(&s->base_proj, &s->target, 1, &err));
 	must(ct_stack_like(&s->weight, &s->target, 1, &err));
 	must(ct_projector_init(&pr, &s->base, &s->target, &err));
-	ct_project(&pr, 0, VIEWS, s->base_proj.data, s->base.data, NULL);
+	ct_projector_load(&pr, s->base.data, NULL);
+	ct_project(&pr, 0, VIEWS, s->base_proj.data, NULL);
 	for (size_t i = 0; i < VIEWS * PIXELS; i++) {
 		double middle = hypot((double)(i / W % H) - 5.5, (double)(i % W) - 6.5) < 4;
 

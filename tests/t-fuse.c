@@ -44,7 +44,8 @@ static void project(float *p, const struct ct_stack *s, const struct ct_vol *v)
 
 	must(ct_projector_init(&g, v, s, &err) || ct_projector_reserve(&g, &err));
 	ct_window_density(ct_vol_count(v), x, v->data, window);
-	ct_project(&g, 0, s->views, p, x, NULL);
+	ct_projector_load(&g, x, NULL);
+	ct_project(&g, 0, s->views, p, NULL);
 	ct_projector_free(&g);
 	free(x);
 }

@@ -74,7 +74,8 @@ static void make(struct scene *s, const struct ct_env *env)
 	}
 	must(ct_stack_like(&s->base_proj, &s->target, 1, &err));
 	must(ct_projector_init(&pr, &s->base, &s->target, &err));
-	ct_project(&pr, 0, VIEWS, s->base_proj.data, s->base.data, env->par);
+	ct_projector_load(&pr, s->base.data, env->par);
+	ct_project(&pr, 0, VIEWS, s->base_proj.data, env->par);
 	true_set(&g);
 	ct_gaussian_resolve(b, &g, env->par);
 	must(ct_alloc(&img, N, pitch * sizeof *img, &err));

@@ -87,7 +87,8 @@ static void rays(enum ct_beam beam, double turn, double tilt)
 	}
 	must(ct_projector_init(&g, &v, &s, &err));
 	g.method = CT_JOSEPH;
-	ct_project(&g, 0, 1, s.data, v.data, NULL);
+	ct_projector_load(&g, v.data, NULL);
+	ct_project(&g, 0, 1, s.data, NULL);
 	for (size_t i = 0; i < H * W; i++) {
 		double want = by_hand(&v, s.view, i / W, i % W, beam == CT_CONE);
 

@@ -529,7 +529,8 @@ static double off_voxels(const struct ct_stack *scan, double mm)
 	for (size_t i = 0; i < m * m * m; i++)
 		vol.data[i] = (float)field[i];
 	must(ct_projector_init(&pr, &vol, scan, &err));
-	ct_project(&pr, 0, 1, scan->data, vol.data, NULL);
+	ct_projector_load(&pr, vol.data, NULL);
+	ct_project(&pr, 0, 1, scan->data, NULL);
 	for (size_t i = 0; i < PIXELS * PIXELS; i++) {
 		sum += pow((double)scan->data[i] - want[i], 2);
 		peak = fmax(peak, fabs(want[i]));

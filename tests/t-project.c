@@ -60,7 +60,8 @@ static void project(struct ct_stack *s, const struct ct_vol *v, struct ct_par *p
 	struct ct_projector g;
 
 	must(ct_projector_init(&g, v, s, &err));
-	ct_project(&g, 0, s->views, s->data, v->data, par);
+	ct_projector_load(&g, v->data, par);
+	ct_project(&g, 0, s->views, s->data, par);
 }
 
 static double largest(const struct ct_stack *a, const struct ct_stack *b, double scale)
@@ -427,7 +428,8 @@ static void t_transpose(void)
 	constant(&v, 0);
 	for (size_t i = 0; i < N; i++) {
 		v.data[i] = 1;
-		ct_project(&g, 0, 2, matrix + i * M, v.data, NULL);
+		ct_projector_load(&g, v.data, NULL);
+		ct_project(&g, 0, 2, matrix + i * M, NULL);
 		v.data[i] = 0;
 	}
 	for (size_t j = 0; j < M; j++) {

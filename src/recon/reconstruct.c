@@ -138,7 +138,7 @@ static int iterate_cost(struct ct_cost *cost, const struct ct_vol *grid, const s
 		goto out;
 	ct_projector_load(&g, x, env->par);
 	start = ct_clock_cpu();
-	ct_project(&g, in->views / 3, views, p, NULL, env->par);
+	ct_project(&g, in->views / 3, views, p, env->par);
 	ct_project_adjoint(&g, in->views / 3, views, x, p, env->par);
 	cost->seconds = (ct_clock_cpu() - start) * (double)in->views / (double)views *
 			(double)(how->rule.iterations + 1);

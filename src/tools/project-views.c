@@ -63,10 +63,10 @@ static void view(struct pass *p, size_t k, float *out, struct ct_par *par)
 	const struct ct_stack *rays = p->j->rays;
 
 	if (p->direct) {
-		ct_project(&p->g, k, 1, out, NULL, par);
+		ct_project(&p->g, k, 1, out, par);
 		return;
 	}
-	ct_project(&p->g, k, 1, p->fine, NULL, par);
+	ct_project(&p->g, k, 1, p->fine, par);
 	for (size_t r = rays->h; r < rows_of(p->j); r++)
 		memcpy(p->fine + r * rays->w, p->fine, rays->w * sizeof *p->fine);
 	ct_measurement_forward(&p->op, out, p->fine, p->scratch);

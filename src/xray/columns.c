@@ -11,9 +11,7 @@
 #include <string.h>
 
 enum {
-	LEAST_ROWS = 8, /* a detector of fewer rows would leave most of a packet idle */
-	BUNDLE = 32,    /* detector columns of a task: neighbours meet the same voxels */
-	SLAB = 16       /* columns of voxels that an adjoint task owns, at least */
+	LEAST_ROWS = 8 /* a detector of fewer rows would leave most of a packet idle */
 };
 
 int ct_columns_axis(const struct ct_projector *g)
@@ -159,20 +157,21 @@ static struct ct_box bounds(const struct ct_columns *c)
 	b.stride[c->q] = (ptrdiff_t)(c->pitch * np);
 	for (int a = 0; a < 3; a++)
 		b.lo[a] = (ptrdiff_t)c->n[a];
-	for (size_t j = 0; j < nq; j++)
-		for (size_t i = 0; i < np; i++) {
-			const int32_t *span = c->span[j * np + i];
-			const ptrdiff_t at[3] = {(ptrdiff_t)i, (ptrdiff_t)j};
+	for (size_t k = 0; k < np * nq; k++) {
+		ptrdiff_t at[3];
 
-			if (span[0] == span[1])
-				continue;
-			b.lo[c->p] = at[0] < b.lo[c->p] ? at[0] : b.lo[c->p];
-			b.hi[c->p] = at[0] >= b.hi[c->p] ? at[0] + 1 : b.hi[c->p];
-			b.lo[c->q] = at[1] < b.lo[c->q] ? at[1] : b.lo[c->q];
-			b.hi[c->q] = at[1] >= b.hi[c->q] ? at[1] + 1 : b.hi[c->q];
-			b.lo[c->up] = span[0] < b.lo[c->up] ? span[0] : b.lo[c->up];
-			b.hi[c->up] = span[1] > b.hi[c->up] ? span[1] : b.hi[c->up];
+		if (c->span[k][0] == c->span[k][1])
+			continue;
+		at[c->p] = (ptrdiff_t)(k % np);
+		at[c->q] = (ptrdiff_t)(k / np);
+		at[c->up] = c->span[k][0];
+		for (int a = 0; a < 3; a++) {
+			ptrdiff_t end = a == c->up ? c->span[k][1] : at[a] + 1;
+
+			b.lo[a] = at[a] < b.lo[a] ? at[a] : b.lo[a];
+			b.hi[a] = end > b.hi[a] ? end : b.hi[a];
 		}
+	}
 	for (int a = 0; a < 3; a++)
 		b.lo[a] = b.lo[a] < b.hi[a] ? b.lo[a] : b.hi[a];
 	return b;
@@ -193,30 +192,26 @@ void ct_columns_add(const struct ct_columns *c, float *vol, struct ct_par *par)
 	ct_par_for(par, c->n[c->q], add_row, &t);
 }
 
-/* The path of a detector column across the columns of voxels: along axis a from x0 to x1, at
+/* The path of a detector column across the columns of voxels: along axis a from x[0] to x[1], at
  * from + slope x along axis b. */
 struct path {
 	struct ct_heights z;
 	int a, b;
-	double from, slope, x0, x1;
+	double from, slope, x[2];
 	double mm[3]; /* mm a unit of x, squared: of row r, mm[0] + mm[1] r + mm[2] r^2 */
 };
 
 /* False if its rays must be followed one by one: they are steep, or lie in a face of voxels. */
-static bool path_of(struct path *t, const struct ct_projector *g, const struct ct_columns *c,
-	size_t view, size_t col)
+static bool path_of(struct path *t, const struct ct_projector *g, size_t view, size_t col)
 {
+	const struct ct_columns *c = g->columns;
 	const struct ct_stack *s = g->scan;
 	const double *v = s->view[view].v, last = (double)s->h - 1;
 	bool parallel = s->beam == CT_PARALLEL;
-	double world[3], dir[3], o[3], d[3], step, da, s0, s1;
+	double dir[3], o[3], d[3], step, da, s0, s1;
 	int up = c->up, a, b;
 
-	ct_view_ray(s, view, 0, col, world, dir);
-	for (int i = 0; i < 3; i++) {
-		o[i] = ct_vec3_dot(g->inverse[i], world) + g->inverse[i][3];
-		d[i] = ct_vec3_dot(g->inverse[i], dir);
-	}
+	ct_ray_of(g, view, 0, col, o, d, dir);
 	a = fabs(d[c->q]) > fabs(d[c->p]) ? c->q : c->p;
 	b = a == c->p ? c->q : c->p;
 	da = d[a];
@@ -241,25 +236,20 @@ static bool path_of(struct path *t, const struct ct_projector *g, const struct c
 	t->mm[0] = ct_vec3_dot(dir, dir) / (da * da);
 	t->mm[1] = parallel ? 0 : 2 * ct_vec3_dot(dir, v) / (da * da);
 	t->mm[2] = parallel ? 0 : ct_vec3_dot(v, v) / (da * da);
-	t->x0 = !parallel && da > 0 ? o[a] : -HUGE_VAL;
-	t->x1 = !parallel && da < 0 ? o[a] : HUGE_VAL;
+	t->x[0] = !parallel && da > 0 ? o[a] : -HUGE_VAL;
+	t->x[1] = !parallel && da < 0 ? o[a] : HUGE_VAL;
 	return true;
 }
 
-/* Cut to the box, grown by margin along b; false if nothing is left. */
-static bool path_clip(struct path *t, const struct ct_box *box, double margin)
+/* Cut to the box; false if nothing is left. */
+static bool path_clip(struct path *t, const struct ct_projector *g, const struct ct_box *box)
 {
-	double lo = (double)box->lo[t->b] - margin, hi = (double)box->hi[t->b] + margin;
+	double margin = ct_ray_margin(g);
 
-	t->x0 = ct_most(t->x0, (double)box->lo[t->a]);
-	t->x1 = ct_least(t->x1, (double)box->hi[t->a]);
-	if (t->slope == 0)
-		return t->from >= lo && t->from <= hi && t->x0 < t->x1;
-	lo = (lo - t->from) / t->slope;
-	hi = (hi - t->from) / t->slope;
-	t->x0 = ct_most(t->x0, ct_least(lo, hi));
-	t->x1 = ct_least(t->x1, ct_most(lo, hi));
-	return t->x0 < t->x1;
+	t->x[0] = ct_most(t->x[0], (double)box->lo[t->a]);
+	t->x[1] = ct_least(t->x[1], (double)box->hi[t->a]);
+	return ct_ray_narrow(t->x, t->from, t->slope, (double)box->lo[t->b] - margin,
+		(double)box->hi[t->b] + margin);
 }
 
 /* A piece [x0, x1] through the voxels at i along a and j along b. */
@@ -289,8 +279,8 @@ static bool pieces_siddon(struct ct_pieces *s, const struct ct_columns *c, const
 	double inverse = t->slope != 0 ? 1 / t->slope : 0;
 
 	s->n = 0;
-	for (; s->n + 2 <= CT_PIECES && (double)*k < t->x1; ++*k) {
-		double x0 = ct_most(t->x0, (double)*k), x1 = ct_least(t->x1, (double)(*k + 1)),
+	for (; s->n + 2 <= CT_PIECES && (double)*k < t->x[1]; ++*k) {
+		double x0 = ct_most(t->x[0], (double)*k), x1 = ct_least(t->x[1], (double)(*k + 1)),
 		       cross;
 		ptrdiff_t j = (ptrdiff_t)ct_most(t->from + t->slope * x0, (double)lo);
 
@@ -304,7 +294,7 @@ static bool pieces_siddon(struct ct_pieces *s, const struct ct_columns *c, const
 		if (x1 > cross)
 			piece(s, c, t, *k, up ? j + 1 : j - 1, cross, x1, x1 - cross);
 	}
-	return s->n > 0 || (double)*k < t->x1;
+	return s->n > 0 || (double)*k < t->x[1];
 }
 
 static bool pieces_joseph(struct ct_pieces *s, const struct ct_columns *c, const struct path *t,
@@ -313,20 +303,20 @@ static bool pieces_joseph(struct ct_pieces *s, const struct ct_columns *c, const
 	ptrdiff_t lo = box->lo[t->b], hi = box->hi[t->b];
 
 	s->n = 0;
-	for (; s->n + 2 <= CT_PIECES && (double)*k + 0.5 <= t->x1; ++*k) {
+	for (; s->n + 2 <= CT_PIECES && (double)*k + 0.5 <= t->x[1]; ++*k) {
 		double x = (double)*k + 0.5, y = t->from + t->slope * x - 0.5;
 		double in = ct_least(ct_most(y, (double)(lo - 1)), (double)hi);
 		ptrdiff_t j = (ptrdiff_t)(in - (double)(lo - 1)) + lo - 1;
 		double w = y - (double)j;
 
-		if (x < t->x0 || *k >= box->hi[t->a])
+		if (x < t->x[0] || *k >= box->hi[t->a])
 			continue;
 		if (j >= lo && j < hi && w < 1)
 			piece(s, c, t, *k, j, x, x, 1 - w);
 		if (j + 1 >= lo && j + 1 < hi && w > 0)
 			piece(s, c, t, *k, j + 1, x, x, w);
 	}
-	return s->n > 0 || (double)*k + 0.5 <= t->x1;
+	return s->n > 0 || (double)*k + 0.5 <= t->x[1];
 }
 
 static bool pieces_next(struct ct_pieces *s, const struct ct_columns *c, const struct path *t,
@@ -337,7 +327,7 @@ static bool pieces_next(struct ct_pieces *s, const struct ct_columns *c, const s
 
 static ptrdiff_t first_slab(const struct path *t, const struct ct_box *box)
 {
-	ptrdiff_t k = (ptrdiff_t)t->x0, hi = box->hi[t->a] - 1;
+	ptrdiff_t k = (ptrdiff_t)t->x[0], hi = box->hi[t->a] - 1;
 
 	return k < hi ? k : hi;
 }
@@ -359,25 +349,17 @@ static double scale_of(const struct path *t, size_t row)
 	return sqrt(t->mm[0] + r * (t->mm[1] + r * t->mm[2]));
 }
 
-struct forward {
-	const struct ct_projector *g;
-	const struct ct_columns *c;
-	size_t first, blocks, bundles; /* blocks of rows, bundles of columns in a view */
-	float *p;
-};
-
-static void forward_column(
-	const struct forward *f, size_t view, size_t col, size_t row, size_t end, float *p)
+void ct_columns_sum(
+	const struct ct_projector *g, size_t view, size_t col, size_t row, size_t end, float *p)
 {
-	const struct ct_projector *g = f->g;
-	const struct ct_columns *c = f->c;
+	const struct ct_columns *c = g->columns;
 	const size_t w = g->scan->w;
 	double sum[CT_ROWS] = {0};
 	struct ct_pieces s = {0};
 	struct path t;
-	bool usable = path_of(&t, g, c, view, col);
+	bool usable = path_of(&t, g, view, col);
 
-	if (usable && path_clip(&t, &c->box, g->method == CT_JOSEPH ? 0.5 : 0))
+	if (usable && path_clip(&t, g, &c->box))
 		for (ptrdiff_t k = first_slab(&t, &c->box); pieces_next(&s, c, &t, &c->box, &k);)
 			for (size_t r = row; r < end; r += CT_PACKET)
 				CT_SIMD(ct_packet_sum)
@@ -388,103 +370,25 @@ static void forward_column(
 					 : (float)ct_ray_sum(g, view, r, col, c->first, &c->box);
 }
 
-static void forward_task(void *arg, size_t i, size_t worker)
+void ct_columns_spread(const struct ct_projector *g, size_t view, size_t col, size_t row,
+	size_t end, const float *p, const struct ct_box *box)
 {
-	const struct forward *f = arg;
-	const struct ct_stack *s = f->g->scan;
-	size_t bundle = i % f->bundles, block = i / f->bundles % f->blocks;
-	size_t k = i / f->bundles / f->blocks, row[2], col[2];
-	size_t r0 = block * CT_ROWS, r1 = r0 + CT_ROWS < s->h ? r0 + CT_ROWS : s->h;
-	size_t c0 = bundle * BUNDLE, c1 = c0 + BUNDLE < s->w ? c0 + BUNDLE : s->w;
-	float *p = f->p + k * s->h * s->w;
-
-	(void)worker;
-	for (size_t r = r0; r < r1; r++)
-		memset(p + r * s->w + c0, 0, (c1 - c0) * sizeof *p);
-	ct_ray_shadow(f->g, f->first + k, &f->c->box, row, col);
-	r0 = r0 > row[0] ? r0 : row[0];
-	r1 = r1 < row[1] ? r1 : row[1];
-	for (size_t c = c0 > col[0] ? c0 : col[0]; c < c1 && c < col[1] && r0 < r1; c++)
-		forward_column(f, f->first + k, c, r0, r1, p);
-}
-
-void ct_columns_project(const struct ct_projector *g, const struct ct_columns *c, size_t first,
-	size_t count, float *restrict p, struct ct_par *par)
-{
-	struct forward f = {.g = g,
-		.c = c,
-		.first = first,
-		.p = p,
-		.blocks = (g->scan->h + CT_ROWS - 1) / CT_ROWS,
-		.bundles = (g->scan->w + BUNDLE - 1) / BUNDLE};
-
-	ct_par_for(par, count * f.blocks * f.bundles, forward_task, &f);
-}
-
-struct adjoint {
-	const struct ct_projector *g;
-	const struct ct_columns *c;
-	size_t first, count, thickness;
-	const float *p;
-	int axis; /* the volume is cut across it into slabs, each the work of one task */
-};
-
-static void adjoint_column(const struct adjoint *f, const struct ct_box *box, size_t k, size_t col,
-	size_t row, size_t end)
-{
-	const struct ct_projector *g = f->g;
-	const struct ct_columns *c = f->c;
-	const float *p = f->p + k * g->scan->h * g->scan->w + col;
-	size_t view = f->first + k, w = g->scan->w;
+	const struct ct_columns *c = g->columns;
+	const size_t w = g->scan->w;
 	float value[CT_ROWS];
 	struct ct_pieces s = {0};
 	struct path t;
-	bool usable = path_of(&t, g, c, view, col);
+	bool usable = path_of(&t, g, view, col);
 
 	for (size_t r = row; r < end; r++) {
 		bool alone = !usable || apart(&t, c, r);
+		double x = (double)p[r * w + col];
 
 		if (alone)
-			ct_ray_spread(g, view, r, col, c->first, box, (double)p[r * w]);
-		value[r - row] = alone ? 0 : (float)((double)p[r * w] * scale_of(&t, r));
+			ct_ray_spread(g, view, r, col, c->first, box, x);
+		value[r - row] = alone ? 0 : (float)(x * scale_of(&t, r));
 	}
-	if (usable && path_clip(&t, box, g->method == CT_JOSEPH ? 0.5 : 0))
+	if (usable && path_clip(&t, g, box))
 		for (ptrdiff_t i = first_slab(&t, box); pieces_next(&s, c, &t, box, &i);)
 			CT_SIMD(ct_packet_spread)(c->first, &s, &t.z, row, end - row, value);
-}
-
-static void adjoint_slab(void *arg, size_t i, size_t worker)
-{
-	const struct adjoint *f = arg;
-	struct ct_box box = f->c->box;
-	ptrdiff_t end = box.hi[f->axis];
-
-	(void)worker;
-	box.lo[f->axis] = (ptrdiff_t)(i * f->thickness);
-	box.hi[f->axis] = box.lo[f->axis] + (ptrdiff_t)f->thickness;
-	if (box.hi[f->axis] > end)
-		box.hi[f->axis] = end;
-	for (size_t k = 0; k < f->count; k++) {
-		size_t row[2], col[2];
-
-		ct_ray_shadow(f->g, f->first + k, &box, row, col);
-		for (size_t r = row[0]; r < row[1]; r += CT_ROWS)
-			for (size_t c = col[0]; c < col[1]; c++)
-				adjoint_column(f, &box, k, c, r,
-					r + CT_ROWS < row[1] ? r + CT_ROWS : row[1]);
-	}
-}
-
-void ct_columns_adjoint(const struct ct_projector *g, const struct ct_columns *c, size_t first,
-	size_t count, const float *restrict p, struct ct_par *par)
-{
-	struct adjoint f = {.g = g, .c = c, .first = first, .count = count, .p = p, .axis = c->p};
-	const double *u = g->scan->view[first].u;
-	size_t n;
-
-	if (fabs(ct_vec3_dot(g->inverse[c->q], u)) > fabs(ct_vec3_dot(g->inverse[c->p], u)))
-		f.axis = c->q; /* slabs across the rows meet the fewest rays */
-	n = c->n[f.axis];
-	f.thickness = n > 2 * SLAB * SLAB ? n / (2 * SLAB) : SLAB;
-	ct_par_for(par, (n + f.thickness - 1) / f.thickness, adjoint_slab, &f);
 }

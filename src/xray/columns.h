@@ -28,10 +28,12 @@ size_t ct_columns_bytes(const struct ct_columns *c); /* 0 for NULL */
 void ct_columns_load(struct ct_columns *c, const float *vol, struct ct_par *par);
 /* vol += the columns. */
 void ct_columns_add(const struct ct_columns *c, float *vol, struct ct_par *par);
-/* As ct_project and ct_project_adjoint, on the columns. */
-void ct_columns_project(const struct ct_projector *g, const struct ct_columns *c, size_t first,
-	size_t count, float *restrict p, struct ct_par *par);
-void ct_columns_adjoint(const struct ct_projector *g, const struct ct_columns *c, size_t first,
-	size_t count, const float *restrict p, struct ct_par *par);
+/* p[h][w], a view: in detector column `col` its rows [row, end), at most CT_ROWS, become their line
+ * integrals through g->columns. */
+void ct_columns_sum(
+	const struct ct_projector *g, size_t view, size_t col, size_t row, size_t end, float *p);
+/* g->columns += the transpose of that, in the box. */
+void ct_columns_spread(const struct ct_projector *g, size_t view, size_t col, size_t row,
+	size_t end, const float *p, const struct ct_box *box);
 
 #endif

@@ -1,9 +1,10 @@
-/* project.c: see project.h. The plan, and the rays of all pixels one at a time where columns.h
- * does not take them together. */
+/* project.c: see project.h. The plan, and what its threads do: rays one at a time (ray.h), or
+ * together where columns.h takes them. */
 #include "config.h"
 #include "xray/project.h"
 #include "core/vec3.h"
 #include "xray/columns.h"
+#include "xray/packet.h"
 #include "xray/ray.h"
 #include "xray/geometry.h"
 
@@ -40,15 +41,6 @@ int ct_projector_init(struct ct_projector *g, const struct ct_vol *grid,
 	return 0;
 }
 
-static struct ct_box whole(const struct ct_projector *g)
-{
-	struct ct_box b = {.stride = {1, (ptrdiff_t)g->n[0], (ptrdiff_t)(g->n[0] * g->n[1])}};
-
-	for (int a = 0; a < 3; a++)
-		b.hi[a] = (ptrdiff_t)g->n[a];
-	return b;
-}
-
 int ct_projector_reserve(struct ct_projector *g, struct ct_err *e)
 {
 	int up = ct_columns_axis(g);
@@ -74,47 +66,69 @@ void ct_projector_load(struct ct_projector *g, const float *vol, struct ct_par *
 		ct_columns_load(g->columns, vol, par);
 }
 
+/* All voxels; of columns those that are not zero. */
+static struct ct_box box_of(const struct ct_projector *g)
+{
+	struct ct_box b = {.stride = {1, (ptrdiff_t)g->n[0], (ptrdiff_t)(g->n[0] * g->n[1])}};
+
+	if (g->columns)
+		return g->columns->box;
+	for (int a = 0; a < 3; a++)
+		b.hi[a] = (ptrdiff_t)g->n[a];
+	return b;
+}
+
+enum { ACROSS = 32 }; /* detector columns of a tile: neighbours meet the same voxels */
+
 struct forward {
 	const struct ct_projector *g;
-	size_t first;
+	struct ct_box box;
+	size_t first, down, across; /* view; tiles of a view, of CT_ROWS rows each */
 	float *p;
-	const float *vol;
 };
 
-/* One detector row of one view. */
-static void forward_row(void *arg, size_t i, size_t worker)
+/* A tile of one view. */
+static void forward_tile(void *arg, size_t i, size_t worker)
 {
 	const struct forward *f = arg;
-	const struct ct_stack *s = f->g->scan;
-	size_t view = f->first + i / s->h, at = i % s->h, row[2], col[2];
-	float *p = f->p + i * s->w;
-	struct ct_box box = whole(f->g);
+	const struct ct_projector *g = f->g;
+	const size_t h = g->scan->h, w = g->scan->w, k = i / f->across / f->down;
+	size_t r0 = i / f->across % f->down * CT_ROWS, c0 = i % f->across * ACROSS;
+	size_t r1 = r0 + CT_ROWS < h ? r0 + CT_ROWS : h, c1 = c0 + ACROSS < w ? c0 + ACROSS : w;
+	size_t row[2], col[2];
+	float *p = f->p + k * h * w;
 
 	(void)worker;
-	memset(p, 0, s->w * sizeof *p);
-	ct_ray_shadow(f->g, view, &box, row, col);
-	if (at < row[0] || at >= row[1])
-		return;
-	for (size_t c = col[0]; c < col[1]; c++)
-		p[c] = (float)ct_ray_sum(f->g, view, at, c, f->vol, &box);
+	for (size_t r = r0; r < r1; r++)
+		memset(p + r * w + c0, 0, (c1 - c0) * sizeof *p);
+	ct_ray_shadow(g, f->first + k, &f->box, row, col);
+	r0 = r0 > row[0] ? r0 : row[0];
+	r1 = r1 < row[1] ? r1 : row[1];
+	c0 = c0 > col[0] ? c0 : col[0];
+	c1 = c1 < col[1] ? c1 : col[1];
+	for (size_t c = c0; c < c1 && r0 < r1 && g->columns; c++)
+		ct_columns_sum(g, f->first + k, c, r0, r1, p);
+	for (size_t r = r0; r < r1 && !g->columns; r++)
+		for (size_t c = c0; c < c1; c++)
+			p[r * w + c] = (float)ct_ray_sum(g, f->first + k, r, c, g->loaded, &f->box);
 }
 
 void ct_project(const struct ct_projector *g, size_t first, size_t count, float *restrict p,
-	const float *restrict vol, struct ct_par *par)
+	struct ct_par *par)
 {
-	struct forward f = {.g = g, .first = first, .p = p, .vol = vol ? vol : g->loaded};
+	struct forward f = {.g = g,
+		.box = box_of(g),
+		.first = first,
+		.down = (g->scan->h + CT_ROWS - 1) / CT_ROWS,
+		.across = (g->scan->w + ACROSS - 1) / ACROSS,
+		.p = p};
 
-	if (!g->columns) {
-		ct_par_for(par, count * g->scan->h, forward_row, &f);
-		return;
-	}
-	if (vol)
-		ct_columns_load(g->columns, vol, par);
-	ct_columns_project(g, g->columns, first, count, p, par);
+	ct_par_for(par, count * f.down * f.across, forward_tile, &f);
 }
 
 struct adjoint {
 	const struct ct_projector *g;
+	struct ct_box box;
 	size_t first, count;
 	float *vol;
 	const float *p;
@@ -125,8 +139,9 @@ struct adjoint {
 static void adjoint_slab(void *arg, size_t i, size_t worker)
 {
 	const struct adjoint *f = arg;
-	const struct ct_stack *s = f->g->scan;
-	struct ct_box box = whole(f->g);
+	const struct ct_projector *g = f->g;
+	const size_t h = g->scan->h, w = g->scan->w;
+	struct ct_box box = f->box;
 	ptrdiff_t end = box.hi[f->axis];
 
 	(void)worker;
@@ -134,43 +149,58 @@ static void adjoint_slab(void *arg, size_t i, size_t worker)
 	box.hi[f->axis] = box.lo[f->axis] + (ptrdiff_t)f->thickness;
 	if (box.hi[f->axis] > end)
 		box.hi[f->axis] = end;
-	for (size_t v = 0; v < f->count; v++) {
+	for (size_t k = 0; k < f->count; k++) {
+		const float *p = f->p + k * h * w;
+		const size_t view = f->first + k, rows = g->columns ? CT_ROWS : 1;
 		size_t row[2], col[2];
 
-		ct_ray_shadow(f->g, f->first + v, &box, row, col);
-		for (size_t at = row[0]; at < row[1]; at++)
+		ct_ray_shadow(g, view, &box, row, col);
+		for (size_t r = row[0]; r < row[1]; r += rows)
 			for (size_t c = col[0]; c < col[1]; c++)
-				ct_ray_spread(f->g, f->first + v, at, c, f->vol, &box,
-					(double)f->p[(v * s->h + at) * s->w + c]);
+				if (g->columns)
+					ct_columns_spread(g, view, c, r,
+						r + rows < row[1] ? r + rows : row[1], p, &box);
+				else
+					ct_ray_spread(
+						g, view, r, c, f->vol, &box, (double)p[r * w + c]);
 	}
+}
+
+/* The axis of the grid, but for `but`, that is nearest to the direction u: slabs across it meet the
+ * fewest of the rays that lie side by side along u. */
+static int axis_along(const struct ct_projector *g, const double u[3], int but)
+{
+	double most = -1;
+	int axis = 0;
+
+	for (int a = 0; a < 3; a++) {
+		double along = fabs(ct_vec3_dot(g->inverse[a], u));
+
+		if (a != but && along > most) {
+			most = along;
+			axis = a;
+		}
+	}
+	return axis;
 }
 
 void ct_project_adjoint(const struct ct_projector *g, size_t first, size_t count,
 	float *restrict vol, const float *restrict p, struct ct_par *par)
 {
+	const struct ct_view *v = &g->scan->view[first];
+	struct ct_columns *columns = g->columns;
 	struct adjoint f = {.g = g, .first = first, .count = count, .vol = vol, .p = p};
-	const double *v = g->scan->view[first].v;
-	double most = -1;
 	size_t n;
 
-	if (g->columns) {
-		ct_columns_load(g->columns, NULL, par);
-		ct_columns_adjoint(g, g->columns, first, count, p, par);
-		ct_columns_add(g->columns, vol, par);
-		return;
-	}
-	for (int a = 0; a < 3; a++) { /* slabs along the rows meet the fewest rays */
-		const double *m = g->inverse[a];
-		double along = fabs(m[0] * v[0] + m[1] * v[1] + m[2] * v[2]);
-
-		if (along > most) {
-			most = along;
-			f.axis = a;
-		}
-	}
+	if (columns)
+		ct_columns_load(columns, NULL, par);
+	f.box = box_of(g);
+	f.axis = columns ? axis_along(g, v->u, columns->up) : axis_along(g, v->v, -1);
 	n = g->n[f.axis];
 	f.thickness = n > 512 ? n / 32 : 16;
 	ct_par_for(par, (n + f.thickness - 1) / f.thickness, adjoint_slab, &f);
+	if (columns)
+		ct_columns_add(columns, vol, par);
 }
 
 enum { BLOCK = 64 }; /* views between two looks whether to stop */
@@ -185,7 +215,7 @@ static int forward(void *ctx, float *p, size_t views, const float *x, const stru
 		if (ct_check_stop(env, e))
 			return -1;
 		ct_project(g, k, views - k < BLOCK ? views - k : BLOCK,
-			p + k * g->scan->h * g->scan->w, NULL, env->par);
+			p + k * g->scan->h * g->scan->w, env->par);
 	}
 	return 0;
 }
@@ -226,7 +256,7 @@ int ct_project_all(struct ct_stack *s, const struct ct_vol *density, const struc
 		ct_progress(env, "views", k, s->views);
 		if (ct_check_stop(env, e))
 			goto out;
-		ct_project(&g, k, 1, ct_stack_view(s, k), NULL, env->par);
+		ct_project(&g, k, 1, ct_stack_view(s, k), env->par);
 	}
 	ct_progress(env, "views", s->views, s->views);
 	rc = 0;

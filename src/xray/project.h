@@ -58,13 +58,12 @@ int ct_projector_reserve(struct ct_projector *g, struct ct_err *e);
 /* Bytes that it reserved. */
 size_t ct_projector_bytes(const struct ct_projector *g);
 void ct_projector_free(struct ct_projector *g);
-/* Take vol[n2][n1][n0] (borrowed) for the calls of ct_project that pass NULL, so that views one at
- * a time do not take it in one time each. An adjoint with reserved room forgets it. */
+/* Take vol[n2][n1][n0] (borrowed) for the calls of ct_project. An adjoint with reserved room
+ * forgets it. */
 void ct_projector_load(struct ct_projector *g, const float *vol, struct ct_par *par);
-/* p[count][h][w] = projections of vol[n2][n1][n0] in the views [first, first + count). vol NULL is
- * the volume loaded. */
+/* p[count][h][w] = projections of the volume loaded in the views [first, first + count). */
 void ct_project(const struct ct_projector *g, size_t first, size_t count, float *restrict p,
-	const float *restrict vol, struct ct_par *par);
+	struct ct_par *par);
 /* vol[n2][n1][n0] += adjoint of the same views of p[count][h][w]. Voxels are summed in a fixed
  * order, in float. */
 void ct_project_adjoint(const struct ct_projector *g, size_t first, size_t count,

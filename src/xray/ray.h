@@ -12,18 +12,11 @@ struct ct_box {
 	ptrdiff_t lo[3], hi[3], stride[3];
 };
 
-/* A line o + t d, t >= t0, in voxel units (voxel i is [i, i+1]), its dominant axis first; mm for a
- * unit of t. */
-struct ct_line {
-	int axis[3];
-	double o[3], d[3], t0, mm;
-};
-
 /* A ray in voxel units along the dominant axis axis[0]: coordinate axis[i] is at x
- * from[i-1] + slope[i-1] x, |slope| <= 1, for x in [x0, x1]. */
+ * from[i-1] + slope[i-1] x, |slope| <= 1, for x in [x[0], x[1]]. */
 struct ct_ray {
 	int axis[3];
-	double from[2], slope[2], x0, x1;
+	double from[2], slope[2], x[2];
 	double scale; /* mm a unit of x */
 };
 
@@ -38,13 +31,17 @@ static inline __attribute__((always_inline)) double ct_most(double a, double b)
 	return a > b ? a : b;
 }
 
-/* The part of the line in the box, grown by `margin` voxels across the dominant axis, as a ray;
- * false if there is none. */
-bool ct_ray_clip(
-	struct ct_ray *r, const struct ct_line *l, const struct ct_box *box, double margin);
-/* The one, two or four lines that stand for the ray of a pixel. */
-size_t ct_ray_lines(struct ct_line l[static 4], const struct ct_projector *g, size_t view,
-	size_t row, size_t col);
+/* How far from its outermost voxels a volume is not zero, in voxels. */
+static inline double ct_ray_margin(const struct ct_projector *g)
+{
+	return g->method == CT_JOSEPH ? 0.5 : 0;
+}
+
+/* The ray of a pixel in voxel units, o + t d; its direction in mm. */
+void ct_ray_of(const struct ct_projector *g, size_t view, size_t row, size_t col, double o[3],
+	double d[3], double mm[3]);
+/* Narrow x[0..1] to where from + slope x is in [lo, hi]; false if nothing is left. */
+bool ct_ray_narrow(double x[2], double from, double slope, double lo, double hi);
 /* Do the lines within `slope` of an axis that are at `at` half way lie in a face of voxels? */
 bool ct_ray_in_face(double slope, double at, size_t slabs);
 /* Pixels of a view whose rays may meet the box. */

@@ -1,5 +1,4 @@
-/* voxel-integral-joseph.c: one ray through a box of voxels by linear interpolation (Joseph, IEEE
- * TMI 1, 1982).
+/* voxel-integral-joseph.c: by linear interpolation (voxel-integral.h).
  *
  * Along its dominant axis a the ray is sampled once a slice, in the plane of the voxel centres
  * k + 1/2; there it passes between two voxel centres along b and two along c:
@@ -99,7 +98,7 @@ CT_INLINE ptrdiff_t taps_at(struct taps *restrict t, const struct ct_box *box,
 CT_INLINE ptrdiff_t slices(const struct ct_box *box, const struct ct_ray *r, ptrdiff_t *last)
 {
 	ptrdiff_t lo = box->lo[r->axis[0]], hi = box->hi[r->axis[0]] - 1;
-	double first = ceil(r->x0 - 0.5), end = floor(r->x1 - 0.5);
+	double first = ceil(r->x[0] - 0.5), end = floor(r->x[1] - 0.5);
 
 	*last = end < (double)hi ? (ptrdiff_t)end : hi;
 	return first > (double)lo ? (ptrdiff_t)first : lo;

@@ -1,4 +1,4 @@
-/* voxel-integral-siddon.c: one ray through a box of voxels, exactly (Siddon, Med. Phys. 12, 1985).
+/* voxel-integral-siddon.c: exactly (voxel-integral.h).
  *
  * A ray is cut along its dominant axis a, the one it crosses fastest in voxels, into slabs of one
  * voxel. Within a slab it moves at most one voxel along the other axes b and c, so it
@@ -116,17 +116,17 @@ CT_INLINE ptrdiff_t cut_at(struct cut *out, const struct ct_box *box, const stru
 			 minor_at(b, box, r->axis[1], r->from[0] + r->slope[0] * x, r->slope[0]) +
 			 minor_at(c, box, r->axis[2], r->from[1] + r->slope[1] * x, r->slope[1]);
 
-	if (r->x0 <= x && r->x1 >= x + LANES) /* known limits fold away */
+	if (r->x[0] <= x && r->x[1] >= x + LANES) /* known limits fold away */
 		cut_block(out, 0, LANES, LANES, (int32_t)stride, b, c);
 	else
-		cut_block(out, (float)ct_most(r->x0 - x, 0), (float)ct_least(r->x1 - x, LANES),
+		cut_block(out, (float)ct_most(r->x[0] - x, 0), (float)ct_least(r->x[1] - x, LANES),
 			end < LANES ? (int32_t)end : LANES, (int32_t)stride, b, c);
 	return base;
 }
 
 static ptrdiff_t first_slab(const struct ct_box *box, const struct ct_ray *r)
 {
-	ptrdiff_t k = (ptrdiff_t)floor(r->x0), hi = box->hi[r->axis[0]] - 1;
+	ptrdiff_t k = (ptrdiff_t)floor(r->x[0]), hi = box->hi[r->axis[0]] - 1;
 
 	return k < hi ? k : hi;
 }
@@ -163,7 +163,7 @@ CT_INLINE ptrdiff_t walk_on(struct walk *w, const float *vol)
 	struct cut *cut = &w->cut[w->last ^= 1];
 	ptrdiff_t base;
 
-	if (!((double)w->slab < w->ray->x1))
+	if (!((double)w->slab < w->ray->x[1]))
 		return -1;
 	base = cut_at(cut, w->box, w->ray, &w->b, &w->c, w->slab);
 	for (int j = 0; j < LANES; j++)
