@@ -1,6 +1,7 @@
-/* backproject-row.c: see backproject-row.h. */
+/* backproject-row.c: back-projection (backproject.h) onto a row of voxels along axis 0, of any
+ * grid, from any detector. */
 #include "config.h"
-#include "recon/backproject-row.h"
+#include "recon/backproject.h"
 #include "core/vec.h"
 
 enum { CHUNK = 64 }; /* voxels that are done together */

@@ -2,9 +2,8 @@
 #include "config.h"
 #include "recon/backproject.h"
 #include "core/mem.h"
-#include "core/vec3.h"
 #include "recon/backproject-line.h"
-#include "recon/backproject-row.h"
+#include "xray/geometry.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -12,52 +11,20 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Invert the matrix with columns a, b, c; false if it is singular. */
-static bool invert(double m[3][3], const double a[3], const double b[3], const double c[3])
+/* Voxel indices to (depth col, depth row, depth); false if the view is degenerate. */
+static bool map_view(double map[3][4], const struct ct_vol *grid, const struct ct_stack *scan,
+	size_t view, const double origin[3])
 {
-	double det = ct_vec3_dual(m, a, b, c), size = 0;
+	double m[3][4];
+	const bool sound = ct_view_map(m, scan, view, origin);
 
-	for (int i = 0; i < 3; i++)
-		size += fabs(a[i] * m[0][i]);
-	if (!(fabs(det) > 1e-12 * size))
-		return false;
-	for (int i = 0; i < 3; i++)
-		for (int j = 0; j < 3; j++)
-			m[i][j] /= det;
-	return true;
-}
-
-/* World mm to (depth col, depth row, depth). */
-static bool world_map(
-	double map[3][4], const struct ct_stack *s, const struct ct_view *v, const double origin[3])
-{
-	bool parallel = s->beam == CT_PARALLEL;
-	const double *from = parallel ? v->centre : v->source;
-	double m[3][3], along[3], scale = 1;
-
-	ct_vec3_minus(along, v->centre, v->source);
-	if (!invert(m, v->u, v->v, along))
-		return false;
-	for (int r = 0; r < 3; r++) {
-		map[r][3] = 0;
-		for (int a = 0; a < 3; a++) {
-			map[r][a] = m[r][a];
-			map[r][3] -= m[r][a] * from[a];
+	for (int r = 0; r < 3 && sound; r++)
+		for (int c = 0; c < 4; c++) {
+			map[r][c] = c == 3 ? m[r][3] : 0;
+			for (int a = 0; a < 3; a++)
+				map[r][c] += m[r][a] * grid->affine[a][c];
 		}
-	}
-	if (parallel) {
-		memcpy(map[2], (const double[4]){0, 0, 0, 1}, sizeof map[2]);
-	} else {
-		scale = map[2][3];
-		for (int a = 0; a < 3; a++)
-			scale += map[2][a] * origin[a];
-	}
-	for (int k = 0; k < 4; k++) {
-		map[2][k] /= scale;
-		map[0][k] = map[0][k] / scale + ((double)s->w - 1) / 2 * map[2][k];
-		map[1][k] = map[1][k] / scale + ((double)s->h - 1) / 2 * map[2][k];
-	}
-	return isfinite(1 / scale);
+	return sound;
 }
 
 /* Is every voxel in front of the source? */
@@ -118,27 +85,14 @@ int ct_backprojector_alloc(struct ct_backprojector *b, const struct ct_vol *grid
 	if (check_size(b, e) || ct_alloc(&b->map, b->views, sizeof *b->map, e))
 		return -1;
 	for (size_t k = 0; k < b->views; k++) {
-		double m[3][4];
+		const bool sound = map_view(b->map[k], grid, scan, k, origin);
 
-		if (!world_map(m, scan, &scan->view[k], origin))
-			goto degenerate;
-		for (int r = 0; r < 3; r++)
-			for (int c = 0; c < 4; c++) {
-				double x = c == 3 ? m[r][3] : 0;
-
-				for (int a = 0; a < 3; a++)
-					x += m[r][a] * grid->affine[a][c];
-				b->map[k][r][c] = x;
-			}
-		if (!in_front(b, (const double(*)[4])b->map[k])) {
-			ct_backprojector_free(b);
-			return ct_fail(e, CT_EGEOM,
-				"view %zu: a part of the volume is not in front of the source", k);
-		}
-		continue;
-	degenerate:
+		if (sound && in_front(b, (const double(*)[4])b->map[k]))
+			continue;
 		ct_backprojector_free(b);
-		return ct_fail(e, CT_EGEOM, "view %zu: the geometry is degenerate", k);
+		return ct_fail(e, CT_EGEOM, "view %zu: %s", k,
+			sound ? "a part of the volume is not in front of the source"
+			      : "the geometry is degenerate");
 	}
 	for (int a = 2; a >= 0 && b->line < 0; a--)
 		if (lines_along(b, a))

@@ -21,6 +21,7 @@
 #ifndef CT_RECON_BACKPROJECT_H
 #define CT_RECON_BACKPROJECT_H
 #include "core/par.h"
+#include "core/simd.h"
 #include "core/stack.h"
 #include "core/vol.h"
 
@@ -60,6 +61,10 @@ void ct_backproject_frame(const struct ct_backprojector *b, float *view);
 /* vol[n2][n1][n0] += the views [first, first + count), stored one after the other at `views`. */
 void ct_backproject(const struct ct_backprojector *b, size_t first, size_t count,
 	float *restrict vol, const float *restrict views, struct ct_par *par);
+/* Its kernel for any grid and detector (backproject-row.c): row j of slice k, out[n0] +=. */
+CT_SIMD_DECLARE(void, ct_backproject_row,
+	(float *restrict out, const struct ct_backprojector *b, size_t j, size_t k, size_t first,
+		size_t count, const float *restrict views));
 /* Where the voxel index x (fractions allowed) falls in a view: at = {col, row, depth}. */
 void ct_backproject_at(const struct ct_backprojector *b, size_t view, const double x[static 3],
 	double at[static 3]);

@@ -81,12 +81,44 @@ static int find_axis(struct ct_fdk_weights *o, const struct ct_stack *s, double 
 	return 0;
 }
 
-/* Circle through the sources (least squares of x^2 + y^2 + ax + by + c) and their mean height. */
-static int find_circle(struct ct_fdk_weights *o, const struct ct_stack *s, const double p[3],
+/* The axis of parallel views: u.(centre - c) is the same for all of them. One direction alone does
+ * not say where it is: then it is before the middle of the detector. */
+static void find_pivot(
+	struct ct_fdk_weights *o, const struct ct_stack *s, const double p[3], const double q[3])
+{
+	double mid[3] = {0}, m[3][3] = {{0}}, y[3] = {0}, x[3];
+
+	for (size_t k = 0; k < s->views; k++)
+		for (int a = 0; a < 3; a++)
+			mid[a] += s->view[k].centre[a] / (double)s->views;
+	for (size_t k = 0; k < s->views; k++) {
+		double u[3], d[3], r[3];
+
+		ct_vec3_unit(u, s->view[k].u);
+		ct_vec3_minus(d, s->view[k].centre, mid);
+		r[0] = ct_vec3_dot(u, p);
+		r[1] = ct_vec3_dot(u, q);
+		r[2] = 1;
+		add_equation(m, y, r, ct_vec3_dot(u, d));
+	}
+	memcpy(o->centre, mid, sizeof mid);
+	if (!solve(3, m, y, x))
+		return;
+	for (int a = 0; a < 3; a++)
+		o->centre[a] += x[0] * p[a] + x[1] * q[a];
+}
+
+/* Circle through the sources (least squares of x^2 + y^2 + ax + by + c) and their mean height; for
+ * parallel views their axis. */
+static int find_centre(struct ct_fdk_weights *o, const struct ct_stack *s, const double p[3],
 	const double q[3], struct ct_err *e)
 {
 	double mid[3] = {0}, m[3][3] = {{0}}, y[3] = {0}, x[3], d[3];
 
+	if (s->beam == CT_PARALLEL) {
+		find_pivot(o, s, p, q);
+		return 0;
+	}
 	for (size_t k = 0; k < s->views; k++)
 		for (int a = 0; a < 3; a++)
 			mid[a] += s->view[k].source[a] / (double)s->views;
@@ -125,33 +157,6 @@ static int find_circle(struct ct_fdk_weights *o, const struct ct_stack *s, const
 				k, far, o->radius);
 	}
 	return 0;
-}
-
-/* The axis of parallel views: u.(centre - c) is the same for all of them. One direction alone does
- * not say where it is: then it is before the middle of the detector. */
-static void find_pivot(
-	struct ct_fdk_weights *o, const struct ct_stack *s, const double p[3], const double q[3])
-{
-	double mid[3] = {0}, m[3][3] = {{0}}, y[3] = {0}, x[3];
-
-	for (size_t k = 0; k < s->views; k++)
-		for (int a = 0; a < 3; a++)
-			mid[a] += s->view[k].centre[a] / (double)s->views;
-	for (size_t k = 0; k < s->views; k++) {
-		double u[3], d[3], r[3];
-
-		ct_vec3_unit(u, s->view[k].u);
-		ct_vec3_minus(d, s->view[k].centre, mid);
-		r[0] = ct_vec3_dot(u, p);
-		r[1] = ct_vec3_dot(u, q);
-		r[2] = 1;
-		add_equation(m, y, r, ct_vec3_dot(u, d));
-	}
-	memcpy(o->centre, mid, sizeof mid);
-	if (!solve(3, m, y, x))
-		return;
-	for (int a = 0; a < 3; a++)
-		o->centre[a] += x[0] * p[a] + x[1] * q[a];
 }
 
 /* Angle, distances and foot of every view; the detector must face the axis. */
@@ -342,18 +347,12 @@ int ct_fdk_weights_alloc(struct ct_fdk_weights *o, const struct ct_stack *scan, 
 		.beam = scan->beam, .views = scan->views, .w = scan->w, .h = scan->h};
 	if (ct_stack_check(scan, e) || ct_alloc0(&o->view, scan->views, sizeof *o->view, e))
 		return -1;
-	if (find_axis(o, scan, p, q, e))
-		goto fail;
-	if (scan->beam == CT_PARALLEL)
-		find_pivot(o, scan, p, q);
-	else if (find_circle(o, scan, p, q, e))
-		goto fail;
-	if (find_views(o, scan, p, q, e) || weigh(o, radius, parker, e))
-		goto fail;
+	if (find_axis(o, scan, p, q, e) || find_centre(o, scan, p, q, e) ||
+		find_views(o, scan, p, q, e) || weigh(o, radius, parker, e)) {
+		ct_fdk_weights_free(o);
+		return -1;
+	}
 	return 0;
-fail:
-	ct_fdk_weights_free(o);
-	return -1;
 }
 
 void ct_fdk_weights_free(struct ct_fdk_weights *o)

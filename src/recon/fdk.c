@@ -29,22 +29,32 @@ static double radius_about(const struct ct_fdk_weights *o, const struct ct_vol *
 	return most;
 }
 
-/* A fan sees one plane: every voxel must be within half a row of it. */
-static int check_fan(const struct ct_fdk *f, struct ct_err *e)
+/* Do all corners of the grid fall into the detector's rows of a view and, if so asked, its columns?
+ */
+static bool sees_all(const struct ct_backprojector *b, size_t view, bool columns)
 {
-	for (size_t k = 0; k < f->back.views; k++)
-		for (unsigned c = 0; c < 8; c++) {
-			double x[3], at[3];
+	for (unsigned c = 0; c < 8; c++) {
+		double x[3], at[3];
 
-			ct_cell_corner(x, f->back.n, c, 0);
-			ct_backproject_at(&f->back, k, x, at);
-			if (!(fabs(at[1]) <= 0.5))
-				return ct_fail(e, CT_EGEOM,
-					"a fan sees one plane, and the grid of %zux%zux%zu leaves "
-					"it: "
-					"a single slice in the plane of the fan is needed",
-					f->back.n[0], f->back.n[1], f->back.n[2]);
-		}
+		ct_cell_corner(x, b->n, c, 0);
+		ct_backproject_at(b, view, x, at);
+		if (!(at[1] >= -0.5 && at[1] <= (double)b->h - 0.5))
+			return false;
+		if (columns && !(at[0] >= -0.5 && at[0] <= (double)b->w - 0.5))
+			return false;
+	}
+	return true;
+}
+
+/* A fan sees one plane: every voxel must be within half a row of it. */
+static int check_fan(const struct ct_backprojector *b, struct ct_err *e)
+{
+	for (size_t k = 0; k < b->views; k++)
+		if (!sees_all(b, k, false))
+			return ct_fail(e, CT_EGEOM,
+				"a fan sees one plane, and the grid of %zux%zux%zu leaves it: a "
+				"single slice in the plane of the fan is needed",
+				b->n[0], b->n[1], b->n[2]);
 	return 0;
 }
 
@@ -75,7 +85,6 @@ int ct_fdk_alloc(struct ct_fdk *f, const struct ct_vol *grid, const struct ct_st
 	enum ct_ramp_kind kind, double cutoff, bool parker, struct ct_par *par, struct ct_err *e)
 {
 	size_t threads = ct_par_threads(par), size;
-	struct ct_fdk_weights first = {0};
 	const size_t *widen = f->orbit.widen;
 	double radius;
 
@@ -83,15 +92,15 @@ int ct_fdk_alloc(struct ct_fdk *f, const struct ct_vol *grid, const struct ct_st
 		return ct_fail(e, CT_EGEOM,
 			"rows of one pixel cannot be filtered; the iterative methods take them");
 	*f = (struct ct_fdk){.scan = scan, .kind = kind};
-	if (ct_fdk_weights_alloc(&first, scan, INFINITY, false, e))
+	if (ct_fdk_weights_alloc(&f->orbit, scan, INFINITY, false, e))
 		return -1;
-	radius = radius_about(&first, grid);
-	ct_fdk_weights_free(&first);
+	radius = radius_about(&f->orbit, grid);
+	ct_fdk_weights_free(&f->orbit);
 	if (ct_fdk_weights_alloc(&f->orbit, scan, radius, parker, e))
 		goto fail;
 	f->cutoff = cutoff > 0 ? cutoff : voxel_cutoff(&f->orbit, grid);
 	if (ct_backprojector_alloc(&f->back, grid, scan, f->orbit.centre, e) ||
-		(scan->beam == CT_FAN && check_fan(f, e)) ||
+		(scan->beam == CT_FAN && check_fan(&f->back, e)) ||
 		ct_backprojector_widen(&f->back, widen[0], widen[1], e) ||
 		ct_ramp_alloc(&f->filter, kind, f->cutoff, f->back.w, e))
 		goto fail;
@@ -182,16 +191,6 @@ size_t ct_fdk_truncated(const struct ct_fdk *f)
 	size_t n = 0;
 
 	for (size_t k = 0; k < f->back.views; k++)
-		for (unsigned c = 0; c < 8; c++) {
-			double x[3], at[3];
-
-			ct_cell_corner(x, f->back.n, c, 0);
-			ct_backproject_at(&f->back, k, x, at);
-			if (!(at[0] >= -0.5 && at[0] <= (double)f->back.w - 0.5 && at[1] >= -0.5 &&
-				    at[1] <= (double)f->back.h - 0.5)) {
-				n++;
-				break;
-			}
-		}
+		n += !sees_all(&f->back, k, true);
 	return n;
 }

@@ -4,7 +4,7 @@
 #include "core/vec3.h"
 
 #include <math.h>
-#include <stdbool.h>
+#include <string.h>
 
 #define DEGREE 0.017453292519943295
 
@@ -181,39 +181,49 @@ void ct_view_ray(const struct ct_stack *s, size_t view, size_t row, size_t col, 
 	}
 }
 
-/* Where the ray through x meets the detector: pixel coordinates (column, row) from its centre;
- * false if x is not in front of the source. */
-static bool shadow_of(
-	const struct ct_stack *s, const struct ct_view *v, const double x[3], double at[2])
+bool ct_view_map(
+	double map[3][4], const struct ct_stack *s, size_t view, const double unit[static 3])
 {
-	double uu = ct_vec3_dot(v->u, v->u), vv = ct_vec3_dot(v->v, v->v),
-	       uv = ct_vec3_dot(v->u, v->v), pu, pv, t;
-	double n[3], axis[3], ray[3], p[3];
+	const struct ct_view *v = &s->view[view];
+	const bool parallel = s->beam == CT_PARALLEL;
+	const double *from = parallel ? v->centre : v->source;
+	double m[3][3], along[3], det, size = 0, scale = 1;
 
-	ct_vec3_cross(n, v->u, v->v);
-	for (int a = 0; a < 3; a++) {
-		axis[a] = v->centre[a] - v->source[a];
-		ray[a] = s->beam == CT_PARALLEL ? axis[a] : x[a] - v->source[a];
-		p[a] = s->beam == CT_PARALLEL ? v->centre[a] - x[a] : axis[a];
-	}
-	t = ct_vec3_dot(n, p) / ct_vec3_dot(n, ray);
-	if (!isfinite(t) || (s->beam != CT_PARALLEL && t <= 0))
-		return false;
+	ct_vec3_minus(along, v->centre, v->source);
+	det = ct_vec3_dual(m, v->u, v->v, along);
 	for (int a = 0; a < 3; a++)
-		p[a] = t * ray[a] - p[a];
-	pu = ct_vec3_dot(p, v->u);
-	pv = ct_vec3_dot(p, v->v);
-	at[0] = (pu * vv - pv * uv) / (uu * vv - uv * uv);
-	at[1] = (pv * uu - pu * uv) / (uu * vv - uv * uv);
-	return true;
+		size += fabs(v->u[a] * m[0][a]);
+	if (!(fabs(det) > 1e-12 * size))
+		return false;
+	for (int r = 0; r < 3; r++) {
+		map[r][3] = 0;
+		for (int a = 0; a < 3; a++) {
+			map[r][a] = m[r][a] / det;
+			map[r][3] -= map[r][a] * from[a];
+		}
+	}
+	if (parallel) {
+		memcpy(map[2], (const double[4]){0, 0, 0, 1}, sizeof map[2]);
+	} else {
+		scale = map[2][3];
+		for (int a = 0; a < 3; a++)
+			scale += map[2][a] * unit[a];
+	}
+	for (int k = 0; k < 4; k++) {
+		map[2][k] /= scale;
+		map[0][k] = map[0][k] / scale + ((double)s->w - 1) / 2 * map[2][k];
+		map[1][k] = map[1][k] / scale + ((double)s->h - 1) / 2 * map[2][k];
+	}
+	return isfinite(1 / scale);
 }
 
+/* Pixels of n about those from lo to hi. */
 static void pixels_of(size_t n, double lo, double hi, size_t range[2])
 {
-	double mid = ((double)n - 1) / 2, most = (double)n;
+	double most = (double)n;
 
-	range[0] = (size_t)fmin(fmax(floor(lo + mid) - 1, 0), most);
-	range[1] = (size_t)fmin(fmax(ceil(hi + mid) + 2, 0), most);
+	range[0] = (size_t)fmin(fmax(floor(lo) - 1, 0), most);
+	range[1] = (size_t)fmin(fmax(ceil(hi) + 2, 0), most);
 	if (range[1] < range[0])
 		range[1] = range[0];
 }
@@ -221,21 +231,20 @@ static void pixels_of(size_t n, double lo, double hi, size_t range[2])
 void ct_view_shadow(const struct ct_stack *s, size_t view, size_t n, const double (*x)[3],
 	size_t row[2], size_t col[2])
 {
-	double lo[2] = {INFINITY, INFINITY}, hi[2] = {-INFINITY, -INFINITY};
+	double map[3][4], lo[2] = {INFINITY, INFINITY}, hi[2] = {-INFINITY, -INFINITY};
+	bool seen = ct_view_map(map, s, view, s->view[view].centre);
 
-	for (size_t k = 0; k < n; k++) {
-		double at[2];
+	for (size_t k = 0; k < n && seen; k++) {
+		double depth = ct_vec3_dot(map[2], x[k]) + map[2][3];
 
-		if (!shadow_of(s, &s->view[view], x[k], at)) {
-			lo[0] = lo[1] = -INFINITY;
-			hi[0] = hi[1] = INFINITY;
-			break;
-		}
+		seen = depth > 0;
 		for (int a = 0; a < 2; a++) {
-			lo[a] = fmin(lo[a], at[a]);
-			hi[a] = fmax(hi[a], at[a]);
+			double at = (ct_vec3_dot(map[a], x[k]) + map[a][3]) / depth;
+
+			lo[a] = fmin(lo[a], at);
+			hi[a] = fmax(hi[a], at);
 		}
 	}
-	pixels_of(s->w, lo[0], hi[0], col);
-	pixels_of(s->h, lo[1], hi[1], row);
+	pixels_of(s->w, seen ? lo[0] : 0, seen ? hi[0] : (double)s->w, col);
+	pixels_of(s->h, seen ? lo[1] : 0, seen ? hi[1] : (double)s->h, row);
 }

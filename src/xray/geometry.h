@@ -18,6 +18,8 @@
 #include "core/stack.h"
 #include "core/vol.h"
 
+#include <stdbool.h>
+
 struct ct_geometry {
 	enum ct_beam beam;
 	size_t views;
@@ -51,6 +53,11 @@ int ct_geometry_check(const struct ct_stack *s, const struct ct_vol *grid, struc
  * pixel, t < 0 behind the source. Parallel: t = 1 is the pixel and t any number. */
 void ct_view_ray(const struct ct_stack *s, size_t view, size_t row, size_t col, double origin[3],
 	double dir[3]);
+/* World mm to (depth col, depth row, depth): the pixel that the ray through a point meets. Cone and
+ * fan: depth is along the detector's normal, 1 at the point `unit`, above 0 in front of the source;
+ * parallel: 1. False if the view is degenerate. */
+bool ct_view_map(
+	double map[3][4], const struct ct_stack *s, size_t view, const double unit[static 3]);
 /* Pixels [row[0], row[1]) x [col[0], col[1]) outside which no ray of the view meets the convex
  * hull of the n points x (mm); a pixel of margin; all pixels when a point is not in front of the
  * source. */
