@@ -229,8 +229,6 @@ static bool path_of(struct path *t, const struct ct_projector *g, size_t view, s
 		.pb = s0,
 		.qa = parallel ? step : -o[a] * s1,
 		.qb = s1,
-		.s0 = s0,
-		.s1 = s1,
 		.n = (int32_t)c->n[up],
 		.joseph = g->method == CT_JOSEPH};
 	t->mm[0] = ct_vec3_dot(dir, dir) / (da * da);
@@ -335,7 +333,7 @@ static ptrdiff_t first_slab(const struct path *t, const struct ct_box *box)
 /* Must the ray of this row be followed by itself: is it in a horizontal face? */
 static bool apart(const struct path *t, const struct ct_columns *c, size_t row)
 {
-	double slope = t->z.s0 + (double)row * t->z.s1, x = (double)c->n[t->a] / 2;
+	double slope = t->z.pb + (double)row * t->z.qb, x = (double)c->n[t->a] / 2;
 
 	return !t->z.joseph &&
 	       ct_ray_in_face(slope, t->z.pa + t->z.pb * x + (double)row * (t->z.qa + t->z.qb * x),

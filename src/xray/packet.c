@@ -236,7 +236,7 @@ void CT_SIMD_HERE(ct_packet_sum)(double sum[static CT_PACKET], const struct ct_p
 
 	plan_packet(&p, s, h, row);
 	for (int j = 0; j < CT_PACKET; j++)
-		rise[j] = inverse_of(h->s0 + (row + j) * h->s1);
+		rise[j] = inverse_of(h->pb + (row + j) * h->qb);
 	if (h->joseph)
 		sum_pieces(acc, s, &p, h, row, rise, vol, true);
 	else
@@ -428,7 +428,7 @@ void CT_SIMD_HERE(ct_packet_spread)(float *restrict vol, const struct ct_pieces 
 		size_t from = down ? count - 1 - i : i;
 
 		rows.value[FRONT + i] = value[from];
-		rows.rise[FRONT + i] = inverse_of(h->s0 + (double)(row + from) * h->s1);
+		rows.rise[FRONT + i] = inverse_of(h->pb + (double)(row + from) * h->qb);
 	}
 	for (size_t m = 0; m < s->n; m++) {
 		const float *next = vol + s->at[m + 1 < s->n ? m + 1 : m];

@@ -38,9 +38,8 @@ struct ct_pieces {
 
 /* Heights of the rays of a detector column. */
 struct ct_heights {
-	double pa, pb, qa, qb;
-	double s0, s1; /* dz/dx of row r: s0 + r s1 */
-	int32_t n;     /* voxels of a column */
+	double pa, pb, qa, qb; /* dz/dx of row r is pb + r qb */
+	int32_t n;             /* voxels of a column */
 	bool joseph;
 };
 
