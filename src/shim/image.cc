@@ -14,6 +14,7 @@ extern "C" {
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -52,22 +53,21 @@ int read_gray(const char *path, size_t *w, size_t *h, float **gray, ct_err *e)
 	int used = colours(s);
 	if (s.width < 1 || s.height < 1 || s.depth != 1 || used < 1 || s.deep)
 		return ct_fail(e, CT_EINPUT, "%s: not a flat picture", path);
-	size_t nw = (size_t)s.width, nh = (size_t)s.height, count;
+	const size_t nw = (size_t)s.width, nh = (size_t)s.height;
 	float *px = nullptr;
 	if (nw > most_pixels / nh)
 		return ct_fail(e, CT_EINPUT, "%s: a picture of %zux%zu is too large", path, nw, nh);
 	if (ct_inflate_check(OIIO::Filesystem::file_size(path),
 		    (uint64_t)nw * nh * (uint64_t)s.nchannels * sizeof *px, e))
 		return ct_blame(e, path);
-	if (ct_size_mul(&count, nw, nh, path, e) || ct_alloc(&px, count, sizeof *px, e))
+	if (ct_alloc(&px, nw * nh, sizeof *px, e))
 		return ct_blame(e, path);
+	std::unique_ptr<float, void (*)(void *)> owned(px, std::free);
 	std::vector<float> row(nw * (size_t)s.nchannels);
 	for (size_t y = 0; y < nh; y++) {
 		if (!in->read_scanlines(0, 0, s.y + (int)y, s.y + (int)y + 1, 0, 0, s.nchannels,
-			    OIIO::TypeFloat, row.data())) {
-			std::free(px);
+			    OIIO::TypeFloat, row.data()))
 			return ct_fail(e, CT_EINPUT, "%s: %s", path, words(in->geterror()).c_str());
-		}
 		for (size_t x = 0; x < nw; x++) {
 			double sum = 0;
 
@@ -76,14 +76,12 @@ int read_gray(const char *path, size_t *w, size_t *h, float **gray, ct_err *e)
 			px[y * nw + x] = (float)(sum / used);
 		}
 	}
-	if (in->seek_subimage(1, 0)) {
-		std::free(px);
+	if (in->seek_subimage(1, 0))
 		return ct_fail(e, CT_EINPUT, "%s: holds several pictures, not one", path);
-	}
 	in->geterror(); /* that there is none */
 	*w = nw;
 	*h = nh;
-	*gray = px;
+	*gray = owned.release();
 	return 0;
 }
 

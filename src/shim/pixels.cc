@@ -91,6 +91,12 @@ int decode(const char *path, const ct_slice &s, float *out, ct_err *e)
 	return 0;
 }
 
+/* Of a number, those that count. */
+int bits_of(const ct_slice &s)
+{
+	return s.stored < 1 || s.stored > s.allocated ? s.allocated : s.stored;
+}
+
 /* To the host's order, from that or the other one. */
 void order(Bytes &b, size_t bytes, bool big)
 {
@@ -134,38 +140,34 @@ PixelFile::~PixelFile()
 
 int PixelFile::open(const ct_slice &s, ct_err *e)
 {
+	const uint64_t offset = static_cast<uint64_t>(s.pixels);
+
 	if (fd >= 0)
 		close(fd);
+	of = nullptr;
 	held.reset(new Held(s));
-	name = s.path;
-	begin = s.begin;
 	fd = ::open(held->path(), O_RDONLY | O_CLOEXEC);
 	if (fd < 0)
 		return ct_fail(e, CT_EINPUT, "%s: %s", s.path, std::strerror(errno));
-	syntax = s.syntax;
-	coding = syntax.empty() ? Coding::plain : coding_of(syntax);
-	offset = static_cast<uint64_t>(s.pixels);
-	allocated = s.allocated;
-	stored = s.stored;
-	is_signed = s.is_signed;
+	coding = s.syntax[0] ? coding_of(s.syntax) : Coding::plain;
 	if (s.samples != 1)
 		return ct_fail(e, CT_EINPUT, "%s: SamplesPerPixel is %zu: a picture in colour",
 			s.path, s.samples);
 	if (!is_pixel_data(fd, offset))
 		return ct_fail(
 			e, CT_EINPUT, "%s: no PixelData: other pictures are not read", s.path);
-	if (allocated != 8 && allocated != 16 && allocated != 32)
+	if (s.allocated != 8 && s.allocated != 16 && s.allocated != 32)
 		return ct_fail(e, CT_EINPUT, "%s: BitsAllocated is %d, not 8, 16 or 32", s.path,
-			allocated);
-	if (stored < 1 || stored > allocated)
-		stored = allocated;
+			s.allocated);
 	if (coding == Coding::other)
 		return ct_fail(e, CT_EINPUT, "%s: TransferSyntaxUID %s is not one that is read",
-			s.path, syntax.c_str());
+			s.path, s.syntax);
 	pictures.clear();
-	if (coding == Coding::plain || coding == Coding::big_endian)
-		return 0;
-	return list_pictures(pictures, fd, offset, coding, s.frames, s.path, e);
+	if (coding != Coding::plain && coding != Coding::big_endian &&
+		list_pictures(pictures, fd, offset, coding, s.frames, s.path, e))
+		return -1;
+	of = &s;
+	return 0;
 }
 
 /* These bytes of the file, into raw. */
@@ -182,7 +184,7 @@ int PixelFile::get(const Parts &parts, ct_err *e)
 				static_cast<off_t>(from));
 
 			if (n <= 0)
-				return ct_fail(e, CT_EINPUT, "%s: %s", name.c_str(),
+				return ct_fail(e, CT_EINPUT, "%s: %s", of->path,
 					n ? std::strerror(errno)
 					  : "truncated: its picture is cut off");
 			done += static_cast<uint64_t>(n);
@@ -197,8 +199,8 @@ bool PixelFile::write_alone(const char *path, const ct_slice &s) const
 {
 	const std::pair<vtkDICOMTag, int> known[] = {{DC::SamplesPerPixel, 1},
 		{DC::Rows, static_cast<int>(s.rows)}, {DC::Columns, static_cast<int>(s.columns)},
-		{DC::BitsAllocated, allocated}, {DC::BitsStored, stored}, {DC::HighBit, stored - 1},
-		{DC::PixelRepresentation, is_signed}};
+		{DC::BitsAllocated, s.allocated}, {DC::BitsStored, bits_of(s)},
+		{DC::HighBit, bits_of(s) - 1}, {DC::PixelRepresentation, s.is_signed}};
 	vtkNew<vtkDICOMMetaData> m;
 	vtkNew<vtkDICOMCompiler> c;
 	Bytes items;
@@ -215,7 +217,7 @@ bool PixelFile::write_alone(const char *path, const ct_slice &s) const
 	c->SetSOPInstanceUID("1.2");
 	c->SetSeriesInstanceUID("1.2");
 	c->SetStudyInstanceUID("1.2");
-	c->SetTransferSyntaxUID(syntax.c_str());
+	c->SetTransferSyntaxUID(s.syntax);
 	c->SetMetaData(m);
 	c->SetFileName(path);
 	c->WriteHeader();
@@ -232,7 +234,7 @@ int PixelFile::decode_jpeg(const ct_slice &s, float *out, ct_err *e)
 	if (check_jpeg(raw, coding, s.path, e))
 		return -1;
 	if (coding == Coding::jpeg2000 &&
-		decode_jpeg2000(out, s.columns, s.rows, allocated, is_signed, raw))
+		decode_jpeg2000(out, s.columns, s.rows, s.allocated, s.is_signed, raw))
 		return 0;
 	raw.resize(raw.size() + raw.size() % 2);
 	copy = memfd_create("ctsr-dicom", MFD_CLOEXEC);
@@ -249,8 +251,9 @@ int PixelFile::decode_jpeg(const ct_slice &s, float *out, ct_err *e)
 
 int PixelFile::read(const ct_slice &s, float *out, ct_err *e)
 {
-	const size_t n = s.rows * s.columns, bytes = static_cast<size_t>(allocated) / 8;
-	const ct_slice_bits how = {bytes, stored, is_signed, coding == Coding::rle};
+	const size_t n = s.rows * s.columns, bytes = static_cast<size_t>(s.allocated) / 8;
+	const uint64_t offset = static_cast<uint64_t>(s.pixels);
+	const ct_slice_bits how = {bytes, bits_of(s), s.is_signed, coding == Coding::rle};
 
 	if (get(pictures.empty() ? Parts{{offset + s.frame * n * bytes, n * bytes}}
 				 : pictures[s.frame],

@@ -5,6 +5,7 @@
 #include "shim/fragments.h"
 #include "shim/held.h"
 
+#include <cstring>
 #include <memory>
 
 class PixelFile
@@ -14,12 +15,13 @@ class PixelFile
 	PixelFile(const PixelFile &) = delete;
 	PixelFile &operator=(const PixelFile &) = delete;
 	~PixelFile();
-	/* The file of that slice. 0, or -1 after ct_fail; throws std::runtime_error. */
+	/* The file of that slice, which must outlive this. 0, or -1 after ct_fail; throws
+	 * std::runtime_error. */
 	int open(const ct_slice &s, ct_err *e);
 	/* Is that the slice's file? */
 	bool is_of(const ct_slice &s) const
 	{
-		return fd >= 0 && name == s.path && begin == s.begin;
+		return of && std::strcmp(of->path, s.path) == 0 && of->begin == s.begin;
 	}
 	/* Does a library decode it? Then reading may kill the process: see apart.h. */
 	bool foreign() const
@@ -34,14 +36,10 @@ class PixelFile
 	int get(const Parts &parts, ct_err *e);
 	bool write_alone(const char *path, const ct_slice &s) const;
 
+	const ct_slice *of = nullptr; /* that was opened */
 	std::unique_ptr<Held> held;
 	int fd = -1;
-	std::string name, syntax;
-	long long begin = 0;
 	Coding coding = Coding::other;
-	uint64_t offset = 0;           /* of the first picture */
-	int allocated = 0, stored = 0; /* bits of a number */
-	bool is_signed = false;
 	std::vector<Parts> pictures; /* of what is compressed */
 	Bytes raw, unpacked;
 };
