@@ -2,6 +2,7 @@
 #include "config.h"
 #include "recon/fdk.h"
 #include "core/mem.h"
+#include "core/vec3.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -15,16 +16,13 @@ static double radius_about(const struct ct_fdk_weights *o, const struct ct_vol *
 	double most = 0;
 
 	for (unsigned k = 0; k < 8; k++) {
-		double x[3], mm[3], along = 0, all = 0;
+		double x[3], mm[3], along;
 
 		ct_cell_corner(x, grid->n, k, 0.5);
 		ct_vol_world(grid, x, mm);
-		for (int a = 0; a < 3; a++) {
-			mm[a] -= o->centre[a];
-			along += mm[a] * o->axis[a];
-			all += mm[a] * mm[a];
-		}
-		most = fmax(most, sqrt(fmax(all - along * along, 0)));
+		ct_vec3_minus(mm, mm, o->centre);
+		along = ct_vec3_dot(mm, o->axis);
+		most = fmax(most, sqrt(fmax(ct_vec3_dot(mm, mm) - along * along, 0)));
 	}
 	return most;
 }

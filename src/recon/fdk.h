@@ -4,7 +4,7 @@
  *   density(x) = sum_views  1/depth(x)^2  (h * (weight p))(col(x), row(x))
  *
  * weight: fdk-weights.h; h: the windowed ramp of ramp.h; back-projection: backproject.h. Views are
- * taken in blocks, so memory is the volume and the stack that are there and about 32 MiB.
+ * taken in blocks, so memory is the volume and the stack that are there and about 128 MiB.
  */
 #ifndef CT_RECON_FDK_H
 #define CT_RECON_FDK_H

@@ -36,10 +36,8 @@ static int reorder(struct ct_stack *s, const size_t *order, struct ct_err *e)
 
 	if (!s->data)
 		return 0;
-	if (ct_stack_like(&to, s, 1, e)) {
-		ct_stack_free(&to);
+	if (ct_stack_like(&to, s, 1, e))
 		return -1;
-	}
 	for (size_t k = 0; k < s->views; k++) {
 		to.view[k] = s->view[order[k]];
 		memcpy(ct_stack_view(&to, k), ct_stack_view(s, order[k]),

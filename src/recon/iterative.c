@@ -23,7 +23,8 @@ struct run {
 	double norm_b;
 	struct ct_iterative_report *report;
 	struct ct_trend trend; /* of the residual */
-	float *rows, *q;       /* [m]: inverse row sums; the misfit. CGLS: the misfit; A d */
+	struct ct_rof rof;
+	float *rows, *q; /* [m]: inverse row sums; the misfit. CGLS: the misfit; A d */
 };
 
 static void fill(float *y, size_t n, float c)
@@ -180,16 +181,11 @@ out:
 	return rc;
 }
 
-struct smooth {
-	struct run *r;
-	struct ct_rof rof;
-};
-
 /* g = A' R (A x - b), rows being -R. */
 static int slope(void *ctx, float *g, double *value, const float *x, const struct ct_env *env,
 	struct ct_err *e)
 {
-	struct run *r = ((struct smooth *)ctx)->r;
+	struct run *r = ctx;
 
 	if (misfit(r->q, r, x, e))
 		return -1;
@@ -200,26 +196,25 @@ static int slope(void *ctx, float *g, double *value, const float *x, const struc
 
 static int denoise(void *ctx, float *x, const float *to, const struct ct_env *env, struct ct_err *e)
 {
-	const struct smooth *s = ctx;
+	const struct run *r = ctx;
 
 	(void)e;
-	ct_rof_solve(&s->rof, x, to, INNER, env->par);
+	ct_rof_solve(&r->rof, x, to, INNER, env->par);
 	return 0;
 }
 
 static int tv(float *x, const size_t dim[3], struct run *r, struct ct_err *e)
 {
 	struct ct_fista_at at = {.momentum = 1};
-	struct smooth s = {.r = r,
-		.rof = {.dim = {dim[0], dim[1], dim[2]},
-			.mu = (float)r->rule->mu,
-			.nonnegative = r->rule->nonnegative}};
-	struct ct_fista f = {.n = r->n, .x = x, .gradient = slope, .near = denoise, .ctx = &s};
+	struct ct_fista f = {.n = r->n, .x = x, .gradient = slope, .near = denoise, .ctx = r};
 	double change;
 	int rc = -1;
 
+	r->rof = (struct ct_rof){.dim = {dim[0], dim[1], dim[2]},
+		.mu = (float)r->rule->mu,
+		.nonnegative = r->rule->nonnegative};
 	if (ct_alloc(&f.ahead, r->n, sizeof *f.ahead, e) || ct_alloc(&f.g, r->n, sizeof *f.g, e) ||
-		ct_alloc0(&s.rof.p, 3 * r->n, sizeof *s.rof.p, e) || sums(r, f.g, f.g, e))
+		ct_alloc0(&r->rof.p, 3 * r->n, sizeof *r->rof.p, e) || sums(r, f.g, f.g, e))
 		goto out;
 	ct_passes_scale(r->m, r->rows, -1, r->env->par);
 	at.norm = largest(f.g, r->n);
@@ -236,7 +231,7 @@ static int tv(float *x, const size_t dim[3], struct run *r, struct ct_err *e)
 out:
 	free(f.ahead);
 	free(f.g);
-	free(s.rof.p);
+	free(r->rof.p);
 	return rc;
 }
 

@@ -83,21 +83,13 @@ int wait_for(pid_t child)
 {
 	int status = 0;
 
-	while (waitpid(child, &status, 0) < 0)
-		if (errno != EINTR)
-			return -1;
-	return status;
+	return TEMP_FAILURE_RETRY(waitpid(child, &status, 0)) < 0 ? -1 : status;
 }
 
 /* A byte; false at the end. */
 bool receive(int end, char *c)
 {
-	ssize_t n;
-
-	do
-		n = recv(end, c, 1, 0);
-	while (n < 0 && errno == EINTR);
-	return n == 1;
+	return TEMP_FAILURE_RETRY(recv(end, c, 1, 0)) == 1;
 }
 
 } // namespace

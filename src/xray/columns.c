@@ -4,7 +4,6 @@
 #include "core/vec3.h"
 #include "core/mem.h"
 #include "xray/packet.h"
-#include "xray/geometry.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -5,9 +5,8 @@
 
 #include <math.h>
 
-#define STREAM                                                                                     \
-	((uint64_t)0x70680000 << 32) /* of draws; the k-th number of a draw is stream + k          \
-				      */
+/* Of draws; the k-th number of a draw is stream + k. */
+#define STREAM ((uint64_t)0x70680000 << 32)
 #define ELECTRONIC ((uint64_t)0x70680001 << 32)
 
 /* log k! by Stirling's series: within 2e-8 from k = 8 on, 3e-3 at 0, where the means that need it
