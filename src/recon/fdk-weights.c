@@ -12,41 +12,31 @@
 #define OFF_ANGLE 0.01   /* rad */
 #define OPEN_GAP 2.5     /* times the mean gap */
 
-/* Solve the symmetric n x n system m x = y, n <= 3, by elimination; false if it is singular. */
-static bool solve(int n, double m[3][3], double y[3], double x[3])
+/* Solve the symmetric system m x = y by elimination; false if it is singular. */
+static bool solve(double m[3][3], double y[3], double x[3])
 {
-	for (int i = 0; i < n; i++) {
+	for (int i = 0; i < 3; i++) {
 		double scale = 0;
 
-		for (int j = 0; j < n; j++)
+		for (int j = 0; j < 3; j++)
 			scale = fmax(scale, fabs(m[j][j]));
 		if (!(m[i][i] > 1e-12 * scale))
 			return false;
-		for (int r = i + 1; r < n; r++) {
+		for (int r = i + 1; r < 3; r++) {
 			double f = m[r][i] / m[i][i];
 
-			for (int c = i; c < n; c++)
+			for (int c = i; c < 3; c++)
 				m[r][c] -= f * m[i][c];
 			y[r] -= f * y[i];
 		}
 	}
-	for (int i = n - 1; i >= 0; i--) {
+	for (int i = 2; i >= 0; i--) {
 		x[i] = y[i];
-		for (int c = i + 1; c < n; c++)
+		for (int c = i + 1; c < 3; c++)
 			x[i] -= m[i][c] * x[c];
 		x[i] /= m[i][i];
 	}
 	return true;
-}
-
-/* One more equation r x = value of the normal system m x = y. */
-static void add_equation(double m[3][3], double y[3], const double r[3], double value)
-{
-	for (int i = 0; i < 3; i++) {
-		for (int j = 0; j < 3; j++)
-			m[i][j] += r[i] * r[j];
-		y[i] += value * r[i];
-	}
 }
 
 /* Axis from the detector's columns, and two directions at right angles to it. */
@@ -81,57 +71,54 @@ static int find_axis(struct ct_fdk_weights *o, const struct ct_stack *s, double 
 	return 0;
 }
 
-/* The axis of parallel views: u.(centre - c) is the same for all of them. One direction alone does
- * not say where it is: then it is before the middle of the detector. */
-static void find_pivot(
-	struct ct_fdk_weights *o, const struct ct_stack *s, const double p[3], const double q[3])
+/* The x of least squares of r.x = value, over all views, and the mean of their sources (parallel:
+ * detector centres); false if there is none. r = (a.p, a.q, 1): a leads from the mean to the
+ * source, and value = r.r - 1, which is a circle; parallel: a = u/|u|, and value = a.(centre -
+ * mean). */
+static bool fit(
+	double x[3], double mean[3], const struct ct_stack *s, const double p[3], const double q[3])
 {
-	double mid[3] = {0}, m[3][3] = {{0}}, y[3] = {0}, x[3];
+	const bool parallel = s->beam == CT_PARALLEL;
+	double m[3][3] = {{0}}, y[3] = {0};
 
+	memset(mean, 0, 3 * sizeof *mean);
 	for (size_t k = 0; k < s->views; k++)
 		for (int a = 0; a < 3; a++)
-			mid[a] += s->view[k].centre[a] / (double)s->views;
+			mean[a] += (parallel ? s->view[k].centre : s->view[k].source)[a] /
+				   (double)s->views;
 	for (size_t k = 0; k < s->views; k++) {
-		double u[3], d[3], r[3];
+		const struct ct_view *v = &s->view[k];
+		double d[3], u[3], *a = parallel ? u : d;
 
-		ct_vec3_unit(u, s->view[k].u);
-		ct_vec3_minus(d, s->view[k].centre, mid);
-		r[0] = ct_vec3_dot(u, p);
-		r[1] = ct_vec3_dot(u, q);
-		r[2] = 1;
-		add_equation(m, y, r, ct_vec3_dot(u, d));
+		ct_vec3_minus(d, parallel ? v->centre : v->source, mean);
+		ct_vec3_unit(u, v->u);
+		const double r[3] = {ct_vec3_dot(a, p), ct_vec3_dot(a, q), 1};
+		const double value = parallel ? ct_vec3_dot(u, d) : r[0] * r[0] + r[1] * r[1];
+
+		for (int i = 0; i < 3; i++) {
+			for (int j = 0; j < 3; j++)
+				m[i][j] += r[i] * r[j];
+			y[i] += value * r[i];
+		}
 	}
-	memcpy(o->centre, mid, sizeof mid);
-	if (!solve(3, m, y, x))
-		return;
-	for (int a = 0; a < 3; a++)
-		o->centre[a] += x[0] * p[a] + x[1] * q[a];
+	return solve(m, y, x);
 }
 
-/* Circle through the sources (least squares of x^2 + y^2 + ax + by + c) and their mean height; for
- * parallel views their axis. */
+/* Circle through the sources (x^2 + y^2 + ax + by + c) and their mean height. Parallel views: their
+ * axis c, u.(centre - c) is the same for all of them; one direction alone does not say where it is:
+ * then it is before the middle of the detector. */
 static int find_centre(struct ct_fdk_weights *o, const struct ct_stack *s, const double p[3],
 	const double q[3], struct ct_err *e)
 {
-	double mid[3] = {0}, m[3][3] = {{0}}, y[3] = {0}, x[3], d[3];
+	double mid[3], x[3], d[3];
+	const bool found = fit(x, mid, s, p, q);
 
 	if (s->beam == CT_PARALLEL) {
-		find_pivot(o, s, p, q);
+		for (int a = 0; a < 3; a++)
+			o->centre[a] = mid[a] + (found ? x[0] * p[a] + x[1] * q[a] : 0);
 		return 0;
 	}
-	for (size_t k = 0; k < s->views; k++)
-		for (int a = 0; a < 3; a++)
-			mid[a] += s->view[k].source[a] / (double)s->views;
-	for (size_t k = 0; k < s->views; k++) {
-		double r[3];
-
-		ct_vec3_minus(d, s->view[k].source, mid);
-		r[0] = ct_vec3_dot(d, p);
-		r[1] = ct_vec3_dot(d, q);
-		r[2] = 1;
-		add_equation(m, y, r, r[0] * r[0] + r[1] * r[1]);
-	}
-	if (s->views < 3 || !solve(3, m, y, x))
+	if (s->views < 3 || !found)
 		return ct_fail(e, CT_EGEOM,
 			"the sources of %zu views are on no circle: this method needs at least "
 			"three around the object",
