@@ -111,16 +111,17 @@ Held::~Held()
 		close(fd);
 }
 
+#ifdef HAVE_LIBARCHIVE
+namespace
+{
+
+/* Do these first bytes of a file look like DICOM, with or without preamble? */
 bool looks_like_dicom(const unsigned char *p, size_t n)
 {
 	if (n >= 132 && std::memcmp(p + 128, "DICM", 4) == 0)
 		return true;
 	return n >= 8 && (p[0] == 2 || p[0] == 8) && p[1] == 0 && p[3] == 0;
 }
-
-#ifdef HAVE_LIBARCHIVE
-namespace
-{
 
 std::string trouble_of(archive *a)
 {

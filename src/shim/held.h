@@ -24,11 +24,6 @@ class Store
 	{
 		packed += bytes;
 	}
-	/* Forget what was added behind `begin`. */
-	void drop(uint64_t begin)
-	{
-		end = begin;
-	}
 	uint64_t size() const
 	{
 		return end;
@@ -80,7 +75,5 @@ bool unpack(const std::string &path, bool single, Store &store,
 /* A deflated DICOM file, inflated at the end of the store, as explicit little-endian. False if it
  * is not deflated; throws std::runtime_error if damaged. */
 bool inflate_dicom(const char *path, Store &store);
-/* Do these first bytes of a file look like DICOM, with or without preamble? */
-bool looks_like_dicom(const unsigned char *p, size_t n);
 
 #endif

@@ -14,7 +14,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <limits>
 #include <string>
 #include <utility>
 
@@ -49,19 +48,7 @@ class Reader : public vtkDICOMReader
 		return !undecoded;
 	}
 };
-vtkStandardNewMacro(Reader)
-
-	template <class T>
-	void copy(const T *in, size_t n, float *out)
-{
-	const ct_slice_bits how = {
-		sizeof(T), 8 * sizeof(T), std::numeric_limits<T>::is_signed, false};
-
-	if (std::numeric_limits<T>::is_integer && sizeof(T) <= 4)
-		ct_slice_widen(n, out, in, &how);
-	else
-		std::copy_n(in, n, out);
-}
+vtkStandardNewMacro(Reader);
 
 /* The one grey picture of a file. */
 int decode(const char *path, const ct_slice &s, float *out, ct_err *e)
@@ -83,11 +70,12 @@ int decode(const char *path, const ct_slice &s, float *out, ct_err *e)
 		dims[2] != 1 || image->GetNumberOfScalarComponents() != 1)
 		return ct_fail(e, CT_EINPUT, "%s: not a grey picture of %zux%zu", s.path, s.columns,
 			s.rows);
-	switch (image->GetScalarType()) {
-		vtkTemplateMacro(copy(
-			static_cast<VTK_TT *>(image->GetScalarPointer()), s.columns * s.rows, out));
-	default: return ct_fail(e, CT_EINPUT, "%s: pixels of an unknown type", s.path);
-	}
+	const size_t bytes = static_cast<size_t>(image->GetScalarSize());
+	const ct_slice_bits how = {
+		bytes, static_cast<int>(8 * bytes), image->GetScalarTypeMin() < 0, false};
+	if (bytes > 4 || image->GetScalarType() == VTK_FLOAT)
+		return ct_fail(e, CT_EINPUT, "%s: pixels of an unknown type", s.path);
+	ct_slice_widen(s.columns * s.rows, out, image->GetScalarPointer(), &how);
 	return 0;
 }
 
