@@ -62,20 +62,3 @@ int ct_any_read(const char *path, struct ct_any *a, struct ct_err *e)
 {
 	return ct_format_read(ct_any_formats, path, a, e);
 }
-
-void ct_any_free(struct ct_any *a)
-{
-	ct_vol_free(&a->vol);
-	ct_stack_free(&a->stack);
-	ct_gauss_free(&a->gauss);
-	ct_tensors_free(&a->tensors);
-	a->kind = CT_KIND_UNKNOWN;
-}
-
-const struct ct_meta *ct_any_meta(const struct ct_any *a)
-{
-	return a->kind == CT_KIND_STACK     ? &a->stack.meta
-	       : a->kind == CT_KIND_GAUSS   ? &a->gauss.meta
-	       : a->kind == CT_KIND_TENSORS ? &a->tensors.meta
-					    : &a->vol.meta;
-}

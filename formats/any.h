@@ -20,8 +20,5 @@ static inline bool ct_any_is_tar(const unsigned char *data, size_t n)
 int ct_any_is_stack(const char *path, bool *stack, struct ct_err *e);
 /* Any of our files, "-" too. *a must be zero. CT_EINPUT for another kind of file. */
 int ct_any_read(const char *path, struct ct_any *a, struct ct_err *e);
-void ct_any_free(struct ct_any *a);
-/* The metadata of what is there. */
-const struct ct_meta *ct_any_meta(const struct ct_any *a);
 
 #endif

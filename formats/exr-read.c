@@ -5,18 +5,18 @@
  * channel Y or the only one, ZIP, ZIPS or not compressed.
  */
 #include "config.h"
-#include "formats/bytes.h"
+#include "core/inflate.h"
+#include "core/mem.h"
 #include "formats/exr.h"
 #include "formats/exr-zip.h"
 #include "formats/format.h"
-#include "formats/half.h"
+#include "formats/handler.h"
 #include "formats/hash.h"
-#include "core/inflate.h"
-#include "formats/io.h"
-#include "core/mem.h"
+#include "formats/voxels.h"
 
 #include <jansson.h>
 #include <math.h>
+#include <openexr.h>
 #include <stdio.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -32,16 +32,19 @@ enum {
 };
 
 struct part {
-	int index;       /* in the file */
+	int index; /* in the file */
+	size_t h, w;
 	int y0;          /* its first row */
 	uint64_t number; /* at the end of its name */
 	char name[64];   /* for messages */
 };
 
+/* The user_data of the context. */
 struct reader {
 	exr_context_t c;
-	struct ct_exr_file file;
-	const char *path;
+	const unsigned char *data; /* the whole file */
+	size_t bytes;
+	char msg[200]; /* the library's first complaint */
 	struct part *part;
 	size_t n, pairs; /* parts; metadata that were looked at */
 	struct ct_err *e;
@@ -50,22 +53,22 @@ struct reader {
 static int64_t get(exr_const_context_t c, void *user, void *to, uint64_t n, uint64_t at,
 	exr_stream_error_func_ptr_t complain)
 {
-	const struct ct_exr_file *f = user;
+	const struct reader *d = user;
 
 	(void)c;
 	(void)complain;
-	if (at >= f->n)
+	if (at >= d->bytes)
 		return 0;
-	if (n > f->n - at)
-		n = f->n - at;
-	memcpy(to, f->data + at, n);
+	if (n > d->bytes - at)
+		n = d->bytes - at;
+	memcpy(to, d->data + at, n);
 	return (int64_t)n;
 }
 
 static int64_t size(exr_const_context_t c, void *user)
 {
 	(void)c;
-	return (int64_t)((const struct ct_exr_file *)user)->n;
+	return (int64_t)((const struct reader *)user)->bytes;
 }
 
 /* The library trusts some counts of the file; what is absurd gets no memory. */
@@ -74,27 +77,43 @@ static void *limited(size_t bytes)
 	return bytes > MOST_ALLOC ? NULL : malloc(bytes ? bytes : 1);
 }
 
-static int lib_fail(struct reader *d, const struct part *p, exr_result_t r)
+/* Keeps the first message, so that nothing is printed. */
+static void complaint(exr_const_context_t c, exr_result_t code, const char *msg)
 {
-	ct_exr_fail(&d->file, p->name, r, CT_EINPUT, d->e);
-	return ct_blame(d->e, d->path);
+	void *user = NULL;
+	struct reader *d;
+
+	if (!c || exr_get_user_data(c, &user) != EXR_ERR_SUCCESS || !user)
+		return;
+	d = user;
+	if (!d->msg[0])
+		snprintf(d->msg, sizeof d->msg, "%s",
+			msg && *msg ? msg : exr_get_default_error_message(code));
 }
 
-static int open_file(struct reader *d)
+/* Of a part, or NULL. */
+static int lib_fail(struct reader *d, const struct part *p, exr_result_t r)
+{
+	ct_fail(d->e, r == EXR_ERR_OUT_OF_MEMORY ? CT_ENOMEM : CT_EINPUT, "%s",
+		d->msg[0] ? d->msg : exr_get_default_error_message(r));
+	return p ? ct_blame(d->e, p->name) : -1;
+}
+
+static int open_file(struct reader *d, const char *name)
 {
 	exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
 	exr_result_t r;
 
-	init.error_handler_fn = ct_exr_complaint;
+	init.error_handler_fn = complaint;
 	init.alloc_fn = limited;
 	init.free_fn = free;
-	init.user_data = &d->file;
+	init.user_data = d;
 	init.read_fn = get;
 	init.size_fn = size;
 	init.max_image_width = init.max_image_height = MOST_SIDE;
 	init.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
-	r = exr_start_read(&d->c, d->path, &init);
-	return r == EXR_ERR_SUCCESS ? 0 : ct_exr_fail(&d->file, d->path, r, CT_EINPUT, d->e);
+	r = exr_start_read(&d->c, name, &init);
+	return r == EXR_ERR_SUCCESS ? 0 : lib_fail(d, NULL, r);
 }
 
 static int by_number(const void *a, const void *b)
@@ -129,7 +148,7 @@ static int list_parts(struct reader *d)
 	int count = 0;
 
 	if (exr_get_count(d->c, &count) != EXR_ERR_SUCCESS || count < 1)
-		return ct_fail(d->e, CT_EINPUT, "%s: EXR file without parts", d->path);
+		return ct_fail(d->e, CT_EINPUT, "EXR file without parts");
 	d->n = (size_t)count;
 	if (ct_alloc0(&d->part, d->n, sizeof *d->part, d->e))
 		return -1;
@@ -144,7 +163,7 @@ static int list_parts(struct reader *d)
 }
 
 /* Size of a part's data window; flat scanlines only. */
-static int part_size(struct reader *d, struct part *p, size_t *h, size_t *w)
+static int part_size(struct reader *d, struct part *p)
 {
 	static const char *const kinds[] = {[EXR_STORAGE_SCANLINE] = "scanlines",
 		[EXR_STORAGE_TILED] = "tiles",
@@ -160,17 +179,17 @@ static int part_size(struct reader *d, struct part *p, size_t *h, size_t *w)
 	if (r != EXR_ERR_SUCCESS)
 		return lib_fail(d, p, r);
 	if (storage != EXR_STORAGE_SCANLINE)
-		return ct_fail(d->e, CT_EINPUT, "%s: %s holds %s; only flat scanlines are read",
-			d->path, p->name,
+		return ct_fail(d->e, CT_EINPUT, "%s holds %s; only flat scanlines are read",
+			p->name,
 			(size_t)storage < sizeof kinds / sizeof *kinds ? kinds[storage]
 								       : "something else");
 	nw = (int64_t)box.max.x - box.min.x + 1;
 	nh = (int64_t)box.max.y - box.min.y + 1;
 	if (nw < 1 || nh < 1 || nw > MOST_SIDE || nh > MOST_SIDE)
-		return ct_fail(d->e, CT_EINPUT, "%s: %s: a picture of %lldx%lld", d->path, p->name,
+		return ct_fail(d->e, CT_EINPUT, "%s: a picture of %lldx%lld", p->name,
 			(long long)nw, (long long)nh);
-	*h = (size_t)nh;
-	*w = (size_t)nw;
+	p->h = (size_t)nh;
+	p->w = (size_t)nw;
 	p->y0 = box.min.y;
 	return 0;
 }
@@ -197,14 +216,13 @@ static int get_numbers(
 	bool good = true;
 
 	if (exr_get_attribute_by_name(d->c, p->index, name, &a) != EXR_ERR_SUCCESS || !a)
-		return ct_fail(d->e, CT_EINPUT,
-			"%s: %s has no attribute %s: no projection geometry", d->path, p->name,
-			name);
+		return ct_fail(d->e, CT_EINPUT, "%s has no attribute %s: no projection geometry",
+			p->name, name);
 	if (a->type == EXR_ATTR_STRING && a->string && a->string->str) {
 		at = a->string->str;
 		for (size_t i = 0; i < n && good; i++, at = end + 1) {
 			v[i] = strtod(at, &end);
-			good = end != at && isfinite(v[i]) && *end == (i + 1 < n ? ',' : '\0');
+			good = end != at && *end == (i + 1 < n ? ',' : '\0');
 		}
 	} else if (n == 1 && a->type == EXR_ATTR_DOUBLE)
 		v[0] = a->d;
@@ -217,8 +235,8 @@ static int get_numbers(
 	for (size_t i = 0; i < n && good; i++)
 		good = isfinite(v[i]);
 	if (!good)
-		return ct_fail(d->e, CT_EINPUT, "%s: %s: attribute %s is not %s", d->path, p->name,
-			name, n == 1 ? "a finite number" : "three finite numbers x,y,z");
+		return ct_fail(d->e, CT_EINPUT, "%s: attribute %s is not %s", p->name, name,
+			n == 1 ? "a finite number" : "three finite numbers x,y,z");
 	return 0;
 }
 
@@ -231,15 +249,12 @@ static int get_geometry(struct reader *d, struct ct_stack *s, size_t k)
 
 	if (!word)
 		return ct_fail(d->e, CT_EINPUT,
-			"%s: %s has no attribute ct:beam: no projection geometry", d->path,
-			p->name);
-	if (ct_words_take(&beam, CT_WORDS(CT_BEAM_LIST), "beam", word, d->e)) {
-		ct_blame(d->e, p->name);
-		return ct_blame(d->e, d->path);
-	}
+			"%s has no attribute ct:beam: no projection geometry", p->name);
+	if (ct_words_take(&beam, CT_WORDS(CT_BEAM_LIST), "beam", word, d->e))
+		return ct_blame(d->e, p->name);
 	if (k && beam != (int)s->beam)
-		return ct_fail(d->e, CT_EINPUT, "%s: %s has a %s beam, %s a %s beam", d->path,
-			p->name, word, d->part[0].name, CT_WORD(CT_BEAM_LIST, s->beam));
+		return ct_fail(d->e, CT_EINPUT, "%s has a %s beam, %s a %s beam", p->name, word,
+			d->part[0].name, CT_WORD(CT_BEAM_LIST, s->beam));
 	s->beam = (enum ct_beam)beam;
 	return get_numbers(d, p, "ct:angleDeg", 1, &v->angle) ||
 			       get_numbers(d, p, "ct:source", 3, v->source) ||
@@ -254,7 +269,7 @@ static int get_geometry(struct reader *d, struct ct_stack *s, size_t k)
 static int take_pair(struct reader *d, struct ct_meta *m, const char *key, const char *value)
 {
 	if (++d->pairs > MOST_PAIRS)
-		return ct_fail(d->e, CT_EINPUT, "%s: over %d metadata", d->path, MOST_PAIRS);
+		return ct_fail(d->e, CT_EINPUT, "over %d metadata", MOST_PAIRS);
 	return !*key || ct_meta_get(m, key) ? 0 : ct_meta_set(m, key, value, d->e);
 }
 
@@ -268,8 +283,7 @@ static int get_rest(struct reader *d, const char *text, struct ct_meta *m)
 
 	if (!json_is_object(all)) {
 		json_decref(all);
-		return ct_fail(d->e, CT_EINPUT,
-			"%s: attribute " CT_EXR_META " is not a JSON object", d->path);
+		return ct_fail(d->e, CT_EINPUT, "attribute " CT_EXR_META " is not a JSON object");
 	}
 	json_object_foreach (all, key, value)
 		if (rc == 0 && json_is_string(value))
@@ -285,8 +299,8 @@ static int get_meta(struct reader *d, int part, struct ct_meta *m)
 	int32_t n = 0;
 
 	if (text && strtol(text, NULL, 10) > CT_EXR_VERSION_NOW)
-		return ct_fail(d->e, CT_EINPUT,
-			"%s: " CT_EXR_VERSION " %.20s is newer than this program", d->path, text);
+		return ct_fail(
+			d->e, CT_EINPUT, CT_EXR_VERSION " %.20s is newer than this program", text);
 	if (exr_get_attribute_count(d->c, part, &n) != EXR_ERR_SUCCESS)
 		return 0;
 	for (int32_t i = 0; i < n; i++) {
@@ -314,7 +328,7 @@ struct layout {
 };
 
 /* Channel Y or the only one, and the compression. */
-static int find_channel(struct reader *d, const struct part *p, size_t w, struct layout *l)
+static int find_channel(struct reader *d, const struct part *p, struct layout *l)
 {
 	const exr_attr_chlist_t *list = NULL;
 	exr_compression_t codec = EXR_COMPRESSION_LAST_TYPE;
@@ -323,38 +337,37 @@ static int find_channel(struct reader *d, const struct part *p, size_t w, struct
 	*l = (struct layout){0};
 	if (exr_get_channels(d->c, p->index, &list) != EXR_ERR_SUCCESS || !list ||
 		list->num_channels < 1)
-		return ct_fail(d->e, CT_EINPUT, "%s: %s has no channels", d->path, p->name);
+		return ct_fail(d->e, CT_EINPUT, "%s has no channels", p->name);
 	for (int i = 0; i < list->num_channels; i++) { /* they lie in the order of the list */
 		const exr_attr_chlist_entry_t *c = &list->entries[i];
 		const bool ours = list->num_channels == 1 || strcmp(c->name.str, "Y") == 0;
 
 		if (c->x_sampling != 1 || c->y_sampling != 1)
-			return ct_fail(
-				d->e, CT_EINPUT, "%s: %s: subsampled channel", d->path, p->name);
+			return ct_fail(d->e, CT_EINPUT, "%s: subsampled channel", p->name);
 		if (ours && c->pixel_type != EXR_PIXEL_FLOAT && c->pixel_type != EXR_PIXEL_HALF)
-			return ct_fail(d->e, CT_EINPUT, "%s: %s: channel is not FLOAT or HALF",
-				d->path, p->name);
+			return ct_fail(
+				d->e, CT_EINPUT, "%s: channel is not FLOAT or HALF", p->name);
 		if (ours) {
 			found = true;
 			l->at = l->row;
 			l->half = c->pixel_type == EXR_PIXEL_HALF;
 		}
-		l->row += w * (c->pixel_type == EXR_PIXEL_HALF ? 2 : 4);
+		l->row += p->w * (c->pixel_type == EXR_PIXEL_HALF ? 2 : 4);
 	}
 	if (!found)
-		return ct_fail(d->e, CT_EINPUT, "%s: %s has %d channels and none is named Y",
-			d->path, p->name, list->num_channels);
+		return ct_fail(d->e, CT_EINPUT, "%s has %d channels and none is named Y", p->name,
+			list->num_channels);
 	if (exr_get_compression(d->c, p->index, &codec) != EXR_ERR_SUCCESS ||
 		(codec != EXR_COMPRESSION_NONE && codec != EXR_COMPRESSION_ZIPS &&
 			codec != EXR_COMPRESSION_ZIP))
 		return ct_fail(d->e, CT_EINPUT,
-			"%s: %s is neither ZIP nor ZIPS nor uncompressed; "
+			"%s is neither ZIP nor ZIPS nor uncompressed; "
 			"oiiotool -a --compression zip makes it so",
-			d->path, p->name);
+			p->name);
 	l->rows = codec == EXR_COMPRESSION_ZIP ? 16 : 1;
-	if (l->rows * l->row / MOST_RATIO > d->file.n)
-		return ct_fail(d->e, CT_EINPUT, "%s: %s: rows of %zu bytes in %zu cannot be",
-			d->path, p->name, l->row, d->file.n);
+	if (l->rows * l->row / MOST_RATIO > d->bytes)
+		return ct_fail(d->e, CT_EINPUT, "%s: rows of %zu bytes in %zu cannot be", p->name,
+			l->row, d->bytes);
 	return 0;
 }
 
@@ -378,74 +391,63 @@ static int get_chunk(struct reader *d, const struct part *p, int y, size_t rows,
 
 static void get_row(float *to, const unsigned char *from, size_t w, bool half)
 {
-	if (!half) {
+	if (half)
+		ct_voxels_float(w, to, CT_V_F16, from, 1, 0);
+	else
 		memcpy(to, from, w * sizeof *to);
-		return;
-	}
-	for (size_t x = 0; x < w; x++)
-		to[x] = ct_half_to_float((uint16_t)(from[2 * x] | from[2 * x + 1] << 8));
 }
 
-static int get_pixels(struct reader *d, const struct part *p, float *to, size_t h, size_t w)
+static int get_pixels(struct reader *d, const struct part *p, float *to)
 {
 	unsigned char *bytes = NULL;
 	struct layout l;
 	int rc = 0;
 
-	if (find_channel(d, p, w, &l) || ct_alloc(&bytes, l.rows * l.row, 3, d->e))
+	if (find_channel(d, p, &l) || ct_alloc(&bytes, l.rows * l.row, 3, d->e))
 		return -1;
-	for (size_t y = 0; rc == 0 && y < h; y += l.rows) {
-		const size_t rows = h - y < l.rows ? h - y : l.rows;
+	for (size_t y = 0; rc == 0 && y < p->h; y += l.rows) {
+		const size_t rows = p->h - y < l.rows ? p->h - y : l.rows;
 
 		rc = get_chunk(d, p, p->y0 + (int)y, rows, &l, bytes);
 		for (size_t i = 0; rc == 0 && i < rows; i++)
-			get_row(to + (y + i) * w, bytes + i * l.row + l.at, w, l.half);
+			get_row(to + (y + i) * p->w, bytes + i * l.row + l.at, p->w, l.half);
 	}
 	free(bytes);
 	return rc;
 }
 
 /* All parts must have the size of the first, and the file must be able to hold them. */
-static int check_sizes(struct reader *d, size_t *h, size_t *w)
+static int check_sizes(struct reader *d)
 {
+	const struct part *first = d->part;
 	size_t count;
 
-	for (size_t k = 0; k < d->n; k++) {
-		size_t nh = 0, nw = 0;
-
-		if (part_size(d, &d->part[k], &nh, &nw))
+	for (struct part *p = d->part; p < d->part + d->n; p++) {
+		if (part_size(d, p))
 			return -1;
-		if (k == 0) {
-			*h = nh;
-			*w = nw;
-		} else if (nh != *h || nw != *w)
-			return ct_fail(d->e, CT_EINPUT, "%s: %s is %zux%zu, %s is %zux%zu", d->path,
-				d->part[k].name, nw, nh, d->part[0].name, *w, *h);
+		if (p->h != first->h || p->w != first->w)
+			return ct_fail(d->e, CT_EINPUT, "%s is %zux%zu, %s is %zux%zu", p->name,
+				p->w, p->h, first->name, first->w, first->h);
 	}
-	if (ct_size_mul(&count, *h, *w, d->path, d->e) ||
-		ct_size_mul(&count, count, d->n, d->path, d->e))
-		return -1;
-	if (count / MOST_RATIO > d->file.n / 2) /* a pixel has two bytes at least */
-		return ct_fail(d->e, CT_EINPUT, "%s: %zu views of %zux%zu in %zu bytes cannot be",
-			d->path, d->n, *w, *h, d->file.n);
-	return ct_inflate_check(d->file.n, 2 * (uint64_t)count, d->e) ? ct_blame(d->e, d->path) : 0;
+	if (__builtin_mul_overflow(first->h * first->w, d->n, &count) ||
+		count / MOST_RATIO > d->bytes / 2) /* a pixel has two bytes at least */
+		return ct_fail(d->e, CT_EINPUT, "%zu views of %zux%zu in %zu bytes cannot be", d->n,
+			first->w, first->h, d->bytes);
+	return ct_inflate_check(d->bytes, 2 * (uint64_t)count, d->e);
 }
 
 static int read_all(struct reader *d, struct ct_stack *s)
 {
-	size_t h = 0, w = 0;
-
-	if (list_parts(d) || check_sizes(d, &h, &w))
+	if (list_parts(d) || check_sizes(d) ||
+		ct_stack_alloc(s, d->n, d->part->h, d->part->w, d->e))
 		return -1;
-	if (ct_stack_alloc(s, d->n, h, w, d->e))
-		return ct_blame(d->e, d->path);
 	for (size_t k = 0; k < d->n; k++)
 		if (get_geometry(d, s, k) || get_meta(d, d->part[k].index, &s->meta))
 			return -1;
 	if (ct_stack_check(s, d->e))
-		return ct_blame(d->e, d->path);
+		return -1;
 	for (size_t k = 0; k < d->n; k++)
-		if (get_pixels(d, &d->part[k], ct_stack_view(s, k), h, w))
+		if (get_pixels(d, &d->part[k], ct_stack_view(s, k)))
 			return -1;
 	return 0;
 }
@@ -459,22 +461,33 @@ static int sign(struct ct_stack *s, const char *path, struct ct_err *e)
 	return ct_meta_input(&s->meta, path, 3, piece, e);
 }
 
-int ct_bytes_read_exr(
-	const unsigned char *data, size_t n, const char *name, struct ct_stack *s, struct ct_err *e)
+static int sniff(const unsigned char *data, size_t n)
 {
-	struct reader d = {.path = name,
-		.e = e,
-		.file = {.data = (unsigned char *)(uintptr_t)data, .n = n}}; /* only read */
-	int rc = -1;
+	return n >= 4 && memcmp(data, "\x76\x2f\x31\x01", 4) == 0 ? CT_SNIFF_MAGIC : CT_SNIFF_NO;
+}
 
-	if (n < 4 || memcmp(data, "\x76\x2f\x31\x01", 4) != 0)
-		ct_fail(e, CT_EINPUT, "%s: not an OpenEXR file", name);
-	else if (open_file(&d) == 0)
-		rc = read_all(&d, s) || sign(s, name, e) ? -1 : 0;
+static int read_stack(
+	const unsigned char *data, size_t n, const char *name, struct ct_any *a, struct ct_err *e)
+{
+	struct reader d = {.data = data, .bytes = n, .e = e};
+	const int rc =
+		open_file(&d, name) || read_all(&d, &a->stack) || sign(&a->stack, name, e) ? -1 : 0;
+
 	if (d.c)
 		exr_finish(&d.c);
 	free(d.part);
-	if (rc)
-		ct_stack_free(s);
+	return rc;
+}
+
+const struct ct_format ct_format_exr = {
+	.name = "EXR", .kind = CT_KIND_STACK, .sniff = sniff, .read_bytes = read_stack};
+
+int ct_stack_read(const char *path, struct ct_stack *s, struct ct_err *e)
+{
+	static const struct ct_format *const list[] = {&ct_format_exr, NULL};
+	struct ct_any a = {0};
+	int rc = ct_format_read(list, path, &a, e);
+
+	*s = a.stack;
 	return rc;
 }

@@ -10,6 +10,7 @@
 
 #include <jansson.h>
 #include <limits.h>
+#include <openexr.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,10 +18,28 @@
 enum { ROWS = 16 }; /* of a ZIP chunk */
 
 /* The library goes back to fill in its tables, so the file is made in memory. */
+struct file {
+	unsigned char *data;
+	size_t n, cap;
+	struct ct_err *e;
+	bool starved; /* of memory */
+};
+
+bool ct_exr_reserved(const char *name)
+{
+	static const char *const ours[] = {CT_EXR_VERSION, CT_EXR_META, "ct:input", "ct:beam",
+		"ct:angleDeg", "ct:source", "ct:detCentre", "ct:detU", "ct:detV"};
+
+	for (size_t i = 0; i < sizeof ours / sizeof *ours; i++)
+		if (strcmp(name, ours[i]) == 0)
+			return true;
+	return false;
+}
+
 static int64_t put(exr_const_context_t c, void *user, const void *from, uint64_t n, uint64_t at,
 	exr_stream_error_func_ptr_t complain)
 {
-	struct ct_exr_file *f = user;
+	struct file *f = user;
 
 	if (at > CT_MAX_BYTES || n > CT_MAX_BYTES || ct_grow(&f->data, &f->cap, at + n, 1, f->e)) {
 		f->starved = true;
@@ -184,7 +203,7 @@ static void no_complaint(exr_const_context_t c, exr_result_t code, const char *m
 	(void)msg;
 }
 
-static int build(struct ct_exr_file *f, const char *path, const struct ct_stack *s,
+static int build(struct file *f, const char *path, const struct ct_stack *s,
 	const struct ct_env *env, struct ct_err *e)
 {
 	exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
@@ -213,13 +232,15 @@ static int build(struct ct_exr_file *f, const char *path, const struct ct_stack 
 	packer_free(&p);
 	if (r == EXR_ERR_SUCCESS)
 		return 0;
-	return f->starved ? ct_blame(e, path) : ct_exr_fail(f, path, r, CT_EFAIL, e);
+	return f->starved ? ct_blame(e, path)
+			  : ct_fail(e, r == EXR_ERR_OUT_OF_MEMORY ? CT_ENOMEM : CT_EFAIL, "%s: %s",
+				    path, exr_get_default_error_message(r));
 }
 
 int ct_stack_write(
 	const char *path, const struct ct_stack *s, const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_exr_file f = {.e = e};
+	struct file f = {.e = e};
 	struct ct_out out = {0};
 	int rc = -1;
 

@@ -2,25 +2,24 @@
 #include "config.h"
 #include "formats/format.h"
 #include "formats/handler.h"
-#include "formats/headed.h"
 #include "formats/io.h"
-#include "formats/nifti.h"
 
 #include <ctype.h>
 #include <errno.h>
 
 /* By the first byte. Never seeks, but for voxels at the end of a file. */
-static int read_vol(FILE *f, const char *name, struct ct_vol *v, struct ct_err *e)
+static const struct ct_format *format_of(FILE *f)
 {
 	const int first = getc(f);
 
 	if (first != EOF)
 		ungetc(first, f);
-	return (isalpha(first) ? ct_headed_read_stream : ct_nifti_read_stream)(f, name, v, e);
+	return isalpha(first) ? &ct_format_metaimage : &ct_format_nifti; /* which also reads NRRD */
 }
 
 int ct_vol_read(const char *path, struct ct_vol *v, struct ct_err *e)
 {
+	struct ct_any a = {0};
 	int tries = 2;
 	bool again;
 	FILE *f;
@@ -30,20 +29,15 @@ int ct_vol_read(const char *path, struct ct_vol *v, struct ct_err *e)
 		if (ct_io_open(path, &f, e))
 			return -1;
 		errno = 0;
-		rc = read_vol(f, path, v, e);
+		rc = ct_format_read_stream(format_of(f), f, path, &a, e);
 		if (ct_io_starved(&again, path, e)) {
-			ct_vol_free(v);
+			ct_any_free(&a);
 			rc = -1;
 		}
 		ct_io_close(f);
 	} while (again && --tries);
+	*v = a.vol;
 	return rc;
-}
-
-int ct_vol_write(
-	const char *path, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
-{
-	return ct_nifti_write(path, v, CT_NIFTI_AUTO, false, env, e);
 }
 
 int ct_tensors_read(const char *path, struct ct_tensors *w, struct ct_err *e)

@@ -33,6 +33,8 @@ int ct_tensors_write(const char *path, const struct ct_tensors *w, bool half,
 	const struct ct_env *env, struct ct_err *e);
 /* The metadata alone, without a look at the numbers. */
 int ct_tensors_read_meta(const char *path, struct ct_meta *m, struct ct_err *e);
+/* Set their key "input": the last thing that a reader does. */
+int ct_tensors_sign(struct ct_tensors *w, const char *path, struct ct_err *e);
 /* As F32, for the owner of the file alone, over what is there. */
 int ct_tensors_write_private(const char *path, const struct ct_tensors *w, struct ct_err *e);
 

@@ -51,21 +51,54 @@ static int refuse(const struct ct_format *const *list, const struct ct_format *i
 	return ct_fail(e, CT_EINPUT, "%s: not a%s %s file", path, *names == 'E' ? "n" : "", names);
 }
 
-/* What is in memory. */
-static int read_bytes(const struct ct_format *is, const unsigned char *data, size_t n,
-	const char *path, struct ct_any *a, struct ct_err *e)
+void ct_any_free(struct ct_any *a)
+{
+	ct_vol_free(&a->vol);
+	ct_stack_free(&a->stack);
+	ct_gauss_free(&a->gauss);
+	ct_tensors_free(&a->tensors);
+	a->kind = CT_KIND_UNKNOWN;
+}
+
+const struct ct_meta *ct_any_meta(const struct ct_any *a)
+{
+	return a->kind == CT_KIND_STACK     ? &a->stack.meta
+	       : a->kind == CT_KIND_GAUSS   ? &a->gauss.meta
+	       : a->kind == CT_KIND_TENSORS ? &a->tensors.meta
+					    : &a->vol.meta;
+}
+
+static int end_read(int rc, const char *name, struct ct_any *a, struct ct_err *e)
+{
+	if (rc == 0)
+		return 0;
+	ct_any_free(a);
+	return ct_blame(e, name);
+}
+
+int ct_format_read_stream(
+	const struct ct_format *is, FILE *f, const char *name, struct ct_any *a, struct ct_err *e)
+{
+	a->kind = is->kind;
+	return end_read(is->read(f, name, a, e), name, a, e);
+}
+
+int ct_format_read_bytes(const struct ct_format *is, const unsigned char *data, size_t n,
+	const char *name, struct ct_any *a, struct ct_err *e)
 {
 	FILE *f;
 	int rc;
 
-	if (is->read_bytes)
-		return is->read_bytes(data, n, path, a, e);
-	f = fmemopen((void *)(uintptr_t)data, n, "rb"); /* only read */
-	if (!f)
-		return ct_fail(e, CT_ENOMEM, "%s: no memory", path);
-	rc = is->read(f, path, a, e);
-	fclose(f);
-	return rc;
+	if (is->read) {
+		f = fmemopen((void *)(uintptr_t)data, n, "rb"); /* only read */
+		if (!f)
+			return ct_fail(e, CT_ENOMEM, "%s: no memory", name);
+		rc = ct_format_read_stream(is, f, name, a, e);
+		fclose(f);
+		return rc;
+	}
+	a->kind = is->kind;
+	return end_read(is->read_bytes(data, n, name, a, e), name, a, e);
 }
 
 /* A whole file or stream, in memory first. `is` NULL: not recognised yet. */
@@ -80,12 +113,8 @@ static int slurp(const struct ct_format *const *list, const struct ct_format *is
 		return -1;
 	if (!is)
 		is = ct_format_find(list, data, n < CT_SNIFF ? n : CT_SNIFF);
-	if (!is || is->refuse) {
-		rc = refuse(list, is, path, e);
-	} else {
-		a->kind = is->kind;
-		rc = read_bytes(is, data, n, path, a, e);
-	}
+	rc = !is || is->refuse ? refuse(list, is, path, e)
+			       : ct_format_read_bytes(is, data, n, path, a, e);
 	free(data);
 	return rc;
 }
@@ -110,8 +139,7 @@ static int read_any(
 		return !is || is->refuse ? refuse(list, is, path, e) : slurp(list, is, path, a, e);
 	}
 	rewind(f);
-	a->kind = is->kind;
-	rc = is->read(f, path, a, e);
+	rc = ct_format_read_stream(is, f, path, a, e);
 	ct_io_close(f);
 	return rc;
 }
@@ -127,10 +155,7 @@ int ct_format_read(
 		errno = 0;
 		rc = read_any(list, path, a, e);
 		if (ct_io_starved(&again, path, e)) {
-			ct_vol_free(&a->vol);
-			ct_stack_free(&a->stack);
-			ct_gauss_free(&a->gauss);
-			ct_tensors_free(&a->tensors);
+			ct_any_free(a);
 			rc = -1;
 		}
 	} while (again && --tries);

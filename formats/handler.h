@@ -36,6 +36,9 @@ struct ct_any {
 	struct ct_gauss gauss;
 	struct ct_tensors tensors;
 };
+void ct_any_free(struct ct_any *a);
+/* The metadata of what is there. */
+const struct ct_meta *ct_any_meta(const struct ct_any *a);
 
 /* How certain the first bytes are: of several formats the most certain one is taken. */
 enum { CT_SNIFF_NO, CT_SNIFF_NUMBER, CT_SNIFF_PLACE, CT_SNIFF_MAGIC };
@@ -43,17 +46,17 @@ enum { CT_SNIFF_NO, CT_SNIFF_NUMBER, CT_SNIFF_PLACE, CT_SNIFF_MAGIC };
 struct ct_format {
 	const char *name;
 	enum ct_kind kind;
-	const char *ends;   /* of the names that it writes: formats/ends.h; or NULL */
 	const char *refuse; /* NULL, or what to say of a format without a reader */
 	int (*sniff)(const unsigned char *data, size_t n); /* CT_SNIFF_... */
-	/* One of the two, or none: a->kind is set, its member is zero before and stays so on
-	 * failure. `name` stands for the path in messages. */
+	/* One of the two, or none: of a stream, or of all that is in memory. *a is zero; what it
+	 * holds on failure is freed, and the message gets the name, by the caller below. */
 	int (*read)(FILE *f, const char *name, struct ct_any *a, struct ct_err *e);
 	int (*read_bytes)(const unsigned char *data, size_t n, const char *name, struct ct_any *a,
 		struct ct_err *e);
-	/* Or NULL. */
-	int (*write)(const char *path, const struct ct_any *a, const struct ct_env *env,
+	/* Of volumes, and how the names end that it writes (formats/ends.h); or NULL. */
+	int (*write)(const char *path, const struct ct_vol *v, const struct ct_env *env,
 		struct ct_err *e);
+	const char *ends;
 };
 
 extern const struct ct_format ct_format_nifti, ct_format_metaimage, ct_format_nrrd, ct_format_exr,
@@ -62,6 +65,12 @@ extern const struct ct_format ct_format_nifti, ct_format_metaimage, ct_format_nr
 /* The format of the list that these first bytes are of, or NULL. */
 const struct ct_format *ct_format_find(
 	const struct ct_format *const *list, const unsigned char *data, size_t n);
+/* What a stream holds, and bytes: of this format, and of a file that `name` names in messages and
+ * in the key "input". *a must be zero, and stays so on failure; codes of the readers. */
+int ct_format_read_stream(
+	const struct ct_format *is, FILE *f, const char *name, struct ct_any *a, struct ct_err *e);
+int ct_format_read_bytes(const struct ct_format *is, const unsigned char *data, size_t n,
+	const char *name, struct ct_any *a, struct ct_err *e);
 /* A file of one of these formats, "-" and pipes too. *a must be zero. CT_EINPUT for another kind of
  * file; codes of the readers. */
 int ct_format_read(

@@ -6,9 +6,8 @@
 struct ct_headed {
 	size_t bytes;         /* of all fields */
 	struct ct_meta field; /* of the header; NRRD's names in small letters, without blanks */
+	struct ct_vol *v;     /* which gets grid and metadata */
 	size_t axes;          /* of space: 3, or 2 of one plane */
-	size_t n[3];
-	double affine[3][4]; /* RAS+ */
 	bool placed;
 	struct ct_stored stored;
 	bool packed;
@@ -17,13 +16,10 @@ struct ct_headed {
 	bool at_end;        /* the voxels are the end of the file */
 };
 
-/* Where the fields of a header are kept, from the line that was read, on: through all of it. */
-int ct_headed_mha_fields(
-	FILE *f, char *line, struct ct_headed *h, struct ct_meta *m, struct ct_err *e);
-int ct_headed_nrrd_fields(FILE *f, struct ct_headed *h, struct ct_meta *m, struct ct_err *e);
-/* What the fields say. CT_EINPUT, CT_EGEOM naming the field. */
-int ct_headed_mha_parse(struct ct_headed *h, struct ct_err *e);
-int ct_headed_nrrd_parse(struct ct_headed *h, struct ct_err *e);
+/* All of a header from `line`, its first, on; f is behind that, then behind the header. CT_EINPUT,
+ * CT_EGEOM naming the field. */
+int ct_headed_mha(FILE *f, char *line, struct ct_headed *h, struct ct_err *e);
+int ct_headed_nrrd(FILE *f, struct ct_headed *h, struct ct_err *e);
 
 /* The next line, without its end; *line is to be freed. 1; 0 at the end of the file; CT_EINPUT for
  * what is no text. */
@@ -31,8 +27,7 @@ int ct_headed_line(FILE *f, char **line, struct ct_err *e);
 /* Its value, or NULL. */
 const char *ct_headed_get(const struct ct_headed *h, const char *key);
 /* A field, its name and value trimmed; keys that begin with `ours` go into the metadata. */
-int ct_headed_set(struct ct_headed *h, struct ct_meta *m, const char *ours, char *key, char *value,
-	struct ct_err *e);
+int ct_headed_set(struct ct_headed *h, const char *ours, char *key, char *value, struct ct_err *e);
 /* Exactly n finite numbers, whatever brackets, commas and blanks are between: 0; 1: no such field.
  */
 int ct_headed_numbers(

@@ -10,8 +10,8 @@
 
 enum { DIMS = 4 }; /* that are read at most */
 
-int ct_headed_mha_fields(
-	FILE *f, char *line, struct ct_headed *h, struct ct_meta *m, struct ct_err *e)
+/* The fields, from `line` on. */
+static int read_fields(FILE *f, char *line, struct ct_headed *h, struct ct_err *e)
 {
 	char *next = NULL;
 	int rc = 1;
@@ -21,7 +21,7 @@ int ct_headed_mha_fields(
 
 		if (value) {
 			*value++ = '\0';
-			rc = ct_headed_set(h, m, "ct-", line, value, e) ? -1 : 1;
+			rc = ct_headed_set(h, "ct-", line, value, e) ? -1 : 1;
 		} else if (line[strspn(line, " \t")])
 			rc = ct_fail(e, CT_EINPUT, "'%.40s' is no field", line);
 		free(next);
@@ -61,15 +61,15 @@ static int numbers_of(
 	return !first;
 }
 
-/* The first of these names that is there. */
-static const char *one_of(const struct ct_headed *h, const char *a, const char *b, const char *c)
+/* The first of two names if it is there, else the other. */
+static const char *one_of(const struct ct_headed *h, const char *a, const char *b)
 {
-	return ct_headed_get(h, a) ? a : ct_headed_get(h, b) ? b : c;
+	return ct_headed_get(h, a) ? a : b;
 }
 
 static bool is_true(const struct ct_headed *h, const char *key)
 {
-	const char *s = key ? ct_headed_get(h, key) : NULL;
+	const char *s = ct_headed_get(h, key);
 
 	return s && (*s == 'T' || *s == 't' || *s == '1');
 }
@@ -91,7 +91,7 @@ static int parse_place(struct ct_headed *h, size_t dims, struct ct_err *e)
 	static const double lps[3] = {-1, -1, 1};
 	static const char *const matrix[3] = {"TransformMatrix", "Rotation", "Orientation"};
 	static const char *const offset[3] = {"Offset", "Position", "Origin"};
-	const char *spacing = one_of(h, "ElementSpacing", "ElementSize", "ElementSpacing");
+	const char *spacing = one_of(h, "ElementSpacing", "ElementSize");
 	double turn[DIMS * DIMS], step[3][3] = {{0}}, origin[DIMS] = {0}, mm[DIMS];
 	int turned = numbers_of(h, matrix, dims * dims, turn, e);
 	int moved = turned < 0 ? -1 : numbers_of(h, offset, dims, origin, e);
@@ -142,7 +142,7 @@ static int parse_file(struct ct_headed *h, struct ct_err *e)
 	return ct_headed_file(h, "ElementDataFile", file, e);
 }
 
-int ct_headed_mha_parse(struct ct_headed *h, struct ct_err *e)
+int ct_headed_mha(FILE *f, char *line, struct ct_headed *h, struct ct_err *e)
 {
 	static const struct ct_voxel_name types[] = {{"MET_CHAR", CT_V_I8}, {"MET_UCHAR", CT_V_U8},
 		{"MET_SHORT", CT_V_I16}, {"MET_USHORT", CT_V_U16}, {"MET_INT", CT_V_I32},
@@ -151,19 +151,21 @@ int ct_headed_mha_parse(struct ct_headed *h, struct ct_err *e)
 	static const char *const only[][2] = {{"ObjectType", "Image"}, {"BinaryData", "True"},
 		{"ElementNumberOfChannels", "1"}, {"ElementToIntensityFunctionSlope", "1"},
 		{"ElementToIntensityFunctionOffset", "0"}};
-	const char *units = ct_headed_get(h, "DistanceUnits");
+	const char *units;
 	size_t dims = 0;
 
+	if (read_fields(f, line, h, e))
+		return -1;
 	for (size_t i = 0; i < sizeof only / sizeof *only; i++)
 		if (must_be(h, only[i][0], only[i][1], e))
 			return -1;
+	units = ct_headed_get(h, "DistanceUnits");
 	if (units && strcmp(units, "?") != 0 && must_be(h, "DistanceUnits", "mm", e))
 		return -1;
 	if (parse_dims(h, &dims, e) || ct_headed_sizes(h, "DimSize", dims, e) ||
 		ct_headed_number_type(h, "ElementType", types, e) || parse_place(h, dims, e) ||
 		parse_file(h, e))
 		return -1;
-	h->stored.swap = is_true(h, one_of(h, "BinaryDataByteOrderMSB", "ElementByteOrderMSB",
-					    NULL)) != ct_voxel_host_is_big();
+	h->stored.big = is_true(h, one_of(h, "BinaryDataByteOrderMSB", "ElementByteOrderMSB"));
 	return 0;
 }

@@ -22,7 +22,7 @@ static void normalise(char *key)
 	*out = '\0';
 }
 
-static int take_line(struct ct_headed *h, struct ct_meta *m, char *line, struct ct_err *e)
+static int take_line(struct ct_headed *h, char *line, struct ct_err *e)
 {
 	char *pair = strstr(line, ":="), *field = strstr(line, ": ");
 
@@ -30,17 +30,17 @@ static int take_line(struct ct_headed *h, struct ct_meta *m, char *line, struct 
 		return 0;
 	if (pair && (!field || pair < field)) {
 		*pair = '\0';
-		return strncmp(line, "ct:", 3) == 0 ? ct_headed_set(h, m, "ct:", line, pair + 2, e)
+		return strncmp(line, "ct:", 3) == 0 ? ct_headed_set(h, "ct:", line, pair + 2, e)
 						    : 0; /* of another program */
 	}
 	if (!field)
 		return ct_fail(e, CT_EINPUT, "'%.40s' is no field", line);
 	*field = '\0';
 	normalise(line);
-	return ct_headed_set(h, m, "ct:", line, field + 2, e);
+	return ct_headed_set(h, "ct:", line, field + 2, e);
 }
 
-int ct_headed_nrrd_fields(FILE *f, struct ct_headed *h, struct ct_meta *m, struct ct_err *e)
+static int read_fields(FILE *f, struct ct_headed *h, struct ct_err *e)
 {
 	char *line;
 	int rc;
@@ -48,7 +48,7 @@ int ct_headed_nrrd_fields(FILE *f, struct ct_headed *h, struct ct_meta *m, struc
 	while ((rc = ct_headed_line(f, &line, e)) == 1) {
 		const bool last = !*line;
 
-		rc = last ? 0 : take_line(h, m, line, e);
+		rc = last ? 0 : take_line(h, line, e);
 		free(line);
 		if (last || rc)
 			return rc;
@@ -250,7 +250,7 @@ static int parse_order(struct ct_headed *h, struct ct_err *e)
 	if (!endian || (!big && strcmp(endian, "little") != 0))
 		return ct_fail(e, CT_EINPUT, "endian: '%.20s' is neither little nor big",
 			endian ? endian : "");
-	h->stored.swap = big != ct_voxel_host_is_big();
+	h->stored.big = big;
 	return 0;
 }
 
@@ -277,7 +277,7 @@ static int parse_file(struct ct_headed *h, struct ct_err *e)
 	return file ? ct_headed_file(h, "data file", file, e) : 0;
 }
 
-int ct_headed_nrrd_parse(struct ct_headed *h, struct ct_err *e)
+int ct_headed_nrrd(FILE *f, struct ct_headed *h, struct ct_err *e)
 {
 	static const struct ct_voxel_name types[] = {{"signed char", CT_V_I8}, {"int8", CT_V_I8},
 		{"int8_t", CT_V_I8}, {"uchar", CT_V_U8}, {"unsigned char", CT_V_U8},
@@ -296,10 +296,10 @@ int ct_headed_nrrd_parse(struct ct_headed *h, struct ct_err *e)
 		{"float", CT_V_F32}, {"double", CT_V_F64}, {NULL, 0}};
 	static const char *const mm[] = {"mm"};
 
-	if (parse_axes(h, e) || all_words(h, "kinds", kinds, KINDS, e) ||
-		all_words(h, "spaceunits", mm, 1, e) || all_words(h, "units", mm, 1, e))
-		return -1;
-	return ct_headed_sizes(h, "sizes", h->axes, e) ||
+	return read_fields(f, h, e) || parse_axes(h, e) || all_words(h, "kinds", kinds, KINDS, e) ||
+			       all_words(h, "spaceunits", mm, 1, e) ||
+			       all_words(h, "units", mm, 1, e) ||
+			       ct_headed_sizes(h, "sizes", h->axes, e) ||
 			       ct_headed_number_type(h, "type", types, e) || parse_order(h, e) ||
 			       parse_place(h, e) || parse_file(h, e)
 		       ? -1

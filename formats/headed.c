@@ -2,6 +2,7 @@
 #include "config.h"
 #include "formats/headed.h"
 #include "core/mem.h"
+#include "core/vec3.h"
 #include "formats/handler.h"
 #include "formats/headed-impl.h"
 #include "formats/io.h"
@@ -94,9 +95,9 @@ static void unescape(char *s)
 	*out = '\0';
 }
 
-int ct_headed_set(struct ct_headed *h, struct ct_meta *m, const char *ours, char *key, char *value,
-	struct ct_err *e)
+int ct_headed_set(struct ct_headed *h, const char *ours, char *key, char *value, struct ct_err *e)
 {
+	struct ct_meta *m = &h->v->meta;
 	const size_t n = strlen(ours);
 
 	key = trim(key);
@@ -147,12 +148,12 @@ int ct_headed_sizes(struct ct_headed *h, const char *key, size_t dims, struct ct
 
 	if (rc)
 		return rc < 0 ? -1 : ct_fail(e, CT_EINPUT, "has no %s", key);
-	h->n[2] = 1;
+	h->v->n[2] = 1;
 	for (size_t d = 0; d < dims; d++) {
 		if (!(x[d] >= 1 && x[d] <= INT32_MAX && x[d] == floor(x[d])))
 			return ct_fail(e, CT_EINPUT, "%s: %g is no number of voxels", key, x[d]);
 		if (d < h->axes)
-			h->n[d] = (size_t)x[d];
+			h->v->n[d] = (size_t)x[d];
 		else if (x[d] != 1)
 			return ct_fail(e, CT_EINPUT,
 				"%s: axis %zu is none of space and not single: only one volume a file is read",
@@ -178,18 +179,17 @@ void ct_headed_place(
 	struct ct_headed *h, const double step[3][3], const double origin[3], const double sign[3])
 {
 	const double *a = step[0], *b = step[1];
-	const double across[3] = {
-		a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-	const double area =
-		sqrt(across[0] * across[0] + across[1] * across[1] + across[2] * across[2]);
+	double across[3], area;
 
+	ct_vec3_cross(across, a, b);
+	area = ct_vec3_length(across);
 	for (int r = 0; r < 3; r++) { /* + 0: no -0, for the hash */
 		const double last = h->axes == 3 ? step[2][r] : area > 0 ? across[r] / area : 0;
 
-		h->affine[r][0] = sign[r] * a[r] + 0.0;
-		h->affine[r][1] = sign[r] * b[r] + 0.0;
-		h->affine[r][2] = sign[r] * last + 0.0;
-		h->affine[r][3] = sign[r] * origin[r] + 0.0;
+		h->v->affine[r][0] = sign[r] * a[r] + 0.0;
+		h->v->affine[r][1] = sign[r] * b[r] + 0.0;
+		h->v->affine[r][2] = sign[r] * last + 0.0;
+		h->v->affine[r][3] = sign[r] * origin[r] + 0.0;
 	}
 }
 
@@ -241,7 +241,7 @@ static int open_beside(FILE **f, const char *name, const char *file, struct ct_e
 static int find_voxels(FILE *f, const struct ct_headed *h, struct ct_err *e)
 {
 	const off_t here = ftello(f);
-	size_t count;
+	size_t bytes;
 	int c = 0;
 
 	for (size_t k = 0; k < h->lines && c != EOF; k++)
@@ -249,17 +249,14 @@ static int find_voxels(FILE *f, const struct ct_headed *h, struct ct_err *e)
 			;
 	if (!h->at_end)
 		return 0;
-	if (ct_size_mul(&count, h->n[0], h->n[1], "dimensions", e) ||
-		ct_size_mul(&count, count, h->n[2], "dimensions", e) ||
-		ct_size_mul(&count, count, ct_voxel_bytes((int)h->stored.type), "voxels", e))
+	if (ct_stored_bytes(&h->stored, h->v->n, &bytes, e))
 		return -1;
-	if (fseeko(f, -(off_t)count, SEEK_END) != 0 || ftello(f) < here)
-		return ct_fail(e, CT_EINPUT, "truncated file: its voxels need %zu bytes", count);
+	if (fseeko(f, -(off_t)bytes, SEEK_END) != 0 || ftello(f) < here)
+		return ct_fail(e, CT_EINPUT, "truncated file: its voxels need %zu bytes", bytes);
 	return 0;
 }
 
-static int read_voxels(
-	FILE *f, const struct ct_headed *h, const char *name, struct ct_vol *v, struct ct_err *e)
+static int read_voxels(FILE *f, const struct ct_headed *h, const char *name, struct ct_err *e)
 {
 	struct ct_source s = {0};
 	int rc = -1;
@@ -267,8 +264,7 @@ static int read_voxels(
 	if (find_voxels(f, h, e) == 0 &&
 		ct_source_open(&s, f, h->packed ? CT_PACKING_ZLIB : CT_PACKING_NONE, e) == 0 &&
 		ct_source_skip(&s, h->skip, e) == 0 &&
-		ct_source_volume(&s, &h->stored, h->n, (const double(*)[4])h->affine, name, v, e) ==
-			0)
+		ct_source_volume(&s, &h->stored, name, h->v, e) == 0)
 		rc = h->packed || getc(f) == EOF
 			     ? 0
 			     : ct_fail(e, CT_EINPUT, "longer than its header says");
@@ -276,95 +272,80 @@ static int read_voxels(
 	return rc;
 }
 
-/* The lines of the header. */
-static int read_fields(
-	FILE *f, struct ct_headed *h, struct ct_meta *m, bool *nrrd, struct ct_err *e)
+static int read_header(FILE *f, struct ct_headed *h, struct ct_err *e)
 {
 	char *line;
 	int rc = ct_headed_line(f, &line, e);
 
 	if (rc <= 0)
 		return rc < 0 ? -1 : ct_fail(e, CT_EINPUT, "is empty");
-	*nrrd = sniff_nrrd((const unsigned char *)line, strlen(line)) != CT_SNIFF_NO;
-	if (!*nrrd && sniff_metaimage((const unsigned char *)line, strlen(line)) == CT_SNIFF_NO)
-		rc = ct_fail(e, CT_EINPUT, "not a NIfTI file, nor MetaImage or NRRD");
+	if (sniff_nrrd((const unsigned char *)line, strlen(line)) != CT_SNIFF_NO)
+		rc = ct_headed_nrrd(f, h, e);
+	else if (sniff_metaimage((const unsigned char *)line, strlen(line)) != CT_SNIFF_NO)
+		rc = ct_headed_mha(f, line, h, e);
 	else
-		rc = *nrrd ? ct_headed_nrrd_fields(f, h, m, e)
-			   : ct_headed_mha_fields(f, line, h, m, e);
+		rc = ct_fail(e, CT_EINPUT, "not a NIfTI file, nor MetaImage or NRRD");
 	free(line);
 	return rc;
 }
 
 int ct_headed_source(char **data, const char *path, struct ct_err *e)
 {
-	struct ct_headed h = {.stored = {.slope = 1}};
-	struct ct_meta none = {0};
+	struct ct_vol v = {0};
+	struct ct_headed h = {.v = &v, .stored = {.slope = 1}};
 	struct ct_err any = {0};
 	struct stat st;
-	bool nrrd = false;
 	FILE *f;
 	int rc = 0;
 
 	*data = NULL;
 	f = stat(path, &st) == 0 && S_ISREG(st.st_mode) ? fopen(path, "rb") : NULL;
-	if (f && read_fields(f, &h, &none, &nrrd, &any) == 0 &&
-		(nrrd ? ct_headed_nrrd_parse : ct_headed_mha_parse)(&h, &any) == 0 && h.file)
+	if (f && read_header(f, &h, &any) == 0 && h.file)
 		rc = path_beside(data, path, h.file, e);
 	if (f)
 		fclose(f);
-	ct_meta_free(&none);
+	ct_vol_free(&v);
 	ct_meta_free(&h.field);
 	return rc;
 }
 
-int ct_headed_read_stream(FILE *f, const char *name, struct ct_vol *v, struct ct_err *e)
+static int read_volume(FILE *f, const char *name, struct ct_any *a, struct ct_err *e)
 {
-	struct ct_headed h = {.stored = {.slope = 1}};
+	struct ct_meta *m = &a->vol.meta;
+	struct ct_headed h = {.v = &a->vol, .stored = {.slope = 1}};
 	FILE *beside = NULL;
-	bool nrrd = false;
 	int rc = -1;
 
-	if (read_fields(f, &h, &v->meta, &nrrd, e) ||
-		(nrrd ? ct_headed_nrrd_parse : ct_headed_mha_parse)(&h, e) ||
-		(h.file && open_beside(&beside, name, h.file, e)))
+	if (read_header(f, &h, e) || (h.file && open_beside(&beside, name, h.file, e)))
 		goto out;
-	ct_meta_drop(&v->meta, CT_META_NIFTI_CODE);
-	if (!h.placed && ct_meta_set(&v->meta, CT_META_NIFTI_CODE, "0", e))
+	ct_meta_drop(m, CT_META_NIFTI_CODE);
+	if (!h.placed && ct_meta_set(m, CT_META_NIFTI_CODE, "0", e))
 		goto out;
-	rc = read_voxels(beside ? beside : f, &h, name, v, e);
+	rc = read_voxels(beside ? beside : f, &h, name, e);
 	if (rc && h.file)
 		ct_blame(e, h.file);
 out:
 	ct_io_close(beside);
 	ct_meta_free(&h.field);
-	if (rc) {
-		ct_vol_free(v);
-		ct_blame(e, name);
-	}
 	return rc;
 }
 
-static int read_any(FILE *f, const char *name, struct ct_any *a, struct ct_err *e)
-{
-	return ct_headed_read_stream(f, name, &a->vol, e);
-}
-
 /* Which of the two, the name says. */
-static int write_any(
-	const char *path, const struct ct_any *a, const struct ct_env *env, struct ct_err *e)
+static int write_volume(
+	const char *path, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
 {
-	return ct_headed_write(path, &a->vol, CT_NIFTI_AUTO, false, env, e);
+	return ct_headed_write(path, v, CT_NIFTI_AUTO, false, env, e);
 }
 
 const struct ct_format ct_format_metaimage = {.name = "MetaImage",
 	.kind = CT_KIND_VOLUME,
-	.ends = CT_ENDS_METAIMAGE,
 	.sniff = sniff_metaimage,
-	.read = read_any,
-	.write = write_any};
+	.read = read_volume,
+	.write = write_volume,
+	.ends = CT_ENDS_METAIMAGE};
 const struct ct_format ct_format_nrrd = {.name = "NRRD",
 	.kind = CT_KIND_VOLUME,
-	.ends = CT_ENDS_NRRD,
 	.sniff = sniff_nrrd,
-	.read = read_any,
-	.write = write_any};
+	.read = read_volume,
+	.write = write_volume,
+	.ends = CT_ENDS_NRRD};

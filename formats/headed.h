@@ -1,5 +1,5 @@
 /* headed.h: volumes that are a header of text and voxels behind it or in a file beside it:
- * MetaImage (.mha, .mhd) and NRRD (.nrrd, .nhdr), as streams.
+ * MetaImage (.mha, .mhd) and NRRD (.nrrd, .nhdr), as streams; handler.h reads them.
  *
  * Read are three dimensions of one number a voxel, any integer or float type of either byte order,
  * as they are or in zlib or gzip; two, as one plane of 1 mm, and beside these one that is single:
@@ -22,7 +22,6 @@
 #include "formats/nifti.h"
 
 #include <stdbool.h>
-#include <stdio.h>
 
 /* What ct_headed_write writes. */
 #define CT_ENDS_HEADED CT_ENDS_METAIMAGE "|" CT_ENDS_NRRD
@@ -31,9 +30,6 @@
 	"mha"                                                                                      \
 	"|nrrd"
 
-/* The voxels beside `name` if they are there: not of "-". *v must be zero and stays so on failure.
- * CT_EINPUT; CT_EGEOM; CT_ENOMEM. */
-int ct_headed_read_stream(FILE *f, const char *name, struct ct_vol *v, struct ct_err *e);
 /* By the end of the name, one of CT_ENDS_HEADED, LPS; if `packed` compressed. CT_EGEOM for a grid
  * that is sheared; CT_EOUTPUT; CT_ENOMEM. */
 int ct_headed_write(const char *path, const struct ct_vol *v, enum ct_nifti_type type, bool packed,

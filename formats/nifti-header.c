@@ -96,7 +96,7 @@ int ct_nii_sniff(struct ct_nii *h, const unsigned char *raw, struct ct_err *e)
 		for (int version = 1; version <= 2; version++)
 			if (bits_of(raw, 4, big) == (version == 2 ? CT_NII_HEAD2 : CT_NII_HEAD1)) {
 				h->version = version;
-				h->swap = big != ct_voxel_host_is_big();
+				h->big = big;
 				return 0;
 			}
 	return ct_fail(e, CT_EINPUT, "not a NIfTI file");
@@ -134,7 +134,6 @@ static const char *odd_type(int type)
 
 int ct_nii_unpack(struct ct_nii *h, const unsigned char *raw, struct ct_err *e)
 {
-	const bool big = h->swap != ct_voxel_host_is_big();
 	const size_t first = ct_nii_size(h) + 4;
 	size_t bytes;
 
@@ -145,7 +144,8 @@ int ct_nii_unpack(struct ct_nii *h, const unsigned char *raw, struct ct_err *e)
 		const enum kind kind = f->in[h->version - 1].kind;
 
 		for (size_t k = 0; k < f->count; k++) {
-			double x = get(raw + f->in[h->version - 1].at + k * width[kind], kind, big);
+			double x =
+				get(raw + f->in[h->version - 1].at + k * width[kind], kind, h->big);
 
 			memcpy((char *)h + f->at + k * sizeof x, &x, sizeof x);
 		}

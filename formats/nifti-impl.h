@@ -12,7 +12,7 @@ enum { CT_NII_MAX = 540, CT_NII_HEAD1 = 348, CT_NII_HEAD2 = 540 };
 /* What both versions hold. Numbers are double: no dimension that is accepted exceeds 2^53. */
 struct ct_nii {
 	int version; /* 1 or 2 */
-	bool swap;   /* the file has the other byte order */
+	bool big;    /* big-endian */
 	double dim[8], type, bits, pixdim[8], start, slope, inter;
 	bool sheared; /* sform alone */
 	double qform, sform, quat[3], shift[3], srow[3][4], units;

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "formats/ends.h"
+#include "formats/format.h"
 #include "formats/handler.h"
 #include "formats/nifti-impl.h"
 #include "formats/nifti.h"
@@ -29,12 +30,12 @@ static int read_header(struct ct_source *s, struct ct_nii *h, struct ct_err *e)
 	return ct_nii_unpack(h, raw, e);
 }
 
-static int32_t int32_at(const unsigned char *p, bool swap)
+static int32_t int32_at(const unsigned char *p, bool big)
 {
 	uint32_t u;
 
 	memcpy(&u, p, sizeof u);
-	return (int32_t)(swap ? __builtin_bswap32(u) : u);
+	return (int32_t)(big ? __builtin_bswap32(u) : u);
 }
 
 /* The extensions, then whatever stands before vox_offset. */
@@ -56,8 +57,8 @@ static int read_extensions(
 
 		if (ct_source_take(s, head, 8, e))
 			return -1;
-		size = int32_at(head, h->swap);
-		code = int32_at(head + 4, h->swap);
+		size = int32_at(head, h->big);
+		code = int32_at(head + 4, h->big);
 		head[0] = 1;
 		if (size == 0)
 			break;
@@ -92,25 +93,19 @@ int ct_nifti_open(struct ct_nifti_in *in, FILE *f, struct ct_vol *head, struct c
 	ct_meta_drop(&head->meta, CT_META_NIFTI_DOUBT);
 	if (*doubt && ct_meta_set(&head->meta, CT_META_NIFTI_DOUBT, doubt, e))
 		return -1;
-	in->how = (struct ct_stored){(enum ct_voxel)(int)h.type, h.swap, h.slope, h.inter};
+	in->how = (struct ct_stored){(enum ct_voxel)(int)h.type, h.big, h.slope, h.inter};
 	return code == 1 ? 0 : ct_meta_setf(&head->meta, e, CT_META_NIFTI_CODE, "%d", code);
 }
 
-int ct_nifti_read_stream(FILE *f, const char *name, struct ct_vol *v, struct ct_err *e)
+static int read_volume(FILE *f, const char *name, struct ct_any *a, struct ct_err *e)
 {
 	struct ct_nifti_in in = {0};
-	struct ct_vol head = {0};
-	int rc = ct_nifti_open(&in, f, &head, e);
+	const int rc = ct_nifti_open(&in, f, &a->vol, e) ||
+				       ct_source_volume(&in.source, &in.how, name, &a->vol, e)
+			       ? -1
+			       : 0;
 
-	v->meta = head.meta;
-	if (rc == 0)
-		rc = ct_source_volume(
-			&in.source, &in.how, head.n, (const double(*)[4])head.affine, name, v, e);
 	ct_source_close(&in.source);
-	if (rc) {
-		ct_vol_free(v);
-		ct_blame(e, name);
-	}
 	return rc;
 }
 
@@ -262,6 +257,12 @@ int ct_nifti_write(const char *path, const struct ct_vol *v, enum ct_nifti_type 
 		       : 0;
 }
 
+int ct_vol_write(
+	const char *path, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
+{
+	return ct_nifti_write(path, v, CT_NIFTI_AUTO, false, env, e);
+}
+
 /* sizeof_hdr of either version and byte order, or gzip. */
 static int sniff(const unsigned char *p, size_t n)
 {
@@ -273,20 +274,9 @@ static int sniff(const unsigned char *p, size_t n)
 	return n >= 4 && ct_nii_sniff(&h, p, &why) == 0 ? CT_SNIFF_NUMBER : CT_SNIFF_NO;
 }
 
-static int read_any(FILE *f, const char *name, struct ct_any *a, struct ct_err *e)
-{
-	return ct_nifti_read_stream(f, name, &a->vol, e);
-}
-
-static int write_any(
-	const char *path, const struct ct_any *a, const struct ct_env *env, struct ct_err *e)
-{
-	return ct_nifti_write(path, &a->vol, CT_NIFTI_AUTO, false, env, e);
-}
-
 const struct ct_format ct_format_nifti = {.name = "NIfTI",
 	.kind = CT_KIND_VOLUME,
-	.ends = CT_ENDS_VOLUME,
 	.sniff = sniff,
-	.read = read_any,
-	.write = write_any};
+	.read = read_volume,
+	.write = ct_vol_write,
+	.ends = CT_ENDS_VOLUME};

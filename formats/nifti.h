@@ -1,4 +1,4 @@
-/* nifti.h: NIfTI-1 and NIfTI-2 as streams.
+/* nifti.h: NIfTI-1 and NIfTI-2 as streams; handler.h reads.
  *
  * Reading never seeks, so pipes work; gzip is recognised by content. All integer and float types
  * are read in both byte orders, and scl_slope and scl_inter are applied (a slope that is 0 or not
@@ -27,10 +27,6 @@
 	X(CT_NIFTI_F32, "f32")
 enum ct_nifti_type { CT_NIFTI_LIST(CT_WORD_VALUE) };
 
-/* One volume from a stream that `name` names in messages. *v must be zero and stays so on
- * failure. CT_EINPUT: not NIfTI, unsupported, truncated, corrupt; CT_EGEOM: voxel sizes or
- * affine refused; CT_ENOMEM. */
-int ct_nifti_read_stream(FILE *f, const char *name, struct ct_vol *v, struct ct_err *e);
 /* Does the type mean int16 for these voxels? CT_ENUMERIC if it has to and a voxel does not fit. */
 int ct_nifti_is_i16(const struct ct_vol *v, enum ct_nifti_type type, bool *i16, struct ct_err *e);
 /* NIfTI-1, or NIfTI-2 if a dimension is above 32767; gzip if the name ends in .gz. sform is the
@@ -44,8 +40,8 @@ struct ct_nifti_in {
 	struct ct_source source; /* to be closed, in any case */
 	struct ct_stored how;
 };
-/* What is before the voxels, into *head, zeroed, which gets no data. Codes of
- * ct_nifti_read_stream. */
+/* What is before the voxels, into *head, zeroed, which gets no data. CT_EINPUT: not NIfTI,
+ * unsupported, truncated, corrupt; CT_EGEOM: voxel sizes or affine refused; CT_ENOMEM. */
 int ct_nifti_open(struct ct_nifti_in *in, FILE *f, struct ct_vol *head, struct ct_err *e);
 
 /* The file of ct_nifti_write from voxels that come one after the other. */

@@ -31,8 +31,7 @@ static int parse_type(struct header *h, const char *s, struct ct_err *e)
 
 	if ((quote == '\'' || quote == '"') && s[1] && strchr("<>|=", s[1]) && strlen(s) > 4 &&
 		s[4] == quote && ct_voxel_named(&h->stored.type, types, s + 2, 2)) {
-		h->stored.swap = (s[1] == '>' || (s[1] == '=' && ct_voxel_host_is_big())) !=
-				 ct_voxel_host_is_big();
+		h->stored.big = s[1] == '>';
 		return 0;
 	}
 	return ct_fail(e, CT_EINPUT, "descr %.12s is no type of number that is read here", s);
@@ -114,20 +113,6 @@ static int read_header(struct header *h, FILE *f, struct ct_err *e)
 	return rc;
 }
 
-static int read_numbers(
-	FILE *f, const struct ct_stored *how, size_t total, float *out, struct ct_err *e)
-{
-	struct ct_source s = {0};
-	int rc = ct_source_open(&s, f, CT_PACKING_NONE, e) ||
-				 ct_source_numbers(&s, how, total, out, NULL, e)
-			 ? -1
-			 : 0;
-
-	ct_source_close(&s);
-	return rc == 0 && fgetc(f) != EOF ? ct_fail(e, CT_EINPUT, "longer than its shape says")
-					  : rc;
-}
-
 int ct_npy_read(const char *path, double slope, double inter, size_t n[static 3], float **data,
 	struct ct_err *e)
 {
@@ -142,7 +127,7 @@ int ct_npy_read(const char *path, double slope, double inter, size_t n[static 3]
 	if (read_header(&h, f, e) || ct_size_mul(&total, h.n[0], h.n[1], "shape", e) ||
 		ct_size_mul(&total, total, h.n[2], "shape", e) ||
 		ct_alloc(&out, total, sizeof *out, e) ||
-		read_numbers(f, &h.stored, total, out, e)) {
+		ct_source_whole(f, &h.stored, total, out, "its shape says", e)) {
 		free(out);
 		ct_blame(e, path);
 	} else {

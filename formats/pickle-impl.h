@@ -50,7 +50,7 @@ const char *ct_pickle_value_storage(struct ct_pickle_value *out, const struct ct
 const char *ct_pickle_value_call(struct ct_pickle_value *out, const struct ct_pickle_values *v,
 	const struct ct_pickle_value *f, const struct ct_pickle_value *t);
 /* The tensors under value `root`. */
-int ct_pickle_values_tensors(struct ct_pickle *p, const struct ct_pickle_values *v, size_t root,
-	const char *path, struct ct_err *e);
+int ct_pickle_values_tensors(
+	struct ct_pickle *p, const struct ct_pickle_values *v, size_t root, struct ct_err *e);
 
 #endif

@@ -65,17 +65,17 @@ static const struct ct_pickle_value *find(
 	return found;
 }
 
-static int copy_text(char **out, const struct ct_pickle_value *x, const char *what,
-	const char *path, struct ct_err *e)
+static int copy_text(
+	char **out, const struct ct_pickle_value *x, const char *what, struct ct_err *e)
 {
 	if (!x->text || x->length == 0 || memchr(x->text, 0, x->length))
-		return ct_fail(e, CT_EINPUT, "%s: a tensor whose %s is no word", path, what);
+		return ct_fail(e, CT_EINPUT, "a tensor whose %s is no word", what);
 	*out = strndup(x->text, x->length);
 	return *out ? 0 : ct_fail(e, CT_ENOMEM, "no memory for a tensor name");
 }
 
 static int copy_tensor(struct ct_pickle_tensor *t, const struct ct_pickle_values *v,
-	const struct ct_pickle_pair *pair, const char *path, struct ct_err *e)
+	const struct ct_pickle_pair *pair, struct ct_err *e)
 {
 	const size_t *part = v->part + v->value[pair->value].first;
 	const struct ct_pickle_value *storage = &v->value[part[0]], *size = &v->value[part[2]],
@@ -89,8 +89,8 @@ static int copy_tensor(struct ct_pickle_tensor *t, const struct ct_pickle_values
 		t->dim[i] = (uint64_t)v->value[v->part[size->first + i]].number;
 		t->stride[i] = (uint64_t)v->value[v->part[stride->first + i]].number;
 	}
-	return copy_text(&t->name, &v->value[pair->key], "name", path, e) ||
-			       copy_text(&t->storage, storage, "storage", path, e)
+	return copy_text(&t->name, &v->value[pair->key], "name", e) ||
+			       copy_text(&t->storage, storage, "storage", e)
 		       ? -1
 		       : 0;
 }
@@ -102,7 +102,7 @@ static int by_name(const void *a, const void *b)
 	return strcmp(*p, *q);
 }
 
-static int check_names(const struct ct_pickle *p, const char *path, struct ct_err *e)
+static int check_names(const struct ct_pickle *p, struct ct_err *e)
 {
 	const char **name;
 	int rc = 0;
@@ -114,37 +114,33 @@ static int check_names(const struct ct_pickle *p, const char *path, struct ct_er
 	qsort(name, p->n, sizeof *name, by_name);
 	for (size_t i = 1; i < p->n && !rc; i++)
 		if (strcmp(name[i - 1], name[i]) == 0)
-			rc = ct_fail(
-				e, CT_EINPUT, "%s: tensor '%.80s' is there twice", path, name[i]);
+			rc = ct_fail(e, CT_EINPUT, "tensor '%.80s' is there twice", name[i]);
 	free(name);
 	return rc;
 }
 
-int ct_pickle_values_tensors(struct ct_pickle *p, const struct ct_pickle_values *v, size_t root,
-	const char *path, struct ct_err *e)
+int ct_pickle_values_tensors(
+	struct ct_pickle *p, const struct ct_pickle_values *v, size_t root, struct ct_err *e)
 {
 	size_t found = 0, n;
 	const struct ct_pickle_value *d = find(v, &v->value[root], DEPTH, &found);
 
 	if (!d)
 		return ct_fail(e, CT_EINPUT,
-			"%s: no dictionary of tensors, nor one under state_dict, model or ema",
-			path);
+			"no dictionary of tensors, nor one under state_dict, model or ema");
 	if (found > 1)
 		return ct_fail(e, CT_EINPUT,
-			"%s: more than one dictionary of tensors under state_dict, model and ema: "
-			"save one",
-			path);
+			"more than one dictionary of tensors under state_dict, model and ema: "
+			"save one");
 	n = count_tensors(v, d);
 	if (n > MOST_TENSORS)
-		return ct_fail(e, CT_EINPUT, "%s: %zu tensors", path, n);
+		return ct_fail(e, CT_EINPUT, "%zu tensors", n);
 	if (ct_alloc0(&p->tensor, n, sizeof *p->tensor, e))
 		return -1;
 	for (size_t i = d->first; i; i = v->pair[i].next)
-		if (tensor_of(v, &v->pair[i]) &&
-			copy_tensor(&p->tensor[p->n++], v, &v->pair[i], path, e))
+		if (tensor_of(v, &v->pair[i]) && copy_tensor(&p->tensor[p->n++], v, &v->pair[i], e))
 			return -1;
-	return check_names(p, path, e);
+	return check_names(p, e);
 }
 
 void ct_pickle_free(struct ct_pickle *p)

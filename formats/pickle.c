@@ -16,14 +16,14 @@ struct run {
 	struct ct_pickle_values v;
 	size_t *stack, *mark, *memo; /* values; heights of the stack; values + 1 */
 	size_t n_stack, cap_stack, n_mark, cap_mark, n_memo, cap_memo;
-	const char *path, *name; /* name: of the instruction */
-	size_t arg;              /* its: bytes that follow, or values that it takes together */
+	const char *name; /* of the instruction */
+	size_t arg;       /* its: bytes that follow, or values that it takes together */
 	struct ct_err *e;
 };
 
 static int bad(const struct run *r, const char *why)
 {
-	return ct_fail(r->e, CT_EINPUT, "%s: %s at byte %zu: %s", r->path, r->name, r->begin, why);
+	return ct_fail(r->e, CT_EINPUT, "%s at byte %zu: %s", r->name, r->begin, why);
 }
 
 /* The next n bytes, or NULL. */
@@ -247,9 +247,8 @@ static int find_global(struct run *r, const char *module, size_t nm, const char 
 	if (ct_pickle_value_global(&x, module, nm, name, nn))
 		return push_new(r, x);
 	return ct_fail(r->e, CT_EINPUT,
-		"%s: %s at byte %zu: %.*s.%.*s is nothing that a dictionary of tensors needs",
-		r->path, r->name, r->begin, (int)(nm < 80 ? nm : 80), module,
-		(int)(nn < 80 ? nn : 80), name);
+		"%s at byte %zu: %.*s.%.*s is nothing that a dictionary of tensors needs", r->name,
+		r->begin, (int)(nm < 80 ? nm : 80), module, (int)(nn < 80 ? nn : 80), name);
 }
 
 /* GLOBAL: two lines. */
@@ -402,34 +401,31 @@ static int execute(struct run *r, size_t *root)
 		r->arg = instructions[code].arg;
 		if (!r->name)
 			return ct_fail(r->e, CT_EINPUT,
-				"%s: instruction 0x%02x at byte %zu: a dictionary of tensors needs no such",
-				r->path, code, r->begin);
+				"instruction 0x%02x at byte %zu: a dictionary of tensors needs no such",
+				code, r->begin);
 		if (instructions[code].run(r))
 			return -1;
 	}
 	if (r->at == r->n)
-		return ct_fail(r->e, CT_EINPUT, "%s: ends without STOP", r->path);
+		return ct_fail(r->e, CT_EINPUT, "ends without STOP");
 	if (r->n_mark || r->n_stack != 1)
-		return ct_fail(r->e, CT_EINPUT, "%s: leaves more or less than one value", r->path);
+		return ct_fail(r->e, CT_EINPUT, "leaves more or less than one value");
 	*root = r->stack[0];
 	return 0;
 }
 
-int ct_pickle_read(struct ct_pickle *p, const unsigned char *data, size_t n, const char *path,
-	struct ct_err *e)
+int ct_pickle_read(struct ct_pickle *p, const unsigned char *data, size_t n, struct ct_err *e)
 {
-	struct run r = {.data = data, .n = n, .path = path, .e = e};
+	struct run r = {.data = data, .n = n, .e = e};
 	size_t root = 0;
 	int rc;
 
-	rc = execute(&r, &root) || ct_pickle_values_tensors(p, &r.v, root, path, e) ? -1 : 0;
+	rc = execute(&r, &root) || ct_pickle_values_tensors(p, &r.v, root, e) ? -1 : 0;
 	free(r.stack);
 	free(r.mark);
 	free(r.memo);
 	free(r.v.value);
 	free(r.v.part);
 	free(r.v.pair);
-	if (rc)
-		ct_pickle_free(p);
 	return rc;
 }

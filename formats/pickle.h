@@ -32,10 +32,9 @@ struct ct_pickle {
 };
 
 /* The tensors of the one dictionary of them: the outermost, or that under "state_dict", "model",
- * "model_state_dict" or "ema" in it, as deep as that goes. *p must be zero; `path` stands in
- * messages. CT_EINPUT naming the instruction and its place, the function, or the tensor. */
-int ct_pickle_read(struct ct_pickle *p, const unsigned char *data, size_t n, const char *path,
-	struct ct_err *e);
+ * "model_state_dict" or "ema" in it, as deep as that goes. *p must be zero, and is to be freed in
+ * any case. CT_EINPUT naming the instruction and its place, the function, or the tensor. */
+int ct_pickle_read(struct ct_pickle *p, const unsigned char *data, size_t n, struct ct_err *e);
 void ct_pickle_free(struct ct_pickle *p);
 
 #endif

@@ -1,4 +1,4 @@
-/* ply-write.c: Gaussians to PLY; see ply.c. */
+/* ply-write.c: Gaussians to PLY; see ply.h. */
 #include "config.h"
 #include "formats/format.h"
 #include "formats/io.h"

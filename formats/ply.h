@@ -1,16 +1,18 @@
-/* ply.h: what reading and writing of PLY share; the public functions are in format.h and bytes.h.
+/* ply.h: Gaussians as PLY, binary little-endian, so that 3-D Gaussian splatting viewers open them;
+ * for ply-read.c and ply-write.c.
+ *
+ * Properties, all float: x y z nx ny nz f_dc_0..2 opacity scale_0..2 rot_0..3 density. Position in
+ * mm, scale is ln of the standard deviation in mm, rot the quaternion w x y z, density the
+ * raw signed value that the activation maps. nx..nz are 0; f_dc and opacity are for viewers
+ * only: warm for positive and cold for negative density, as opaque as it is strong. What else
+ * a set has stands in lines "comment ct:KEY=VALUE", with \n, \\ and \xHH for bytes that a line
+ * cannot hold.
  */
 #ifndef CT_FORMATS_PLY_H
 #define CT_FORMATS_PLY_H
-#include "core/gauss.h"
-
 #include <stdbool.h>
 
 #define CT_PLY_COMMENT "comment ct:"
-enum { CT_PLY_FIELDS = CT_GAUSS_COLUMNS };
-
-/* The properties that are read, in the order of the columns of a set. */
-extern const char *const ct_ply_names[CT_PLY_FIELDS];
 /* Keys of comments that are of the format, not metadata. */
 #define CT_PLY_UNITS "units"
 #define CT_PLY_ACTIVATION "activation"
@@ -18,7 +20,7 @@ extern const char *const ct_ply_names[CT_PLY_FIELDS];
 #define CT_PLY_STEP "step"
 #define CT_PLY_GRID "grid"
 #define CT_PLY_AFFINE "affine"
-/* Is the key of a comment one of the format, and not metadata? */
+/* Is it one of those? */
 bool ct_ply_own(const char *key);
 
 #endif

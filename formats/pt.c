@@ -11,7 +11,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "formats/any.h"
-#include "formats/bytes.h"
+#include "formats/format.h"
 #include "formats/handler.h"
 #include "formats/pickle.h"
 #include "formats/zip.h"
@@ -26,7 +26,6 @@ enum { MOST_PICKLE = 1 << 24, BLOCK = 8192 };
 struct reader {
 	struct ct_zip zip;
 	struct ct_pickle pickle;
-	const char *path;
 	char *folder; /* of the members, with its slash */
 	float *storage;
 	struct ct_err *e;
@@ -34,7 +33,7 @@ struct reader {
 
 static int bad(const struct reader *d, const struct ct_pickle_tensor *t, const char *why)
 {
-	return ct_fail(d->e, CT_EINPUT, "%s: tensor '%.80s': %s", d->path, t->name, why);
+	return ct_fail(d->e, CT_EINPUT, "tensor '%.80s': %s", t->name, why);
 }
 
 /* The member of this name in the folder; NULL if there is none. */
@@ -68,10 +67,10 @@ static int find_folder(struct reader *d)
 		if (!d->folder)
 			return ct_fail(d->e, CT_ENOMEM, "no memory for a file name");
 	}
-	return found == 1 ? 0
-			  : ct_fail(d->e, CT_EINPUT,
-				    "%s: a zip with %zu data.pkl in it: no checkpoint of PyTorch",
-				    d->path, found);
+	return found == 1
+		       ? 0
+		       : ct_fail(d->e, CT_EINPUT,
+				 "a zip with %zu data.pkl in it: no checkpoint of PyTorch", found);
 }
 
 static int check_order(struct reader *d)
@@ -81,10 +80,9 @@ static int check_order(struct reader *d)
 
 	if (!m)
 		return 0;
-	if (m->size >= sizeof word || ct_zip_begin(&d->zip, m, d->e) ||
-		ct_zip_take(&d->zip, word, (size_t)m->size, d->e) || ct_zip_end(&d->zip, d->e) ||
+	if (m->size >= sizeof word || ct_zip_read(&d->zip, m, word, d->e) ||
 		strcmp(word, "little") != 0)
-		return ct_fail(d->e, CT_EINPUT, "%s: byteorder is not little", d->path);
+		return ct_fail(d->e, CT_EINPUT, "byteorder is not little");
 	return 0;
 }
 
@@ -92,24 +90,18 @@ static int read_pickle(struct reader *d)
 {
 	const struct ct_zip_member *m = member(d, "", "data.pkl");
 	unsigned char *data = NULL;
-	char *label = NULL;
-	int rc = -1;
+	int rc;
 
 	if (!m)
 		return ct_fail(d->e, CT_ENOMEM, "no memory for a file name");
 	if (m->size > MOST_PICKLE)
-		return ct_fail(d->e, CT_EINPUT, "%s: %.100s has %llu bytes, more than %d", d->path,
-			m->name, (unsigned long long)m->size, MOST_PICKLE);
-	if (asprintf(&label, "%s: %.100s", d->path, m->name) < 0) {
-		label = NULL;
-		ct_fail(d->e, CT_ENOMEM, "no memory for a file name");
-	} else if (ct_alloc(&data, (size_t)m->size, 1, d->e) == 0 &&
-		   ct_zip_begin(&d->zip, m, d->e) == 0 &&
-		   ct_zip_take(&d->zip, data, (size_t)m->size, d->e) == 0 &&
-		   ct_zip_end(&d->zip, d->e) == 0) {
-		rc = ct_pickle_read(&d->pickle, data, (size_t)m->size, label, d->e);
-	}
-	free(label);
+		return ct_fail(d->e, CT_EINPUT, "%.100s has %llu bytes, more than %d", m->name,
+			(unsigned long long)m->size, MOST_PICKLE);
+	if (ct_alloc(&data, (size_t)m->size, 1, d->e))
+		return -1;
+	rc = ct_zip_read(&d->zip, m, data, d->e);
+	if (rc == 0 && ct_pickle_read(&d->pickle, data, (size_t)m->size, d->e))
+		rc = ct_blame(d->e, m->name);
 	free(data);
 	return rc;
 }
@@ -154,7 +146,7 @@ static int add_tensors(struct reader *d, struct ct_tensors *w)
 		for (size_t k = 0; k < t->rank; k++)
 			dim[k] = (size_t)t->dim[k];
 		if (ct_tensors_add(w, t->name, t->rank, dim, &out, d->e))
-			return ct_blame(d->e, d->path);
+			return -1;
 	}
 	return 0;
 }
@@ -170,13 +162,12 @@ static int read_storage(struct reader *d, const struct ct_pickle_tensor *t)
 	free(d->storage);
 	d->storage = NULL;
 	if (!m)
-		return ct_fail(d->e, CT_EINPUT, "%s: tensor '%.80s': there is no %sdata/%.80s",
-			d->path, t->name, d->folder, t->storage);
+		return ct_fail(d->e, CT_EINPUT, "tensor '%.80s': there is no %sdata/%.80s", t->name,
+			d->folder, t->storage);
 	if (__builtin_mul_overflow(t->length, bytes, &size) || size != m->size)
 		return ct_fail(d->e, CT_EINPUT,
-			"%s: tensor '%.80s': %.100s has %llu bytes, not %llu numbers of %zu",
-			d->path, t->name, m->name, (unsigned long long)m->size,
-			(unsigned long long)t->length, bytes);
+			"tensor '%.80s': %.100s has %llu bytes, not %llu numbers of %zu", t->name,
+			m->name, (unsigned long long)m->size, (unsigned long long)t->length, bytes);
 	if (ct_alloc(&d->storage, (size_t)t->length, sizeof *d->storage, d->e) ||
 		ct_zip_begin(&d->zip, m, d->e))
 		return -1;
@@ -253,25 +244,6 @@ out:
 	return rc;
 }
 
-int ct_bytes_read_pt(FILE *f, const char *name, struct ct_tensors *w, struct ct_err *e)
-{
-	struct reader d = {.path = name, .e = e};
-	int rc;
-
-	rc = ct_zip_open(&d.zip, f, name, e) || find_folder(&d) || check_order(&d) ||
-			     read_pickle(&d) || add_tensors(&d, w) || fill(&d, w) ||
-			     ct_tensors_sign(w, name, e)
-		     ? -1
-		     : 0;
-	ct_zip_free(&d.zip);
-	ct_pickle_free(&d.pickle);
-	free(d.folder);
-	free(d.storage);
-	if (rc)
-		ct_tensors_free(w);
-	return rc;
-}
-
 /* A checkpoint of PyTorch before 1.6. */
 static bool is_old(const unsigned char *head, size_t n)
 {
@@ -285,18 +257,26 @@ static int sniff(const unsigned char *data, size_t n)
 							: CT_SNIFF_NO;
 }
 
-static int read_any(FILE *f, const char *name, struct ct_any *a, struct ct_err *e)
+static int read_tensors(FILE *f, const char *name, struct ct_any *a, struct ct_err *e)
 {
+	struct ct_tensors *w = &a->tensors;
+	struct reader d = {.e = e};
 	unsigned char head[CT_SNIFF];
-	const size_t n = fread(head, 1, sizeof head, f);
+	int rc;
 
-	rewind(f);
-	if (is_old(head, n))
+	if (is_old(head, fread(head, 1, sizeof head, f)))
 		return ct_fail(e, CT_EINPUT,
-			"%s: a checkpoint of PyTorch before 1.6, no zip: load it there and save it anew",
-			name);
-	return ct_bytes_read_pt(f, name, &a->tensors, e);
+			"a checkpoint of PyTorch before 1.6, no zip: load it there and save it anew");
+	rc = ct_zip_open(&d.zip, f, e) || find_folder(&d) || check_order(&d) || read_pickle(&d) ||
+			     add_tensors(&d, w) || fill(&d, w) || ct_tensors_sign(w, name, e)
+		     ? -1
+		     : 0;
+	ct_zip_free(&d.zip);
+	ct_pickle_free(&d.pickle);
+	free(d.folder);
+	free(d.storage);
+	return rc;
 }
 
 const struct ct_format ct_format_pytorch = {
-	.name = "PyTorch", .kind = CT_KIND_TENSORS, .sniff = sniff, .read = read_any};
+	.name = "PyTorch", .kind = CT_KIND_TENSORS, .sniff = sniff, .read = read_tensors};

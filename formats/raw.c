@@ -44,22 +44,6 @@ int ct_raw_axes(const char *option, const char *word, int world[3], int sign[3],
 	return 0;
 }
 
-static int read_voxels(FILE *f, const struct ct_raw *how, struct ct_vol *v, struct ct_err *e)
-{
-	const struct ct_stored stored = {
-		how->type, how->big != ct_voxel_host_is_big(), how->slope, how->inter};
-	struct ct_source s = {0};
-	int rc = ct_source_open(&s, f, CT_PACKING_NONE, e) ||
-				 ct_source_numbers(&s, &stored, ct_vol_count(v), v->data, NULL, e)
-			 ? -1
-			 : 0;
-
-	ct_source_close(&s);
-	return rc == 0 && fgetc(f) != EOF
-		       ? ct_fail(e, CT_EINPUT, "longer than its dimensions and type say")
-		       : rc;
-}
-
 void ct_raw_place(struct ct_vol *v, const struct ct_raw *how)
 {
 	double centre[3];
@@ -74,6 +58,7 @@ void ct_raw_place(struct ct_vol *v, const struct ct_raw *how)
 
 int ct_raw_read(const char *path, const struct ct_raw *how, struct ct_vol *v, struct ct_err *e)
 {
+	const struct ct_stored stored = {how->type, how->big, how->slope, how->inter};
 	FILE *f = NULL;
 	int rc = -1;
 
@@ -82,7 +67,8 @@ int ct_raw_read(const char *path, const struct ct_raw *how, struct ct_vol *v, st
 	if (ct_vol_alloc(v, how->n, e))
 		goto out;
 	ct_raw_place(v, how);
-	if (ct_vol_check_grid(v, e) || read_voxels(f, how, v, e))
+	if (ct_vol_check_grid(v, e) || ct_source_whole(f, &stored, ct_vol_count(v), v->data,
+					       "its dimensions and type say", e))
 		goto out;
 	rc = ct_meta_input(&v->meta, path, 2,
 		(const struct ct_piece[]){{v->affine, sizeof v->affine},

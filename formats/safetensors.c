@@ -7,8 +7,6 @@
  * The file is a stream: tensors are read in the order of their offsets and never twice.
  */
 #include "config.h"
-#include "formats/bytes.h"
-#include "formats/ends.h"
 #include "formats/format.h"
 #include "formats/handler.h"
 #include "formats/half.h"
@@ -20,7 +18,6 @@
 
 #include <errno.h>
 #include <jansson.h>
-#include <stdarg.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -45,7 +42,6 @@ struct entry {
 
 struct reader {
 	FILE *f;
-	const char *path;
 	uint64_t size; /* of the data, UINT64_MAX if it is not known: a pipe */
 	json_t *header;
 	struct entry *entry;
@@ -53,17 +49,12 @@ struct reader {
 	struct ct_err *e;
 };
 
-__attribute__((format(printf, 3, 4))) static int bad(
-	const struct reader *d, const char *name, const char *fmt, ...)
+static int blame(struct ct_err *e, const struct entry *t)
 {
-	char text[200];
-	va_list ap;
+	char what[100];
 
-	va_start(ap, fmt);
-	vsnprintf(text, sizeof text, fmt, ap);
-	va_end(ap);
-	return name ? ct_fail(d->e, CT_EINPUT, "%s: tensor '%.80s': %s", d->path, name, text)
-		    : ct_fail(d->e, CT_EINPUT, "%s: %s", d->path, text);
+	snprintf(what, sizeof what, "tensor '%.80s'", t->name);
+	return ct_blame(e, what);
 }
 
 static int read_header(struct reader *d)
@@ -75,27 +66,28 @@ static int read_header(struct reader *d)
 	char *text = NULL;
 
 	if (fread(head, 1, sizeof head, d->f) != sizeof head)
-		return bad(d, NULL, "not a safetensors file: it ends in its first 8 bytes");
+		return ct_fail(
+			d->e, CT_EINPUT, "not a safetensors file: it ends in its first 8 bytes");
 	memcpy(&n, head, sizeof n);
 	if (n < 2 || n > MOST_HEADER)
-		return bad(d, NULL, "not a safetensors file: a header of %llu bytes",
+		return ct_fail(d->e, CT_EINPUT, "not a safetensors file: a header of %llu bytes",
 			(unsigned long long)n);
 	d->size = UINT64_MAX;
 	if (fstat(fileno(d->f), &st) == 0 && S_ISREG(st.st_mode) && d->f != stdin) {
 		if ((uint64_t)st.st_size < 8 + n)
-			return bad(d, NULL, "ends inside its header");
+			return ct_fail(d->e, CT_EINPUT, "ends inside its header");
 		d->size = (uint64_t)st.st_size - 8 - n;
 	}
 	if (ct_alloc(&text, n, 1, d->e))
 		return -1;
 	if (fread(text, 1, n, d->f) != n) {
 		free(text);
-		return bad(d, NULL, "ends inside its header");
+		return ct_fail(d->e, CT_EINPUT, "ends inside its header");
 	}
 	d->header = json_loadb(text, n, JSON_REJECT_DUPLICATES, &why);
 	free(text);
 	if (!json_is_object(d->header))
-		return bad(d, NULL, "the header is not a JSON object: %.100s",
+		return ct_fail(d->e, CT_EINPUT, "the header is not a JSON object: %.100s",
 			d->header ? "another type" : why.text);
 	return 0;
 }
@@ -106,12 +98,12 @@ static int read_meta(struct reader *d, const json_t *all, struct ct_meta *m)
 	json_t *value;
 
 	if (!json_is_object(all))
-		return bad(d, NULL, "__metadata__ is not a JSON object");
+		return ct_fail(d->e, CT_EINPUT, "__metadata__ is not a JSON object");
 	if (json_object_size(all) > MOST_META)
-		return bad(d, NULL, "__metadata__ has %zu keys", json_object_size(all));
+		return ct_fail(d->e, CT_EINPUT, "__metadata__ has %zu keys", json_object_size(all));
 	json_object_foreach ((json_t *)(uintptr_t)all, key, value) {
 		if (!json_is_string(value))
-			return bad(d, NULL, "__metadata__ %.80s is not a string", key);
+			return ct_fail(d->e, CT_EINPUT, "__metadata__ %.80s is not a string", key);
 		if (*key && ct_meta_set(m, key, json_string_value(value), d->e))
 			return -1;
 	}
@@ -126,39 +118,40 @@ static int get_size(const json_t *v, uint64_t *out)
 	return 0;
 }
 
-static int read_entry(struct reader *d, const char *name, const json_t *v, struct entry *t)
+static int read_entry(const json_t *v, uint64_t size, struct entry *t, struct ct_err *e)
 {
 	const json_t *shape = json_object_get(v, "shape"), *at = json_object_get(v, "data_offsets");
 	const char *type = json_string_value(json_object_get(v, "dtype"));
 	size_t bytes;
 
-	t->name = name;
 	if (!type || !ct_voxel_named(&t->type, types, type, strlen(type)))
-		return bad(d, name, "dtype %.20s is not known", type ? type : "(none)");
+		return ct_fail(e, CT_EINPUT, "dtype %.20s is not known", type ? type : "(none)");
 	if (!json_is_array(shape) || json_array_size(shape) > CT_MAX_RANK)
-		return bad(d, name, "shape is not a list of at most %d sizes", CT_MAX_RANK);
+		return ct_fail(
+			e, CT_EINPUT, "shape is not a list of at most %d sizes", CT_MAX_RANK);
 	t->rank = json_array_size(shape);
 	t->count = 1;
 	for (size_t i = 0; i < t->rank; i++) {
 		uint64_t n;
 
 		if (get_size(json_array_get(shape, i), &n))
-			return bad(d, name, "shape holds something that is not a size");
+			return ct_fail(e, CT_EINPUT, "shape holds something that is not a size");
 		t->dim[i] = (size_t)n;
 		if (__builtin_mul_overflow(t->count, t->dim[i], &t->count))
-			return bad(d, name, "shape overflows");
+			return ct_fail(e, CT_EINPUT, "shape overflows");
 	}
 	if (__builtin_mul_overflow(t->count, ct_voxel_bytes(t->type), &bytes))
-		return bad(d, name, "shape overflows");
+		return ct_fail(e, CT_EINPUT, "shape overflows");
 	if (json_array_size(at) != 2 || get_size(json_array_get(at, 0), &t->begin) ||
 		get_size(json_array_get(at, 1), &t->end) || t->begin > t->end)
-		return bad(d, name, "data_offsets are not two growing sizes");
+		return ct_fail(e, CT_EINPUT, "data_offsets are not two growing sizes");
 	if (t->end - t->begin != bytes)
-		return bad(d, name, "shape and dtype need %zu bytes, data_offsets hold %llu", bytes,
+		return ct_fail(e, CT_EINPUT,
+			"shape and dtype need %zu bytes, data_offsets hold %llu", bytes,
 			(unsigned long long)(t->end - t->begin));
-	if (t->end > d->size)
-		return bad(d, name, "ends at byte %llu of %llu", (unsigned long long)t->end,
-			(unsigned long long)d->size);
+	if (t->end > size)
+		return ct_fail(e, CT_EINPUT, "ends at byte %llu of %llu",
+			(unsigned long long)t->end, (unsigned long long)size);
 	return 0;
 }
 
@@ -179,7 +172,7 @@ static int read_entries(struct reader *d, struct ct_meta *m)
 	json_t *v;
 
 	if (json_object_size(d->header) > MOST_TENSORS)
-		return bad(d, NULL, "%zu tensors", json_object_size(d->header));
+		return ct_fail(d->e, CT_EINPUT, "%zu tensors", json_object_size(d->header));
 	if (ct_alloc0(&d->entry, json_object_size(d->header), sizeof *d->entry, d->e))
 		return -1;
 	json_object_foreach (d->header, name, v) {
@@ -188,14 +181,17 @@ static int read_entries(struct reader *d, struct ct_meta *m)
 				return -1;
 			continue;
 		}
-		d->entry[d->n].order = d->n;
-		if (read_entry(d, name, v, &d->entry[d->n++]))
-			return -1;
+		d->entry[d->n] = (struct entry){.name = name, .order = d->n};
+		if (read_entry(v, d->size, &d->entry[d->n], d->e))
+			return blame(d->e, &d->entry[d->n]);
+		d->n++;
 	}
 	qsort(d->entry, d->n, sizeof *d->entry, by_offset);
 	for (size_t i = 1; i < d->n; i++)
-		if (d->entry[i].begin < d->entry[i - 1].end)
-			return bad(d, d->entry[i].name, "overlaps '%.80s'", d->entry[i - 1].name);
+		if (d->entry[i].begin < d->entry[i - 1].end) {
+			ct_fail(d->e, CT_EINPUT, "overlaps '%.80s'", d->entry[i - 1].name);
+			return blame(d->e, &d->entry[i]);
+		}
 	return 0;
 }
 
@@ -208,7 +204,7 @@ static int skip(struct reader *d, uint64_t n)
 		size_t part = n < sizeof block ? (size_t)n : sizeof block;
 
 		if (fread(block, 1, part, d->f) != part)
-			return bad(d, NULL, "ends before its tensors do");
+			return ct_fail(d->e, CT_EINPUT, "ends before its tensors do");
 		n -= part;
 	}
 	return 0;
@@ -227,12 +223,14 @@ static int read_data(struct reader *d, struct ct_tensors *w)
 		if (skip(d, t->begin - at))
 			return -1;
 		if (ct_tensors_add(w, t->name, t->rank, t->dim, &out, d->e))
-			return ct_blame(d->e, d->path);
+			return -1;
 		for (size_t i = 0; i < t->count; i += BLOCK) {
 			size_t n = t->count - i < BLOCK ? t->count - i : BLOCK;
 
-			if (fread(block, bytes, n, d->f) != n)
-				return bad(d, t->name, "the file ends inside it");
+			if (fread(block, bytes, n, d->f) != n) {
+				ct_fail(d->e, CT_EINPUT, "the file ends inside it");
+				return blame(d->e, t);
+			}
 			ct_voxels_float(n, out->data + i, t->type, block, 1, 0);
 		}
 		at = t->end;
@@ -259,25 +257,23 @@ int ct_tensors_sign(struct ct_tensors *w, const char *path, struct ct_err *e)
 	return rc;
 }
 
-int ct_bytes_read_safetensors(FILE *f, const char *name, struct ct_tensors *w, struct ct_err *e)
+static int read_tensors(FILE *f, const char *name, struct ct_any *a, struct ct_err *e)
 {
-	struct reader d = {.f = f, .path = name, .e = e};
-	int rc;
+	struct ct_tensors *w = &a->tensors;
+	struct reader d = {.f = f, .e = e};
+	const int rc = read_header(&d) || read_entries(&d, &w->meta) || read_data(&d, w) ||
+				       ct_tensors_sign(w, name, e)
+			       ? -1
+			       : 0;
 
-	rc = read_header(&d) || read_entries(&d, &w->meta) || read_data(&d, w) ||
-			     ct_tensors_sign(w, name, e)
-		     ? -1
-		     : 0;
 	json_decref(d.header);
 	free(d.entry);
-	if (rc)
-		ct_tensors_free(w);
 	return rc;
 }
 
 int ct_tensors_read_meta(const char *path, struct ct_meta *m, struct ct_err *e)
 {
-	struct reader d = {.path = path, .e = e};
+	struct reader d = {.e = e};
 	const json_t *all;
 	int rc = -1;
 
@@ -290,9 +286,10 @@ int ct_tensors_read_meta(const char *path, struct ct_meta *m, struct ct_err *e)
 	}
 	json_decref(d.header);
 	ct_io_close(d.f);
-	if (rc)
-		ct_meta_free(m);
-	return rc;
+	if (rc == 0)
+		return 0;
+	ct_meta_free(m);
+	return ct_blame(e, path);
 }
 
 /* The header's JSON, padded with blanks to a multiple of 8 bytes. NULL: no memory. */
@@ -407,20 +404,5 @@ static int sniff(const unsigned char *data, size_t n)
 		       : CT_SNIFF_NO;
 }
 
-static int read_any(FILE *f, const char *name, struct ct_any *a, struct ct_err *e)
-{
-	return ct_bytes_read_safetensors(f, name, &a->tensors, e);
-}
-
-static int write_any(
-	const char *path, const struct ct_any *a, const struct ct_env *env, struct ct_err *e)
-{
-	return ct_tensors_write(path, &a->tensors, false, env, e);
-}
-
-const struct ct_format ct_format_safetensors = {.name = "safetensors",
-	.kind = CT_KIND_TENSORS,
-	.ends = CT_ENDS_TENSORS,
-	.sniff = sniff,
-	.read = read_any,
-	.write = write_any};
+const struct ct_format ct_format_safetensors = {
+	.name = "safetensors", .kind = CT_KIND_TENSORS, .sniff = sniff, .read = read_tensors};

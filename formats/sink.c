@@ -93,8 +93,6 @@ int ct_sink_some(struct ct_sink *s, size_t n, const float *x, bool i16, bool exa
 			*fits &= ct_voxels_i16(m, s->block, x + at, exact);
 		else
 			memcpy(s->block, x + at, m * bytes);
-		if (ct_voxel_host_is_big())
-			ct_voxels_swap(m, bytes, s->block);
 		if (give(s, s->block, m * bytes, false, e))
 			return -1;
 	}

@@ -154,20 +154,29 @@ static int drain(struct ct_source *s, struct ct_err *e)
 	return 0;
 }
 
+int ct_stored_bytes(
+	const struct ct_stored *how, const size_t n[static 3], size_t *bytes, struct ct_err *e)
+{
+	return ct_size_mul(bytes, n[0], n[1], "dimensions", e) ||
+			       ct_size_mul(bytes, *bytes, n[2], "dimensions", e) ||
+			       ct_size_mul(
+				       bytes, *bytes, ct_voxel_bytes((int)how->type), "voxels", e)
+		       ? -1
+		       : 0;
+}
+
 /* CT_EINPUT if the file is too short for them. */
 static int check_length(
 	const struct ct_source *s, const struct ct_stored *how, const size_t n[3], struct ct_err *e)
 {
-	size_t count;
+	size_t bytes;
 
-	if (ct_size_mul(&count, n[0], n[1], "dimensions", e) ||
-		ct_size_mul(&count, count, n[2], "dimensions", e) ||
-		ct_size_mul(&count, count, ct_voxel_bytes((int)how->type), "voxels", e))
+	if (ct_stored_bytes(how, n, &bytes, e))
 		return -1;
-	if (s->left != UINT64_MAX && (count > s->left - s->at))
+	if (s->left != UINT64_MAX && bytes > s->left - s->at)
 		return ct_fail(e, CT_EINPUT, "truncated file: %zux%zux%zu voxels need %zu bytes",
-			n[0], n[1], n[2], count);
-	return s->packed ? ct_inflate_check(s->size, count, e) : 0;
+			n[0], n[1], n[2], bytes);
+	return s->packed ? ct_inflate_check(s->size, bytes, e) : 0;
 }
 
 /* What stands before the voxels in the hash: sizes and geometry. */
@@ -187,14 +196,13 @@ static int take_some(
 	struct ct_source *s, const struct ct_stored *how, size_t *n, float *out, struct ct_err *e)
 {
 	const size_t bytes = ct_voxel_bytes((int)how->type);
-	const bool as_is =
-		how->type == CT_V_F32 && !how->swap && how->slope == 1 && how->inter == 0;
+	const bool as_is = how->type == CT_V_F32 && !how->big && how->slope == 1 && how->inter == 0;
 
 	*n = *n < BLOCK / bytes ? *n : BLOCK / bytes;
 	ct_mem_touch(out, *n * sizeof *out);
 	if (ct_source_take(s, as_is ? (void *)out : s->block, *n * bytes, e))
 		return -1;
-	if (how->swap)
+	if (how->big)
 		ct_voxels_swap(*n, bytes, s->block);
 	if (!as_is)
 		ct_voxels_float(*n, out, how->type, s->block, how->slope, how->inter);
@@ -217,15 +225,16 @@ int ct_source_numbers(struct ct_source *s, const struct ct_stored *how, size_t n
 	return 0;
 }
 
-int ct_source_volume(struct ct_source *s, const struct ct_stored *how, const size_t n[static 3],
-	const double affine[3][4], const char *name, struct ct_vol *v, struct ct_err *e)
+int ct_source_volume(struct ct_source *s, const struct ct_stored *how, const char *name,
+	struct ct_vol *v, struct ct_err *e)
 {
+	const struct ct_vol head = *v;
 	struct ct_hash *hash = NULL;
 	int rc;
 
-	if (check_length(s, how, n, e) || ct_vol_alloc(v, n, e))
+	if (check_length(s, how, head.n, e) || ct_vol_alloc(v, head.n, e))
 		return -1;
-	memcpy(v->affine, affine, sizeof v->affine);
+	memcpy(v->affine, head.affine, sizeof v->affine);
 	rc = ct_vol_check_grid(v, e) || start_hash(&hash, v, e) ||
 			     ct_source_numbers(s, how, ct_vol_count(v), v->data, hash, e) ||
 			     drain(s, e) || ct_hash_input(hash, &v->meta, name, e)
@@ -233,4 +242,17 @@ int ct_source_volume(struct ct_source *s, const struct ct_stored *how, const siz
 		     : 0;
 	free(hash);
 	return rc;
+}
+
+int ct_source_whole(FILE *f, const struct ct_stored *how, size_t n, float *out, const char *longer,
+	struct ct_err *e)
+{
+	struct ct_source s = {0};
+	int rc = ct_source_open(&s, f, CT_PACKING_NONE, e) ||
+				 ct_source_numbers(&s, how, n, out, NULL, e)
+			 ? -1
+			 : 0;
+
+	ct_source_close(&s);
+	return rc == 0 && getc(f) != EOF ? ct_fail(e, CT_EINPUT, "longer than %s", longer) : rc;
 }

@@ -48,18 +48,24 @@ int ct_source_skip(struct ct_source *s, uint64_t at, struct ct_err *e);
 /* Numbers as they lie there. */
 struct ct_stored {
 	enum ct_voxel type;
-	bool swap;           /* the other byte order than this machine's */
+	bool big;            /* big-endian */
 	double slope, inter; /* HU = slope*stored + inter */
 };
 /* The next n of them into out, and into the hash, if that is not NULL, while they are in the cache.
  * CT_EINPUT if there are fewer. */
 int ct_source_numbers(struct ct_source *s, const struct ct_stored *how, size_t n, float *out,
 	struct ct_hash *hash, struct ct_err *e);
-/* The rest as a volume of n voxels, and its key "input", NAME and a hash of sizes, affine and
- * voxels; behind the voxels only the check sum of what is compressed is looked at. v->affine is set
- * and v->data allocated here. CT_EGEOM for a grid that is none; CT_EINPUT before anything is
- * allocated if the file is too short; CT_ENOMEM. */
-int ct_source_volume(struct ct_source *s, const struct ct_stored *how, const size_t n[static 3],
-	const double affine[3][4], const char *name, struct ct_vol *v, struct ct_err *e);
+/* Those of n voxels are so many bytes. CT_EINPUT. */
+int ct_stored_bytes(
+	const struct ct_stored *how, const size_t n[static 3], size_t *bytes, struct ct_err *e);
+/* The rest as the data of v, of whose grid this is, and its key "input", NAME and a hash of sizes,
+ * affine and voxels; behind the voxels only the check sum of what is compressed is looked at.
+ * CT_EGEOM for a grid that is none; CT_EINPUT before anything is allocated if the file is too
+ * short; CT_ENOMEM. */
+int ct_source_volume(struct ct_source *s, const struct ct_stored *how, const char *name,
+	struct ct_vol *v, struct ct_err *e);
+/* The numbers that are all of f: "longer than LONGER" if there are more. */
+int ct_source_whole(FILE *f, const struct ct_stored *how, size_t n, float *out, const char *longer,
+	struct ct_err *e);
 
 #endif

@@ -36,15 +36,6 @@ size_t ct_voxel_bytes(int type)
 	}
 }
 
-bool ct_voxel_host_is_big(void)
-{
-	const uint16_t one = 1;
-	unsigned char c;
-
-	memcpy(&c, &one, 1);
-	return c == 0;
-}
-
 #define SWAP(bits)                                                                                 \
 	static void swap##bits(size_t n, uint##bits##_t *restrict p)                               \
 	{                                                                                          \

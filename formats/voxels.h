@@ -5,6 +5,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "numbers are copied as they are");
+
 /* Number types; the values are the NIfTI datatype codes, and of those that NIfTI has not none that
  * its 16 bits can hold. */
 enum ct_voxel {
@@ -32,11 +34,10 @@ struct ct_voxel_name {
 bool ct_voxel_named(enum ct_voxel *type, const struct ct_voxel_name *list, const char *s, size_t n);
 /* Bytes of one, or 0 for another code. */
 size_t ct_voxel_bytes(int type);
-bool ct_voxel_host_is_big(void);
 /* Reverse the bytes of each of n numbers of 1, 2, 4 or 8 bytes. */
 void ct_voxels_swap(size_t n, size_t bytes, void *p);
-/* out = slope*in + inter for n numbers in the host's order, `in` aligned; of CT_V_BOOL, F16 and
- * BF16 slope is 1 and inter 0. */
+/* out = slope*in + inter for n little-endian numbers, `in` aligned; of CT_V_BOOL, F16 and BF16
+ * slope is 1 and inter 0. */
 void ct_voxels_float(size_t n, float *restrict out, enum ct_voxel type, const void *restrict in,
 	double slope, double inter);
 /* Rounded (ties to even) into out; false if a number does not fit or, when `exact`, is not whole.

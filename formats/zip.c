@@ -33,7 +33,7 @@ static int get(
 {
 	if (at > z->size || n > z->size - at || fseeko(z->f, (off_t)at, SEEK_SET) != 0 ||
 		fread(data, 1, n, z->f) != n)
-		return ct_fail(e, CT_EINPUT, "%s: zip: ends inside %s", z->path, what);
+		return ct_fail(e, CT_EINPUT, "zip: ends inside %s", what);
 	return 0;
 }
 
@@ -56,7 +56,7 @@ static int read_end64(struct ct_zip *z, uint64_t at, struct end *d, struct ct_er
 	if (get(z, little(loc + 8, 8), rec, sizeof rec, "its 64-bit end", e))
 		return -1;
 	if (memcmp(rec, "PK\6\6", 4) != 0)
-		return ct_fail(e, CT_EINPUT, "%s: zip: no 64-bit end where it should be", z->path);
+		return ct_fail(e, CT_EINPUT, "zip: no 64-bit end where it should be");
 	*d = (struct end){.disk = little(rec + 16, 4) | little(rec + 20, 4),
 		.here = little(rec + 24, 8),
 		.n = little(rec + 32, 8),
@@ -82,7 +82,7 @@ static int read_end(struct ct_zip *z, struct end *d, struct ct_err *e)
 			little(tail + i + 20, 2) == n - i - END)
 			break;
 	if (i == (size_t)-1) {
-		ct_fail(e, CT_EINPUT, "%s: zip: no directory at the end: cut short?", z->path);
+		ct_fail(e, CT_EINPUT, "zip: no directory at the end: cut short?");
 		goto out;
 	}
 	*d = (struct end){.disk = little(tail + i + 4, 2) | little(tail + i + 6, 2),
@@ -93,9 +93,9 @@ static int read_end(struct ct_zip *z, struct end *d, struct ct_err *e)
 	if (read_end64(z, z->size - n + i, d, e))
 		goto out;
 	if (d->disk || d->here != d->n)
-		ct_fail(e, CT_EINPUT, "%s: zip: one of several volumes", z->path);
+		ct_fail(e, CT_EINPUT, "zip: one of several volumes");
 	else if (d->n > MOST_MEMBERS || d->bytes > MOST_DIR || d->n * CENTRAL > d->bytes)
-		ct_fail(e, CT_EINPUT, "%s: zip: a directory of %llu members in %llu bytes", z->path,
+		ct_fail(e, CT_EINPUT, "zip: a directory of %llu members in %llu bytes",
 			(unsigned long long)d->n, (unsigned long long)d->bytes);
 	else
 		rc = 0;
@@ -107,8 +107,8 @@ out:
 /* Fields of an entry that do not fit into 32 bits stand in its extra field of kind 1, in this
  * order.
  */
-static int widen(const struct ct_zip *z, const char *name, const unsigned char *extra, size_t n,
-	uint64_t *const field[3], struct ct_err *e)
+static int widen(const char *name, const unsigned char *extra, size_t n, uint64_t *const field[3],
+	struct ct_err *e)
 {
 	while (n >= 4) {
 		const size_t kind = (size_t)little(extra, 2), size = (size_t)little(extra + 2, 2);
@@ -126,8 +126,7 @@ static int widen(const struct ct_zip *z, const char *name, const unsigned char *
 	}
 	for (int i = 0; i < 3; i++)
 		if (*field[i] == UINT32_MAX)
-			return ct_fail(
-				e, CT_EINPUT, "%s: %s: no 64-bit size or place", z->path, name);
+			return ct_fail(e, CT_EINPUT, "%s: no 64-bit size or place", name);
 	return 0;
 }
 
@@ -141,15 +140,13 @@ static int read_entry(struct ct_zip *z, unsigned char *p, size_t n, size_t *used
 	char label[100];
 
 	if (n < CENTRAL || memcmp(p, "PK\1\2", 4) != 0)
-		return ct_fail(
-			e, CT_EINPUT, "%s: zip: entry %zu of the directory is none", z->path, z->n);
+		return ct_fail(e, CT_EINPUT, "zip: entry %zu of the directory is none", z->n);
 	name = (size_t)little(p + 28, 2);
 	extra = (size_t)little(p + 30, 2);
 	comment = (size_t)little(p + 32, 2);
 	*used = CENTRAL + name + extra + comment;
 	if (*used > n || name == 0 || memchr(p + CENTRAL, 0, name))
-		return ct_fail(e, CT_EINPUT, "%s: zip: entry %zu of the directory has no name",
-			z->path, z->n);
+		return ct_fail(e, CT_EINPUT, "zip: entry %zu of the directory has no name", z->n);
 	snprintf(label, sizeof label, "%.*s", (int)(name < 90 ? name : 90), p + CENTRAL);
 	*m = (struct ct_zip_member){.name = (char *)p,
 		.crc = (uint32_t)little(p + 16, 4),
@@ -157,18 +154,18 @@ static int read_entry(struct ct_zip *z, unsigned char *p, size_t n, size_t *used
 		.at = little(p + 42, 4)};
 	packed = little(p + 20, 4);
 	if (little(p + 8, 2) & FLAG_SECRET)
-		return ct_fail(e, CT_EINPUT, "%s: %s: is encrypted", z->path, label);
+		return ct_fail(e, CT_EINPUT, "%s: is encrypted", label);
 	if (little(p + 10, 2) != 0)
-		return ct_fail(e, CT_EINPUT, "%s: %s: compressed by method %llu; torch.save stores",
-			z->path, label, (unsigned long long)little(p + 10, 2));
-	if (widen(z, label, p + CENTRAL + name, extra, field, e))
+		return ct_fail(e, CT_EINPUT, "%s: compressed by method %llu; torch.save stores",
+			label, (unsigned long long)little(p + 10, 2));
+	if (widen(label, p + CENTRAL + name, extra, field, e))
 		return -1;
 	if (m->size != packed)
-		return ct_fail(e, CT_EINPUT, "%s: %s: stored, but %llu bytes are %llu", z->path,
-			label, (unsigned long long)packed, (unsigned long long)m->size);
+		return ct_fail(e, CT_EINPUT, "%s: stored, but %llu bytes are %llu", label,
+			(unsigned long long)packed, (unsigned long long)m->size);
 	if (m->at > z->size || m->size > z->size - m->at)
-		return ct_fail(e, CT_EINPUT, "%s: %s: %llu bytes at %llu in a file of %llu",
-			z->path, label, (unsigned long long)m->size, (unsigned long long)m->at,
+		return ct_fail(e, CT_EINPUT, "%s: %llu bytes at %llu in a file of %llu", label,
+			(unsigned long long)m->size, (unsigned long long)m->at,
 			(unsigned long long)z->size);
 	memmove(p, p + CENTRAL, name);
 	p[name] = '\0';
@@ -198,31 +195,25 @@ static int read_directory(struct ct_zip *z, const struct end *d, struct ct_err *
 		sum += z->member[z->n].size;
 	}
 	if (sum > z->size)
-		return ct_fail(e, CT_EINPUT, "%s: zip: members of %llu bytes in a file of %llu",
-			z->path, (unsigned long long)sum, (unsigned long long)z->size);
+		return ct_fail(e, CT_EINPUT, "zip: members of %llu bytes in a file of %llu",
+			(unsigned long long)sum, (unsigned long long)z->size);
 	qsort(z->member, z->n, sizeof *z->member, by_name);
 	for (size_t i = 1; i < z->n; i++)
 		if (strcmp(z->member[i - 1].name, z->member[i].name) == 0)
-			return ct_fail(e, CT_EINPUT, "%s: %.100s: is there twice", z->path,
-				z->member[i].name);
+			return ct_fail(e, CT_EINPUT, "%.100s: is there twice", z->member[i].name);
 	return 0;
 }
 
-int ct_zip_open(struct ct_zip *z, FILE *f, const char *path, struct ct_err *e)
+int ct_zip_open(struct ct_zip *z, FILE *f, struct ct_err *e)
 {
 	struct end d = {0};
 	off_t size;
 
 	z->f = f;
-	z->path = path;
 	if (fseeko(f, 0, SEEK_END) != 0 || (size = ftello(f)) < 0)
-		return ct_fail(e, CT_EINPUT, "%s: zip: not a file that seeks", path);
+		return ct_fail(e, CT_EINPUT, "zip: not a file that seeks");
 	z->size = (uint64_t)size;
-	if (read_end(z, &d, e) || read_directory(z, &d, e)) {
-		ct_zip_free(z);
-		return -1;
-	}
-	return 0;
+	return read_end(z, &d, e) || read_directory(z, &d, e) ? -1 : 0;
 }
 
 void ct_zip_free(struct ct_zip *z)
@@ -252,11 +243,9 @@ int ct_zip_begin(struct ct_zip *z, const struct ct_zip_member *m, struct ct_err 
 	if (memcmp(head, "PK\3\4", 4) != 0 || little(head + 26, 2) != length ||
 		length > sizeof name || get(z, m->at + LOCAL, name, length, m->name, e) ||
 		memcmp(name, m->name, length) != 0)
-		return ct_fail(e, CT_EINPUT, "%s: %.100s: is not where the directory says", z->path,
-			m->name);
+		return ct_fail(e, CT_EINPUT, "%.100s: is not where the directory says", m->name);
 	if (data > z->size || m->size > z->size - data || fseeko(z->f, (off_t)data, SEEK_SET) != 0)
-		return ct_fail(e, CT_EINPUT, "%s: %.100s: ends behind the end of the file", z->path,
-			m->name);
+		return ct_fail(e, CT_EINPUT, "%.100s: ends behind the end of the file", m->name);
 	z->now = m;
 	z->left = m->size;
 	z->crc = crc32(0, NULL, 0);
@@ -266,7 +255,7 @@ int ct_zip_begin(struct ct_zip *z, const struct ct_zip_member *m, struct ct_err 
 int ct_zip_take(struct ct_zip *z, void *data, size_t n, struct ct_err *e)
 {
 	if (n > z->left || fread(data, 1, n, z->f) != n)
-		return ct_fail(e, CT_EINPUT, "%s: %.100s: ends too early", z->path, z->now->name);
+		return ct_fail(e, CT_EINPUT, "%.100s: ends too early", z->now->name);
 	z->left -= n;
 	z->crc = crc32_z(z->crc, data, n);
 	return 0;
@@ -275,7 +264,14 @@ int ct_zip_take(struct ct_zip *z, void *data, size_t n, struct ct_err *e)
 int ct_zip_end(struct ct_zip *z, struct ct_err *e)
 {
 	if (z->left || z->crc != z->now->crc)
-		return ct_fail(e, CT_EINPUT, "%s: %.100s: CRC %08lx, the directory says %08lx",
-			z->path, z->now->name, z->crc, (unsigned long)z->now->crc);
+		return ct_fail(e, CT_EINPUT, "%.100s: CRC %08lx, the directory says %08lx",
+			z->now->name, z->crc, (unsigned long)z->now->crc);
 	return 0;
+}
+
+int ct_zip_read(struct ct_zip *z, const struct ct_zip_member *m, void *data, struct ct_err *e)
+{
+	return ct_zip_begin(z, m, e) || ct_zip_take(z, data, (size_t)m->size, e) || ct_zip_end(z, e)
+		       ? -1
+		       : 0;
 }

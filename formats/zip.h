@@ -20,7 +20,6 @@ struct ct_zip_member {
 
 struct ct_zip {
 	FILE *f;
-	const char *path;
 	uint64_t size; /* of the file */
 	size_t n;
 	struct ct_zip_member *member; /* sorted by name */
@@ -31,15 +30,17 @@ struct ct_zip {
 	unsigned long crc;
 };
 
-/* Directory of a file that seeks; `path` stands in messages. *z must be zero. f and path are
- * borrowed. CT_EINPUT naming the member and the field. */
-int ct_zip_open(struct ct_zip *z, FILE *f, const char *path, struct ct_err *e);
+/* Directory of a file that seeks, which is borrowed. *z must be zero, and is to be freed in any
+ * case. CT_EINPUT naming the member and the field. */
+int ct_zip_open(struct ct_zip *z, FILE *f, struct ct_err *e);
 void ct_zip_free(struct ct_zip *z);
 /* By its whole name, or NULL. */
 const struct ct_zip_member *ct_zip_find(const struct ct_zip *z, const char *name);
-/* Read a member: begin, as many takes as give its size, and end, which looks at the CRC. */
+/* Read a member: begin, as many takes as give its size, and end, which looks at the CRC; or all of
+ * it. */
 int ct_zip_begin(struct ct_zip *z, const struct ct_zip_member *m, struct ct_err *e);
 int ct_zip_take(struct ct_zip *z, void *data, size_t n, struct ct_err *e);
 int ct_zip_end(struct ct_zip *z, struct ct_err *e);
+int ct_zip_read(struct ct_zip *z, const struct ct_zip_member *m, void *data, struct ct_err *e);
 
 #endif

@@ -2,12 +2,11 @@
  * ZIP chunk against a plain twin; which attributes are written. */
 #include "config.h"
 #include "core/rng.h"
-#include "formats/bytes.h"
 #include "formats/exr-bytes.h"
-#include "formats/exr.h"
 #include "formats/format.h"
 #include "tap.h"
 
+#include <openexr.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -320,28 +319,6 @@ static void test_chunks(const char *path)
 	}
 }
 
-/* The library's first complaint is the one that is kept. */
-static void test_complaint(const char *path)
-{
-	exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
-	struct ct_exr_file f = {0}, g = {0};
-	exr_context_t c;
-
-	init.user_data = &f;
-	if (exr_start_write(&c, path, EXR_WRITE_FILE_DIRECTLY, &init) != EXR_ERR_SUCCESS)
-		exit(99);
-	ct_exr_complaint(c, EXR_ERR_CORRUPT_CHUNK, "one");
-	ct_exr_complaint(c, EXR_ERR_CORRUPT_CHUNK, "two");
-	OK(strcmp(f.msg, "one") == 0, "the first is kept");
-	for (int i = 0; i < 2; i++) {
-		f = g;
-		ct_exr_complaint(c, EXR_ERR_CORRUPT_CHUNK, i ? "" : NULL);
-		OK(strcmp(f.msg, exr_get_default_error_message(EXR_ERR_CORRUPT_CHUNK)) == 0,
-			"no words are what is usual");
-	}
-	exr_finish(&c);
-}
-
 static void bad_angle(exr_context_t c, int k)
 {
 	if (k == 3)
@@ -571,7 +548,6 @@ static void test_progress(const char *path)
 static void test_limits(const char *path)
 {
 	struct ct_stack s = {.views = 1, .h = 1, .w = ((size_t)1 << 29) + 1};
-	struct ct_exr_file f = {0};
 
 	unlink(path);
 	OK(ct_stack_write(path, &s, &force, &err) == -1 && err.code == CT_EOUTPUT &&
@@ -582,14 +558,6 @@ static void test_limits(const char *path)
 	OK(ct_stack_write(path, &s, &force, &err) == -1 && strstr(err.msg, "do not fit"),
 		"too high");
 	OK(access(path, F_OK) != 0, "and nothing is written");
-	OK(ct_exr_fail(&f, "x", EXR_ERR_OUT_OF_MEMORY, CT_EINPUT, &err) == -1 &&
-			err.code == CT_ENOMEM && strncmp(err.msg, "x: ", 3) == 0,
-		"no memory is no error of the file: %s", err.msg);
-	snprintf(f.msg, sizeof f.msg, "its own words");
-	OK(ct_exr_fail(&f, "x", EXR_ERR_CORRUPT_CHUNK, CT_EINPUT, &err) == -1 &&
-			err.code == CT_EINPUT && strcmp(err.msg, "x: its own words") == 0,
-		"the library's words are told");
-	ct_exr_complaint(NULL, EXR_ERR_CORRUPT_CHUNK, "no context");
 }
 
 int main(void)
@@ -606,7 +574,6 @@ int main(void)
 	test_refusals(path);
 	test_sampling(path);
 	test_chunks(path);
-	test_complaint(path);
 	test_meta(path);
 	test_keys(path);
 	test_hash(path);

@@ -5,8 +5,8 @@
 #include "core/stack.h"
 #include "core/tensors.h"
 #include "core/vol.h"
-#include "formats/bytes.h"
 #include "formats/format.h"
+#include "formats/handler.h"
 #include "core/inflate.h"
 #include "nifti-make.h"
 #include "tap.h"
@@ -113,7 +113,7 @@ static void test_keys(void)
 	char *ply = NULL, key[100];
 	size_t size;
 	FILE *f;
-	struct ct_gauss g = {0};
+	struct ct_any any = {0};
 
 	must(ct_stack_alloc(&s, 1, 1, 1, &err));
 	s.view[0] = (struct ct_view){.source = {0, 100, 0}, .u = {1, 0, 0}, .v = {0, 0, -1}};
@@ -131,7 +131,8 @@ static void test_keys(void)
 		fprintf(f, "comment ct:same=%d\n", i);
 	fprintf(f, "element vertex 0\nend_header\n");
 	fclose(f);
-	OK(ct_bytes_read_ply((unsigned char *)ply, size, "x.ply", &g, &e) == -1 &&
+	OK(ct_format_read_bytes(&ct_format_ply, (unsigned char *)ply, size, "x.ply", &any, &e) ==
+				-1 &&
 			strstr(e.msg, "comments"),
 		"5000 comments of one key: %s", e.msg);
 	free(ply);

@@ -81,7 +81,7 @@ END
 # shellcheck disable=SC2046,SC2086
 $cc $flags alone.c -o alone $(pkg-config --cflags --static --libs ctsr | sed 's/-lctsr/-l:libctsr.a/') 2>err; ok $? 'a program that reads NIfTI'
 ./alone hi.nii; ok $? 'does'
-nm alone | grep -E 'exr_|pickle|headed|safetensors|ct_dnn|bytes_read' >others
+nm alone | grep -E 'exr_|pickle|headed|safetensors|ct_dnn|format_ply' >others
 [ ! -s others ]; ok $? 'and holds no reader of EXR, PyTorch, safetensors, MetaImage or NRRD'
 sed 's/^/# /' others
 

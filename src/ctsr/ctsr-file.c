@@ -24,18 +24,16 @@ int ctsr_volume_write(const ctsr_volume *v, const char *path, const ctsr_format 
 	const ctsr_context *c, ctsr_error *e)
 {
 	const struct ct_format *f = (const struct ct_format *)format;
-	struct ct_any a = {.kind = CT_KIND_VOLUME};
 	struct ctsr_call k = {.name = __func__};
 	char ends[60];
 	int rc = ctsr_call_begin(&k, v && path && format, c);
 
 	if (rc == 0) {
-		a.vol = v->v;
 		ct_ends_text(ends, sizeof ends, f->ends);
 		rc = strcmp(path, "-") != 0 && !ct_ends_match(path, f->ends)
 			     ? ct_fail(&k.err, CT_EUSAGE, "%s: the name of a %s file ends in %s",
 				       path, f->name, ends)
-			     : f->write(path, &a, &k.env, &k.err);
+			     : f->write(path, &v->v, &k.env, &k.err);
 	}
 	return ctsr_call_end(&k, rc, e);
 }

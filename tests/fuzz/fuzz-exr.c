@@ -1,8 +1,8 @@
 /* Hostile EXR: the reader must refuse or give a sound stack, and leave nothing behind. */
 #include "config.h"
 #include "driver.h"
-#include "formats/bytes.h"
 #include "formats/format.h"
+#include "formats/handler.h"
 #include "seed-file.h"
 
 #include <stdlib.h>
@@ -11,17 +11,18 @@ const int fuzz_rounds = 1500;
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-	struct ct_stack s = {0};
+	struct ct_any a = {0};
+	const struct ct_stack *s = &a.stack;
 	struct ct_err e = {0};
 	float sum = 0;
 
-	if (ct_bytes_read_exr(data, size, "fuzz", &s, &e) == 0)
-		for (size_t i = 0, n = ct_stack_count(&s); i < n; i++)
-			sum += s.data[i];
-	else if (s.data || s.view || e.code == CT_OK || e.msg[0] == '\0')
+	if (ct_format_read_bytes(&ct_format_exr, data, size, "fuzz", &a, &e) == 0)
+		for (size_t i = 0, n = ct_stack_count(s); i < n; i++)
+			sum += s->data[i];
+	else if (s->data || s->view || e.code == CT_OK || e.msg[0] == '\0')
 		abort();
 	fuzz_taken += e.code == CT_OK && !(sum > 1e38f); /* so that the numbers are read */
-	ct_stack_free(&s);
+	ct_any_free(&a);
 	return 0;
 }
 

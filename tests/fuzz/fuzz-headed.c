@@ -1,7 +1,6 @@
 /* Hostile MetaImage and NRRD: the reader must refuse or give a sound volume, and leave nothing
  * behind. */
 #include "config.h"
-#include "formats/headed.h"
 #include "volume.h"
 
 #include "../headed-make.h"
@@ -10,7 +9,7 @@ const int fuzz_rounds = 1500;
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-	volume_look(data, size, "/nonexistent/fuzz", ct_headed_read_stream);
+	volume_look(data, size, "/nonexistent/fuzz", &ct_format_nrrd);
 	return 0;
 }
 

@@ -1,6 +1,5 @@
 /* Hostile NIfTI: the reader must refuse or give a sound volume, and leave nothing behind. */
 #include "config.h"
-#include "formats/nifti.h"
 #include "volume.h"
 
 #include "../nifti-make.h"
@@ -11,7 +10,7 @@ const int fuzz_rounds = 1500;
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-	volume_look(data, size, "fuzz", ct_nifti_read_stream);
+	volume_look(data, size, "fuzz", &ct_format_nifti);
 	return 0;
 }
 

@@ -1,8 +1,8 @@
 /* Hostile PLY: the reader must refuse or give a sound set, and leave nothing behind. */
 #include "config.h"
 #include "driver.h"
-#include "formats/bytes.h"
 #include "formats/format.h"
+#include "formats/handler.h"
 #include "gs/splat.h"
 #include "gs/mixture.h"
 #include "seed-file.h"
@@ -47,16 +47,17 @@ static void draw(const struct ct_gauss *g)
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-	struct ct_gauss g = {0};
+	struct ct_any a = {0};
+	const struct ct_gauss *g = &a.gauss;
 	struct ct_err e = {0};
 
-	if (ct_bytes_read_ply(data, size, "fuzz", &g, &e) == 0) {
-		ct_gauss_check_finite(&g, &e);
-		draw(&g);
-	} else if (g.raw || g.meta.n || e.code == CT_OK || e.msg[0] == '\0')
+	if (ct_format_read_bytes(&ct_format_ply, data, size, "fuzz", &a, &e) == 0) {
+		ct_gauss_check_finite(g, &e);
+		draw(g);
+	} else if (g->raw || g->meta.n || e.code == CT_OK || e.msg[0] == '\0')
 		abort();
-	fuzz_taken += g.n > 0;
-	ct_gauss_free(&g);
+	fuzz_taken += g->n > 0;
+	ct_any_free(&a);
 	return 0;
 }
 

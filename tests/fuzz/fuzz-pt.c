@@ -3,7 +3,6 @@
  * the CRC would protect there, beside one storage of eight bytes. */
 #include "config.h"
 #include "weights.h"
-#include "formats/bytes.h"
 #include "../pt-make.h"
 
 const int fuzz_rounds = 1500;
@@ -26,9 +25,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 		return 0;
 	if (data[0] == 'P' && (size == 1 || data[1] != 'K')) {
 		pickle(data + 1, size - 1);
-		weights_look(fmemopen(made.b.data, made.b.n, "rb"), ct_bytes_read_pt);
+		weights_look(made.b.data, made.b.n, &ct_format_pytorch);
 	} else {
-		weights_look(fmemopen((void *)(uintptr_t)data, size, "rb"), ct_bytes_read_pt);
+		weights_look(data, size, &ct_format_pytorch);
 	}
 	return 0;
 }
