@@ -1,6 +1,6 @@
-/* exr-bytes.c: see exr-bytes.h. */
+/* exr-bytes.c: see exr.h. */
 #include "config.h"
-#include "formats/exr-bytes.h"
+#include "formats/exr.h"
 #include "core/vec.h"
 
 enum { BIAS = 128 };

@@ -8,7 +8,6 @@
 #include "core/inflate.h"
 #include "core/mem.h"
 #include "formats/exr.h"
-#include "formats/exr-zip.h"
 #include "formats/format.h"
 #include "formats/handler.h"
 #include "formats/hash.h"

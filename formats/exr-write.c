@@ -2,7 +2,6 @@
  * and tables, exr-zip.c the chunks, on all threads of the environment. */
 #include "config.h"
 #include "formats/exr.h"
-#include "formats/exr-zip.h"
 #include "formats/format.h"
 #include "formats/io.h"
 #include "formats/text.h"

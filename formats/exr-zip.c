@@ -1,7 +1,6 @@
-/* exr-zip.c: see exr-zip.h. */
+/* exr-zip.c: see exr.h. */
 #include "config.h"
-#include "formats/exr-zip.h"
-#include "formats/exr-bytes.h"
+#include "formats/exr.h"
 
 #include <libdeflate.h>
 #include <string.h>

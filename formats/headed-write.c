@@ -117,23 +117,17 @@ int ct_headed_beside(char **data, const char *path, bool packed, struct ct_err *
 	return 0;
 }
 
-/* What it says goes into *text, to be freed. */
-static int make_header(char **text, size_t *n, const struct what *w, struct ct_err *e)
-{
-	FILE *f;
-
-	if (ct_stream_open(&f, text, n, e))
-		return -1;
-	(w->nrrd ? put_nrrd : put_mha)(f, w);
-	return ct_stream_close(f, text, e);
-}
-
 static int put_header(struct ct_sink *s, const struct what *w, struct ct_err *e)
 {
 	char *text;
 	size_t n;
-	int rc = make_header(&text, &n, w, e) || ct_sink_give(s, text, n, e) ? -1 : 0;
+	FILE *f;
+	int rc;
 
+	if (ct_stream_open(&f, &text, &n, e))
+		return -1;
+	(w->nrrd ? put_nrrd : put_mha)(f, w);
+	rc = ct_stream_close(f, &text, e) || ct_sink_give(s, text, n, e) ? -1 : 0;
 	free(text);
 	return rc;
 }
@@ -149,21 +143,7 @@ static int put_voxels(struct ct_sink *s, struct what *w, const struct ct_env *en
 	return 0;
 }
 
-/* Now that it is known how many bytes came of the voxels, in the place of the header before them.
- */
-static int mend_header(struct ct_sink *s, const struct what *w, struct ct_err *e)
-{
-	char *text;
-	size_t n;
-	int rc = make_header(&text, &n, w, e);
-
-	if (rc == 0)
-		rc = ct_sink_rewind(s, e) || ct_put(&s->out, text, n, e) ? -1 : 0;
-	free(text);
-	return rc;
-}
-
-/* All in one file. */
+/* All in one file. What the header says of packed voxels is known behind them. */
 static int write_one(const char *path, struct what *w, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_sink s;
@@ -172,7 +152,8 @@ static int write_one(const char *path, struct what *w, const struct ct_env *env,
 	if (ct_sink_open(&s, path, env, e))
 		return -1;
 	rc = put_header(&s, w, e) || put_voxels(&s, w, env, e) ||
-			     (w->packed && !w->nrrd && mend_header(&s, w, e))
+			     (w->packed && !w->nrrd &&
+				     (ct_sink_rewind(&s, e) || put_header(&s, w, e)))
 		     ? -1
 		     : 0;
 	return ct_sink_close(&s, rc, e);

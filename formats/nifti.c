@@ -17,7 +17,8 @@
 
 enum {
 	MAX_EXT = 1 << 26, /* bytes of all extensions of a file */
-	MAX_EXTS = 1024
+	MAX_EXTS = 1024,
+	LENGTH = 4096 /* voxels that are looked at together */
 };
 
 static int read_header(struct ct_source *s, struct ct_nii *h, struct ct_err *e)
@@ -111,11 +112,14 @@ static int read_volume(FILE *f, const char *name, struct ct_any *a, struct ct_er
 
 int ct_nifti_is_i16(const struct ct_vol *v, enum ct_nifti_type type, bool *i16, struct ct_err *e)
 {
-	*i16 = false;
-	if (type == CT_NIFTI_F32)
-		return 0;
-	if (ct_sink_fits_i16(v, type == CT_NIFTI_AUTO, i16, e))
-		return -1;
+	const size_t total = ct_vol_count(v);
+	int16_t block[LENGTH];
+
+	*i16 = type != CT_NIFTI_F32;
+	for (size_t at = 0, n; at < total && *i16; at += n) {
+		n = total - at < LENGTH ? total - at : LENGTH;
+		*i16 = ct_voxels_i16(n, block, v->data + at, type == CT_NIFTI_AUTO);
+	}
 	return type == CT_NIFTI_I16 && !*i16 ? ct_fail(e, CT_ENUMERIC, "a voxel does not fit int16")
 					     : 0;
 }

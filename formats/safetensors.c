@@ -9,7 +9,6 @@
 #include "config.h"
 #include "formats/format.h"
 #include "formats/handler.h"
-#include "formats/half.h"
 #include "formats/hash.h"
 #include "formats/io.h"
 #include "formats/voxels.h"
@@ -344,7 +343,7 @@ static int put_data(struct ct_out *o, const struct ct_tensor *t, bool half, stru
 		size_t n = count - i < BLOCK ? count - i : BLOCK;
 
 		for (size_t k = 0; k < n; k++)
-			block[k] = ct_half_from_float(t->data[i + k]);
+			block[k] = ct_voxel_half(t->data[i + k]);
 		if (ct_put(o, block, n * sizeof *block, e))
 			return -1;
 	}

@@ -26,6 +26,13 @@ int ct_sink_pack(struct ct_sink *s, bool gzip, struct ct_err *e)
 	return 0;
 }
 
+static void end_packing(struct ct_sink *s)
+{
+	if (s->packed)
+		deflateEnd(&s->z);
+	s->packed = false;
+}
+
 static int put(struct ct_sink *s, const void *data, size_t n, struct ct_err *e)
 {
 	s->at += n;
@@ -60,22 +67,6 @@ int ct_sink_give(struct ct_sink *s, const void *data, size_t n, struct ct_err *e
 	for (size_t at = 0; at < n; at += BLOCK)
 		if (give(s, p + at, n - at < BLOCK ? n - at : BLOCK, false, e))
 			return -1;
-	return 0;
-}
-
-int ct_sink_fits_i16(const struct ct_vol *v, bool exact, bool *fits, struct ct_err *e)
-{
-	const size_t total = ct_vol_count(v), step = BLOCK / sizeof(int16_t);
-	int16_t *block;
-
-	if (ct_alloc(&block, BLOCK, 1, e))
-		return -1;
-	*fits = true;
-	for (size_t at = 0; at < total && *fits; at += step) {
-		*fits = ct_voxels_i16(
-			total - at < step ? total - at : step, block, v->data + at, exact);
-	}
-	free(block);
 	return 0;
 }
 
@@ -120,6 +111,7 @@ int ct_sink_voxels(struct ct_sink *s, const struct ct_vol *v, bool i16, const st
 
 int ct_sink_rewind(struct ct_sink *s, struct ct_err *e)
 {
+	end_packing(s);
 	return fseeko(s->out.f, 0, SEEK_SET) == 0
 		       ? 0
 		       : ct_fail_errno(
@@ -128,8 +120,7 @@ int ct_sink_rewind(struct ct_sink *s, struct ct_err *e)
 
 int ct_sink_close(struct ct_sink *s, int rc, struct ct_err *e)
 {
-	if (s->packed)
-		deflateEnd(&s->z);
+	end_packing(s);
 	free(s->buf);
 	free(s->block);
 	if (rc == 0)

@@ -42,10 +42,12 @@ int ct_source_open(struct ct_source *s, FILE *f, enum ct_packing packing, struct
 	if (ct_alloc(&s->block, BLOCK, 1, e) || measure(s, e))
 		return -1;
 	if (packing == CT_PACKING_TELL) {
-		s->held = fread(s->head, 1, 2, f);
-		if (s->held < 2)
+		const int first = getc(f);
+
+		if (first == EOF)
 			return read_error(s, e);
-		s->packed = s->head[0] == 0x1f && s->head[1] == 0x8b;
+		ungetc(first, f);
+		s->packed = first == 0x1f;
 	}
 	if (!s->packed)
 		return 0;
@@ -57,10 +59,6 @@ int ct_source_open(struct ct_source *s, FILE *f, enum ct_packing packing, struct
 		s->in = NULL;
 		return ct_fail(e, CT_ENOMEM, "no memory for zlib");
 	}
-	memcpy(s->in, s->head, s->held);
-	s->z.next_in = s->in;
-	s->z.avail_in = (uInt)s->held;
-	s->from = s->held;
 	return 0;
 }
 
@@ -117,17 +115,13 @@ static int inflate_some(
 
 int ct_source_take(struct ct_source *s, void *dst, size_t n, struct ct_err *e)
 {
-	unsigned char *p = dst;
-	size_t got = 0;
+	size_t got;
 
 	if (s->packed) {
-		if (inflate_some(s, p, n, &got, e))
+		if (inflate_some(s, dst, n, &got, e))
 			return -1;
-	} else {
-		for (; s->held && got < n; s->held--)
-			p[got++] = s->head[2 - s->held];
-		got += fread(p + got, 1, n - got, s->f);
-	}
+	} else
+		got = fread(dst, 1, n, s->f);
 	s->at += got;
 	return got < n ? read_error(s, e) : 0;
 }

@@ -17,7 +17,7 @@
 enum { CT_SOURCE_BLOCK = 1 << 18 };
 
 enum ct_packing {
-	CT_PACKING_TELL, /* gzip, if it begins like that */
+	CT_PACKING_TELL, /* gzip, if it begins with that byte */
 	CT_PACKING_NONE,
 	CT_PACKING_ZLIB, /* or gzip */
 };
@@ -26,14 +26,12 @@ struct ct_source {
 	FILE *f;
 	bool packed, ended;
 	z_stream z;
-	unsigned char *block; /* [CT_SOURCE_BLOCK] of the caller, between calls */
+	unsigned char *block; /* [CT_SOURCE_BLOCK], between calls */
 	unsigned char *in;    /* [CT_SOURCE_BLOCK] compressed bytes */
-	unsigned char head[2];
-	size_t held;       /* of head not yet given out */
-	uint64_t at;       /* bytes given out so far */
-	uint64_t left;     /* no more than this can come, UINT64_MAX if unknown */
-	uint64_t size;     /* bytes of the file, UINT64_MAX if unknown */
-	uint64_t from, to; /* compressed bytes read so far, and what became of them */
+	uint64_t at;          /* bytes given out so far */
+	uint64_t left;        /* no more than this can come, UINT64_MAX if unknown */
+	uint64_t size;        /* bytes of the file, UINT64_MAX if unknown */
+	uint64_t from, to;    /* compressed bytes read so far, and what became of them */
 };
 
 /* What is left of f. CT_EINPUT; CT_ENOMEM. */

@@ -1,6 +1,6 @@
-/* voxels-row.c: see voxels-row.h. */
+/* voxels-row.c: kernels of voxels.h. */
 #include "config.h"
-#include "formats/voxels-row.h"
+#include "formats/voxels.h"
 
 /* Without a scale no double is needed, and none of 64-bit integers is rounded twice. */
 #define CONVERT(name, type)                                                                        \

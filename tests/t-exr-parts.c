@@ -2,7 +2,7 @@
  * ZIP chunk against a plain twin; which attributes are written. */
 #include "config.h"
 #include "core/rng.h"
-#include "formats/exr-bytes.h"
+#include "formats/exr.h"
 #include "formats/format.h"
 #include "tap.h"
 

@@ -3,7 +3,7 @@
 #include "core/clock.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "formats/exr-zip.h"
+#include "formats/exr.h"
 #include "formats/format.h"
 #include "tap.h"
 

@@ -4,7 +4,7 @@
 #include "cli/cost.h"
 #include "core/clock.h"
 #include "core/mem.h"
-#include "formats/exr-zip.h"
+#include "formats/exr.h"
 
 #include <math.h>
 #include <stdio.h>
