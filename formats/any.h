@@ -1,14 +1,84 @@
-/* any.h: what a file is, by content, and a reader of all our formats. */
+/* any.h: what a file is, by content, and formats as objects: how to recognise, read and write one.
+ *
+ * A program names the formats that it reads in a list, which ends with NULL, and only those are
+ * linked: format.c knows none. any.c has a list of all.
+ */
 #ifndef CT_FORMATS_ANY_H
 #define CT_FORMATS_ANY_H
-#include "formats/handler.h"
+#include "core/env.h"
+#include "core/gauss.h"
+#include "core/stack.h"
+#include "core/tensors.h"
+#include "core/vol.h"
+#include "core/words.h"
 
 #include <stdbool.h>
+#include <stdio.h>
 #include <string.h>
 
-/* All that we read, and DICOM and pictures, which are named in the message. */
-extern const struct ct_format *const ct_any_formats[];
+#define CT_KIND_LIST(X)                                                                            \
+	X(CT_KIND_UNKNOWN, "unknown")                                                              \
+	X(CT_KIND_VOLUME, "volume")   /* NIfTI, also in gzip, MetaImage, NRRD */                   \
+	X(CT_KIND_STACK, "stack")     /* OpenEXR */                                                \
+	X(CT_KIND_GAUSS, "Gaussians") /* PLY */                                                    \
+	X(CT_KIND_TENSORS, "tensors") /* safetensors, PyTorch */                                   \
+	X(CT_KIND_DICOM, "DICOM")     /* recognised only to name it in the message */              \
+	X(CT_KIND_PICTURE, "picture") /* PNG, TIFF, JPEG: likewise */
+enum ct_kind { CT_KIND_LIST(CT_WORD_VALUE) };
+/* Its word. */
+const char *ct_kind_name(enum ct_kind kind);
+/* So many first bytes of a file are enough to recognise every format. */
+enum { CT_SNIFF = 352 };
 
+/* What a file holds: the member of its kind is filled. */
+struct ct_any {
+	enum ct_kind kind;
+	struct ct_vol vol;
+	struct ct_stack stack;
+	struct ct_gauss gauss;
+	struct ct_tensors tensors;
+};
+void ct_any_free(struct ct_any *a);
+/* The metadata of what is there. */
+const struct ct_meta *ct_any_meta(const struct ct_any *a);
+
+/* How certain the first bytes are: of several formats the most certain one is taken. */
+enum { CT_SNIFF_NO, CT_SNIFF_NUMBER, CT_SNIFF_PLACE, CT_SNIFF_MAGIC };
+
+struct ct_format {
+	const char *name;
+	enum ct_kind kind;
+	const char *refuse; /* NULL, or what to say of a format without a reader */
+	int (*sniff)(const unsigned char *data, size_t n); /* CT_SNIFF_... */
+	/* One of the two, or none: of a stream, or of all that is in memory. *a is zero; what it
+	 * holds on failure is freed, and the message gets the name, by the caller below. */
+	int (*read)(FILE *f, const char *name, struct ct_any *a, struct ct_err *e);
+	int (*read_bytes)(const unsigned char *data, size_t n, const char *name, struct ct_any *a,
+		struct ct_err *e);
+	/* Of volumes, and how the names end that it writes (formats/ends.h); or NULL. */
+	int (*write)(const char *path, const struct ct_vol *v, const struct ct_env *env,
+		struct ct_err *e);
+	const char *ends;
+};
+
+extern const struct ct_format ct_format_nifti, ct_format_metaimage, ct_format_nrrd, ct_format_exr,
+	ct_format_ply, ct_format_safetensors, ct_format_pytorch;
+
+/* The format of the list that these first bytes are of, or NULL. */
+const struct ct_format *ct_format_find(
+	const struct ct_format *const *list, const unsigned char *data, size_t n);
+/* What a stream holds, and bytes: of this format, and of a file that `name` names in messages and
+ * in the key "input". *a must be zero, and stays so on failure; codes of the readers. */
+int ct_format_read_stream(
+	const struct ct_format *is, FILE *f, const char *name, struct ct_any *a, struct ct_err *e);
+int ct_format_read_bytes(const struct ct_format *is, const unsigned char *data, size_t n,
+	const char *name, struct ct_any *a, struct ct_err *e);
+/* A file of one of these formats, "-" and pipes too. *a must be zero. CT_EINPUT for another kind of
+ * file; codes of the readers. */
+int ct_format_read(
+	const struct ct_format *const *list, const char *path, struct ct_any *a, struct ct_err *e);
+
+/* All that we read, and DICOM and pictures. */
 enum ct_kind ct_any_sniff(const unsigned char *data, size_t n);
 /* A tar archive. */
 static inline bool ct_any_is_tar(const unsigned char *data, size_t n)

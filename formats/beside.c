@@ -1,17 +1,15 @@
 /* beside.c: see beside.h. */
 #include "config.h"
 #include "core/acquired.h"
-#include "core/mem.h"
 #include "formats/beside.h"
+#include "formats/ends.h"
+#include "formats/io.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <jansson.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 enum { MOST_BYTES = 16 << 20 }; /* ct-convert lists every slice */
 
@@ -101,60 +99,48 @@ int ct_beside_parse(struct ct_meta *m, const char *s, size_t n, struct ct_err *e
 /* x.json of x.nii or x.nii.gz, to be freed; NULL if the name has no such end, or no memory. */
 static char *name_of(const char *path)
 {
-	const size_t n = strlen(path);
-	char *name = NULL;
-	size_t end = n;
+	const size_t end = ct_ends_match(path, "gz") ? sizeof "nii.gz" : sizeof "nii";
+	char *name;
 
-	if (end > 3 && strcasecmp(path + end - 3, ".gz") == 0)
-		end -= 3;
-	if (end <= 4 || strncasecmp(path + end - 4, ".nii", 4) != 0)
-		return NULL;
-	if (asprintf(&name, "%.*s.json", (int)(end - 4), path) < 0)
+	if (!ct_ends_match(path, CT_ENDS_VOLUME) ||
+		asprintf(&name, "%.*s.json", (int)(strlen(path) - end), path) < 0)
 		return NULL;
 	return name;
 }
 
 /* A regular file that is not too long: 0; 1 if there is none. Never waits for a pipe. */
-static int load(char **text_, size_t *n, const char *name, struct ct_err *e)
+static int load(unsigned char **data, size_t *n, const char *name, struct ct_err *e)
 {
-	const int fd = open(name, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
 	struct stat st;
-	ssize_t got = 0;
-	int rc = -1;
 
-	if (fd < 0)
-		return errno == ENOENT ? 1 : ct_fail(e, CT_EINPUT, "%s", strerror(errno));
-	*n = 0;
-	if (fstat(fd, &st) != 0 || !S_ISREG(st.st_mode))
-		ct_fail(e, CT_EINPUT, "not a file");
-	else if (st.st_size > MOST_BYTES)
-		ct_fail(e, CT_EINPUT, "more than %d bytes", MOST_BYTES);
-	else if (ct_alloc(text_, (size_t)st.st_size + 1, 1, e) == 0) {
-		while (*n < (size_t)st.st_size &&
-			(got = read(fd, *text_ + *n, (size_t)st.st_size - *n)) > 0)
-			*n += (size_t)got;
-		rc = got < 0 ? ct_fail(e, CT_EINPUT, "%s", strerror(errno)) : 0;
-	}
-	close(fd);
-	return rc;
+	if (stat(name, &st) != 0)
+		return errno == ENOENT ? 1 : ct_fail_errno(e, CT_EINPUT, name);
+	if (!S_ISREG(st.st_mode))
+		return ct_fail(e, CT_EINPUT, "%s: not a file", name);
+	if (st.st_size > MOST_BYTES)
+		return ct_fail(e, CT_EINPUT, "%s: more than %d bytes", name, MOST_BYTES);
+	return ct_slurp(name, data, n, e);
 }
 
 int ct_beside_read(struct ct_vol *v, const char *path, const struct ct_env *env, struct ct_err *e)
 {
 	char *name = ct_meta_get(&v->meta, CT_META_DICOM_THICKNESS) ? NULL : name_of(path);
-	char *s = NULL;
+	unsigned char *s = NULL;
 	size_t n = 0;
 	int rc;
 
 	if (!name)
 		return 0;
 	rc = load(&s, &n, name, e);
-	if (rc == 0)
-		rc = ct_beside_parse(&v->meta, s, n, e);
+	if (rc == 0) {
+		rc = ct_beside_parse(&v->meta, (const char *)s, n, e);
+		if (rc < 0)
+			ct_blame(e, name);
+	}
 	if (rc == 0)
 		ct_log(env, CT_INFO, "%s: says the scanner", name);
 	if (rc < 0 && e->code == CT_EINPUT) {
-		ct_log(env, CT_WARN, "%s: %s: nothing of it is used", name, e->msg);
+		ct_log(env, CT_WARN, "%s: nothing of it is used", e->msg);
 		*e = (struct ct_err){0};
 		rc = 0;
 	}

@@ -9,7 +9,7 @@
 #include "core/mem.h"
 #include "formats/exr.h"
 #include "formats/format.h"
-#include "formats/handler.h"
+#include "formats/any.h"
 #include "formats/hash.h"
 #include "formats/voxels.h"
 

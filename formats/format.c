@@ -1,52 +1,166 @@
-/* format.c: volumes and tensors by name. See format.h. */
+/* format.c: files of formats that the caller names; see any.h. */
 #include "config.h"
-#include "formats/format.h"
-#include "formats/handler.h"
+#include "formats/any.h"
 #include "formats/io.h"
 
-#include <ctype.h>
 #include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
 
-/* By the first byte. Never seeks, but for voxels at the end of a file. */
-static const struct ct_format *format_of(FILE *f)
+const char *ct_kind_name(enum ct_kind kind)
 {
-	const int first = getc(f);
-
-	if (first != EOF)
-		ungetc(first, f);
-	return isalpha(first) ? &ct_format_metaimage : &ct_format_nifti; /* which also reads NRRD */
+	return CT_WORD(CT_KIND_LIST, kind);
 }
 
-int ct_vol_read(const char *path, struct ct_vol *v, struct ct_err *e)
+const struct ct_format *ct_format_find(
+	const struct ct_format *const *list, const unsigned char *data, size_t n)
 {
-	struct ct_any a = {0};
-	int tries = 2;
-	bool again;
+	const struct ct_format *best = NULL;
+	int most = CT_SNIFF_NO;
+
+	for (; *list; list++) {
+		const int sure = (*list)->sniff(data, n);
+
+		if (sure > most) {
+			most = sure;
+			best = *list;
+		}
+	}
+	return best;
+}
+
+/* The same that can be read; if there is none the error is "not a NIfTI, NRRD or EXR file", in
+ * words of the list. */
+static const struct ct_format *recognise(const struct ct_format *const *list,
+	const unsigned char *data, size_t n, const char *path, struct ct_err *e)
+{
+	const struct ct_format *is = ct_format_find(list, data, n);
+	const char *join = "";
+	char names[200] = "";
+	size_t at = 0, left = 0;
+
+	if (is && !is->refuse)
+		return is;
+	for (size_t i = 0; list[i]; i++)
+		left += !list[i]->refuse;
+	for (size_t i = 0; list[i] && at < sizeof names; i++) {
+		if (list[i]->refuse)
+			continue;
+		at += (size_t)snprintf(names + at, sizeof names - at, "%s%s", join, list[i]->name);
+		join = --left == 1 ? " or " : ", ";
+	}
+	if (is)
+		ct_fail(e, CT_EINPUT, "%s: %s", path, is->refuse);
+	else
+		ct_fail(e, CT_EINPUT, "%s: not a%s %s file", path, *names == 'E' ? "n" : "", names);
+	return NULL;
+}
+
+void ct_any_free(struct ct_any *a)
+{
+	ct_vol_free(&a->vol);
+	ct_stack_free(&a->stack);
+	ct_gauss_free(&a->gauss);
+	ct_tensors_free(&a->tensors);
+	a->kind = CT_KIND_UNKNOWN;
+}
+
+const struct ct_meta *ct_any_meta(const struct ct_any *a)
+{
+	return a->kind == CT_KIND_STACK     ? &a->stack.meta
+	       : a->kind == CT_KIND_GAUSS   ? &a->gauss.meta
+	       : a->kind == CT_KIND_TENSORS ? &a->tensors.meta
+					    : &a->vol.meta;
+}
+
+static int end_read(int rc, const char *name, struct ct_any *a, struct ct_err *e)
+{
+	if (rc == 0)
+		return 0;
+	ct_any_free(a);
+	return ct_blame(e, name);
+}
+
+int ct_format_read_stream(
+	const struct ct_format *is, FILE *f, const char *name, struct ct_any *a, struct ct_err *e)
+{
+	a->kind = is->kind;
+	return end_read(is->read(f, name, a, e), name, a, e);
+}
+
+int ct_format_read_bytes(const struct ct_format *is, const unsigned char *data, size_t n,
+	const char *name, struct ct_any *a, struct ct_err *e)
+{
 	FILE *f;
 	int rc;
 
-	do {
-		if (ct_io_open(path, &f, e))
-			return -1;
-		errno = 0;
-		rc = ct_format_read_stream(format_of(f), f, path, &a, e);
-		if (ct_io_starved(&again, path, e)) {
-			ct_any_free(&a);
-			rc = -1;
-		}
-		ct_io_close(f);
-	} while (again && --tries);
-	*v = a.vol;
+	if (is->read) {
+		f = fmemopen((void *)(uintptr_t)data, n, "rb"); /* only read */
+		if (!f)
+			return ct_fail(e, CT_ENOMEM, "%s: no memory", name);
+		rc = ct_format_read_stream(is, f, name, a, e);
+		fclose(f);
+		return rc;
+	}
+	a->kind = is->kind;
+	return end_read(is->read_bytes(data, n, name, a, e), name, a, e);
+}
+
+/* A whole file or stream, in memory first. */
+static int slurp(
+	const struct ct_format *const *list, const char *path, struct ct_any *a, struct ct_err *e)
+{
+	const struct ct_format *is;
+	unsigned char *data;
+	size_t n;
+	int rc;
+
+	if (ct_slurp(path, &data, &n, e))
+		return -1;
+	is = recognise(list, data, n < CT_SNIFF ? n : CT_SNIFF, path, e);
+	rc = is ? ct_format_read_bytes(is, data, n, path, a, e) : -1;
+	free(data);
 	return rc;
 }
 
-int ct_tensors_read(const char *path, struct ct_tensors *w, struct ct_err *e)
+static int read_any(
+	const struct ct_format *const *list, const char *path, struct ct_any *a, struct ct_err *e)
 {
-	static const struct ct_format *const list[] = {
-		&ct_format_safetensors, &ct_format_pytorch, NULL};
-	struct ct_any a = {0};
-	int rc = ct_format_read(list, path, &a, e);
+	unsigned char head[CT_SNIFF];
+	const struct ct_format *is;
+	struct stat st;
+	FILE *f;
+	int rc = -1;
 
-	*w = a.tensors;
+	/* a fifo is opened once and read once */
+	if (strcmp(path, "-") == 0 || (stat(path, &st) == 0 && !S_ISREG(st.st_mode)))
+		return slurp(list, path, a, e);
+	if (ct_io_open(path, &f, e))
+		return -1;
+	is = recognise(list, head, fread(head, 1, sizeof head, f), path, e);
+	if (is && is->read) {
+		rewind(f);
+		rc = ct_format_read_stream(is, f, path, a, e);
+	}
+	ct_io_close(f);
+	return is && !is->read ? slurp(list, path, a, e) : rc;
+}
+
+int ct_format_read(
+	const struct ct_format *const *list, const char *path, struct ct_any *a, struct ct_err *e)
+{
+	int tries = 2;
+	bool again;
+	int rc;
+
+	do {
+		errno = 0;
+		rc = read_any(list, path, a, e);
+		if (ct_io_starved(&again, path, e)) {
+			ct_any_free(a);
+			rc = -1;
+		}
+	} while (again && --tries);
 	return rc;
 }

@@ -3,7 +3,7 @@
 #include "formats/headed.h"
 #include "core/mem.h"
 #include "core/vec3.h"
-#include "formats/handler.h"
+#include "formats/any.h"
 #include "formats/headed-impl.h"
 #include "formats/io.h"
 

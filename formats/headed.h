@@ -1,5 +1,5 @@
 /* headed.h: volumes that are a header of text and voxels behind it or in a file beside it:
- * MetaImage (.mha, .mhd) and NRRD (.nrrd, .nhdr), as streams; handler.h reads them.
+ * MetaImage (.mha, .mhd) and NRRD (.nrrd, .nhdr), as streams; any.h reads them.
  *
  * Read are three dimensions of one number a voxel, any integer or float type of either byte order,
  * as they are or in zlib or gzip; two, as one plane of 1 mm, and beside these one that is single:

@@ -128,10 +128,9 @@ int ct_nii_affine(const struct ct_nii *h, double a[3][4], int *code, struct ct_e
 
 static double handedness(double a[3][4])
 {
-	double c[3];
+	double dual[3][3];
 
-	ct_vec3_cross(c, a[1], a[2]);
-	return ct_vec3_dot(a[0], c);
+	return ct_vec3_dual(dual, a[0], a[1], a[2]);
 }
 
 /* How far a corner of the grid lies from itself, at most. */
@@ -139,19 +138,17 @@ static double apart(double a[3][4], double b[3][4], const size_t n[3])
 {
 	double most = 0;
 
-	for (int corner = 0; corner < 8; corner++) {
-		double square = 0;
+	for (unsigned corner = 0; corner < 8; corner++) {
+		double ijk[3], d[3];
 
+		ct_cell_corner(ijk, n, corner, 0);
 		for (int i = 0; i < 3; i++) {
-			double d = a[i][3] - b[i][3];
-
+			d[i] = a[i][3] - b[i][3];
 			for (int j = 0; j < 3; j++)
-				if (corner >> j & 1)
-					d += (a[i][j] - b[i][j]) * (double)(n[j] - 1);
-			square += d * d;
+				d[i] += (a[i][j] - b[i][j]) * ijk[j];
 		}
-		if (!(sqrt(square) <= most))
-			most = sqrt(square); /* NaN too */
+		if (!(ct_vec3_length(d) <= most))
+			most = ct_vec3_length(d); /* NaN too */
 	}
 	return most;
 }
@@ -168,7 +165,7 @@ int ct_nii_doubt(char out[static CT_NII_DOUBT], const struct ct_nii *h, const si
 		return 0;
 	memcpy(s, h->srow, sizeof s);
 	for (int j = 0; j < 3; j++) {
-		const double side = sqrt(s[0][j] * s[0][j] + s[1][j] * s[1][j] + s[2][j] * s[2][j]);
+		const double side = ct_vec3_length((const double[]){s[0][j], s[1][j], s[2][j]});
 
 		lengths = lengths && is_length(h->pixdim[j + 1]);
 		if (!(fabs(h->pixdim[j + 1] - side) * (double)n[j] * mm <= APART) && !*out)
@@ -190,28 +187,21 @@ int ct_nii_doubt(char out[static CT_NII_DOUBT], const struct ct_nii *h, const si
 	return 0;
 }
 
-static void set_rows(struct ct_nii *h, const struct ct_vol *v, const double mm[3])
-{
-	for (int i = 0; i < 3; i++)
-		h->pixdim[i + 1] = mm[i];
-	memcpy(h->srow, v->affine, sizeof h->srow);
-	h->units = 2;
-}
-
 int ct_nii_set_affine(struct ct_nii *h, const struct ct_vol *v, bool shear, struct ct_err *e)
 {
 	double mm[3], q[3][3], r[3][3], worst = 0;
 
 	ct_vol_spacing(v, mm);
+	memcpy(h->pixdim + 1, mm, sizeof mm);
+	memcpy(h->srow, v->affine, sizeof h->srow);
+	h->units = 2;
+	h->pixdim[0] = 1;
 	if (ct_vol_check_grid(v, e)) {
 		h->sheared =
 			shear && mm[0] > 0 && mm[1] > 0 && mm[2] > 0 && mm[0] + mm[1] + mm[2] < 1e6;
-		if (!h->sheared)
-			return -1;
-		*e = (struct ct_err){0};
-		set_rows(h, v, mm);
-		h->pixdim[0] = 1;
-		return 0;
+		if (h->sheared)
+			*e = (struct ct_err){0};
+		return h->sheared ? 0 : -1;
 	}
 	for (int i = 0; i < 3; i++)
 		for (int j = 0; j < 3; j++)
@@ -233,6 +223,5 @@ int ct_nii_set_affine(struct ct_nii *h, const struct ct_vol *v, bool shear, stru
 	quaternion(h->quat, q);
 	for (int i = 0; i < 3; i++)
 		h->shift[i] = v->affine[i][3];
-	set_rows(h, v, mm);
 	return 0;
 }

@@ -3,7 +3,7 @@
 #include "core/mem.h"
 #include "formats/ends.h"
 #include "formats/format.h"
-#include "formats/handler.h"
+#include "formats/any.h"
 #include "formats/nifti-impl.h"
 #include "formats/nifti.h"
 #include "formats/sink.h"

@@ -1,4 +1,4 @@
-/* nifti.h: NIfTI-1 and NIfTI-2 as streams; handler.h reads.
+/* nifti.h: NIfTI-1 and NIfTI-2 as streams; any.h reads.
  *
  * Reading never seeks, so pipes work; gzip is recognised by content. All integer and float types
  * are read in both byte orders, and scl_slope and scl_inter are applied (a slope that is 0 or not

@@ -23,11 +23,6 @@ bool ct_out_folder_named(const char *path)
 	return (n > 0 && path[n - 1] == '/') || (stat(path, &st) == 0 && S_ISDIR(st.st_mode));
 }
 
-static int failed(const char *path, struct ct_err *e)
-{
-	return ct_fail_errno(e, CT_EOUTPUT, path);
-}
-
 /* The folder by its name without links where it is there; NULL if no memory. */
 static char *target(const char *path)
 {
@@ -49,7 +44,7 @@ static int replaceable(const struct ct_out_folder *f, const char *own, bool forc
 	int rc = 0;
 
 	if (!d)
-		return failed(f->name, e);
+		return ct_fail_errno(e, CT_EOUTPUT, f->name);
 	while (rc == 0 && (x = readdir(d))) {
 		if (strcmp(x->d_name, ".") == 0 || strcmp(x->d_name, "..") == 0)
 			continue;
@@ -74,7 +69,7 @@ static int allowed(
 	struct stat st, above;
 
 	if (stat(f->path, &st) != 0)
-		return errno == ENOENT ? 0 : failed(f->name, e);
+		return errno == ENOENT ? 0 : ct_fail_errno(e, CT_EOUTPUT, f->name);
 	if (!S_ISDIR(st.st_mode))
 		return ct_fail(e, CT_EOUTPUT, "%s: is no folder", f->name);
 	snprintf(up, sizeof up, "%s/..", f->path);
@@ -168,7 +163,7 @@ int ct_out_folder_commit(struct ct_out_folder *f, struct ct_err *e)
 	if (!bad && rename(f->tmp, f->path) != 0)
 		bad = (errno != ENOTEMPTY && errno != EEXIST) || exchange(f) != 0;
 	if (bad)
-		failed(f->name, e);
+		ct_fail_errno(e, CT_EOUTPUT, f->name);
 	ct_out_folder_abandon(f);
 	return bad ? -1 : 0;
 }

@@ -1,7 +1,7 @@
 /* ply-read.c: PLY to Gaussians; see ply.h. */
 #include "config.h"
 #include "formats/format.h"
-#include "formats/handler.h"
+#include "formats/any.h"
 #include "formats/hash.h"
 #include "formats/ply.h"
 #include "formats/voxels.h"

@@ -12,7 +12,6 @@
 #include "core/mem.h"
 #include "formats/any.h"
 #include "formats/format.h"
-#include "formats/handler.h"
 #include "formats/pickle.h"
 #include "formats/zip.h"
 

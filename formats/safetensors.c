@@ -8,7 +8,7 @@
  */
 #include "config.h"
 #include "formats/format.h"
-#include "formats/handler.h"
+#include "formats/any.h"
 #include "formats/hash.h"
 #include "formats/io.h"
 #include "formats/voxels.h"

@@ -6,7 +6,7 @@
 #include "core/tensors.h"
 #include "core/vol.h"
 #include "formats/format.h"
-#include "formats/handler.h"
+#include "formats/any.h"
 #include "core/inflate.h"
 #include "nifti-make.h"
 #include "tap.h"

@@ -2,7 +2,7 @@
 #include "config.h"
 #include "core/rng.h"
 #include "formats/format.h"
-#include "formats/handler.h"
+#include "formats/any.h"
 #include "formats/nifti.h"
 #include "nifti-make.h"
 #include "tap.h"

@@ -2,7 +2,7 @@
  */
 #include "config.h"
 #include "formats/format.h"
-#include "formats/handler.h"
+#include "formats/any.h"
 #include "formats/io.h"
 #include "formats/nifti.h"
 #include "nifti-make.h"

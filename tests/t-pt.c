@@ -1,7 +1,7 @@
 /* Checkpoints of PyTorch: what torch.save writes, made byte by byte; damaged and hostile ones. */
 #include "config.h"
 #include "formats/format.h"
-#include "formats/handler.h"
+#include "formats/any.h"
 #include "pt-make.h"
 #include "scratch.h"
 #include "tap.h"

@@ -2,7 +2,7 @@
 #include "config.h"
 #include "ctsr/ctsr-impl.h"
 #include "formats/ends.h"
-#include "formats/handler.h"
+#include "formats/any.h"
 
 #include <string.h>
 

@@ -1,7 +1,7 @@
 /* ctsr-formats.c: all formats of volumes. */
 #include "config.h"
 #include "ctsr/ctsr.h"
-#include "formats/handler.h"
+#include "formats/any.h"
 
 const ctsr_format *const *ctsr_formats_all(void)
 {

@@ -2,7 +2,7 @@
  */
 #include "config.h"
 #include "ctsr/ctsr.h"
-#include "formats/handler.h"
+#include "formats/any.h"
 
 const ctsr_format *ctsr_metaimage(void)
 {

@@ -1,7 +1,7 @@
 /* ctsr-nrrd.c: a file of its own, so that a static link holds this format only if it is named. */
 #include "config.h"
 #include "ctsr/ctsr.h"
-#include "formats/handler.h"
+#include "formats/any.h"
 
 const ctsr_format *ctsr_nrrd(void)
 {

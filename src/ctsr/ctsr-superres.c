@@ -1,7 +1,7 @@
 /* ctsr-superres.c: a CT on a finer grid. The policy is that of src/refine. */
 #include "config.h"
 #include "ctsr/ctsr-impl.h"
-#include "formats/handler.h"
+#include "formats/any.h"
 #include "refine/refine.h"
 
 #include <math.h>

@@ -2,7 +2,7 @@
 #include "config.h"
 #include "driver.h"
 #include "formats/format.h"
-#include "formats/handler.h"
+#include "formats/any.h"
 #include "seed-file.h"
 
 #include <stdlib.h>

@@ -2,7 +2,7 @@
 #include "config.h"
 #include "driver.h"
 #include "formats/format.h"
-#include "formats/handler.h"
+#include "formats/any.h"
 #include "gs/splat.h"
 #include "gs/mixture.h"
 #include "seed-file.h"

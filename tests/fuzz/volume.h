@@ -2,7 +2,7 @@
 #ifndef CT_FUZZ_VOLUME_H
 #define CT_FUZZ_VOLUME_H
 #include "driver.h"
-#include "formats/handler.h"
+#include "formats/any.h"
 
 #include <stdlib.h>
 
