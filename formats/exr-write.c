@@ -140,20 +140,14 @@ struct packer {
 	size_t *bytes; /* of each chunk */
 };
 
-static size_t chunk_bytes(const struct packer *p, size_t i)
-{
-	const size_t rows = p->h - i * ROWS < ROWS ? p->h - i * ROWS : ROWS;
-
-	return rows * p->w * sizeof *p->from;
-}
-
 static void pack(void *arg, size_t i, size_t worker)
 {
 	const struct packer *p = arg;
-	const void *from = p->from + i * ROWS * p->w;
+	const size_t row = p->w * sizeof *p->from;
+	const size_t rows = p->h - i * ROWS < ROWS ? p->h - i * ROWS : ROWS;
 
-	p->bytes[i] = ct_exr_zip(p->out + i * p->room, from, chunk_bytes(p, i),
-		p->scratch + worker * ROWS * p->w * sizeof *p->from);
+	p->bytes[i] = ct_exr_zip(p->out + i * p->room, (const void *)(p->from + i * ROWS * p->w),
+		rows * row, p->scratch + worker * ROWS * row);
 }
 
 static exr_result_t put_pixels(

@@ -96,28 +96,27 @@ static bool is_foreign(const char *key)
 	return strncmp(key, foreign, sizeof foreign - 1) == 0;
 }
 
-/* One extension behind *n bytes of *p, padded with NUL to a multiple of 16. */
-static int append(unsigned char **p, size_t *n, size_t *cap, int ecode, const void *data,
-	size_t bytes, struct ct_err *e)
+/* One extension, padded with NUL to a multiple of 16 bytes. */
+static int append(
+	struct ct_nii_head *to, int ecode, const void *data, size_t bytes, struct ct_err *e)
 {
 	const size_t size = (bytes + 8 + 15) / 16 * 16;
 	const uint32_t head[2] = {(uint32_t)size, (uint32_t)ecode};
 	unsigned char *at;
 
-	if (size > INT32_MAX || ct_grow(p, cap, *n + size, 1, e))
-		return size > INT32_MAX ? ct_fail(e, CT_EOUTPUT, "metadata of %zu bytes", bytes)
-					: -1;
-	at = *p + *n;
+	if (size > INT32_MAX)
+		return ct_fail(e, CT_EOUTPUT, "metadata of %zu bytes", bytes);
+	if (ct_grow(&to->p, &to->cap, to->n + size, 1, e))
+		return -1;
+	at = to->p + to->n;
 	memset(at, 0, size);
-	for (unsigned i = 0; i < 8; i++)
-		at[i] = (unsigned char)(head[i / 4] >> 8 * (i % 4));
+	memcpy(at, head, sizeof head);
 	memcpy(at + 8, data, bytes);
-	*n += size;
+	to->n += size;
 	return 0;
 }
 
-static int append_foreign(
-	unsigned char **p, size_t *n, size_t *cap, const struct ct_pair *pair, struct ct_err *e)
+static int append_foreign(struct ct_nii_head *to, const struct ct_pair *pair, struct ct_err *e)
 {
 	unsigned char *bytes;
 	size_t count = SIZE_MAX;
@@ -134,14 +133,13 @@ static int append_foreign(
 	if (count == SIZE_MAX)
 		rc = ct_fail(e, CT_EINPUT, "metadata %s is not \"ECODE BASE64\"", pair->key);
 	else
-		rc = append(p, n, cap, (int)ecode, bytes, count, e);
+		rc = append(to, (int)ecode, bytes, count, e);
 	free(bytes);
 	return rc;
 }
 
 /* The pairs that are ours, as one extension, if there are any. */
-static int append_ours(
-	unsigned char **p, size_t *n, size_t *cap, const struct ct_meta *m, struct ct_err *e)
+static int append_ours(struct ct_nii_head *to, const struct ct_meta *m, struct ct_err *e)
 {
 	json_t *o = json_object();
 	char *text = NULL;
@@ -167,26 +165,18 @@ static int append_ours(
 	if (bad)
 		rc = ct_fail(e, CT_ENOMEM, "no memory for metadata");
 	else if (text)
-		rc = append(p, n, cap, COMMENT, text, strlen(text), e);
+		rc = append(to, COMMENT, text, strlen(text), e);
 	free(text);
 	json_decref(o);
 	return rc;
 }
 
-int ct_nii_ext_write(const struct ct_meta *m, unsigned char **p, size_t *n, struct ct_err *e)
+int ct_nii_ext_write(struct ct_nii_head *to, const struct ct_meta *m, struct ct_err *e)
 {
-	size_t cap = 0;
-	int rc;
+	int rc = append_ours(to, m, e);
 
-	*p = NULL;
-	*n = 0;
-	rc = append_ours(p, n, &cap, m, e);
 	for (size_t i = 0; i < m->n && !rc; i++)
 		if (is_foreign(m->pair[i].key))
-			rc = append_foreign(p, n, &cap, &m->pair[i], e);
-	if (rc) {
-		free(*p);
-		*p = NULL;
-	}
+			rc = append_foreign(to, &m->pair[i], e);
 	return rc;
 }

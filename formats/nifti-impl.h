@@ -45,7 +45,12 @@ int ct_nii_set_affine(struct ct_nii *h, const struct ct_vol *v, bool shear, stru
  * counts those of all extensions of a file. */
 int ct_nii_ext_read(struct ct_meta *m, size_t *pairs, size_t k, int ecode, const unsigned char *p,
 	size_t bytes, struct ct_err *e);
-/* All extensions of m, each padded to 16 bytes, in *p (free() it). */
-int ct_nii_ext_write(const struct ct_meta *m, unsigned char **p, size_t *n, struct ct_err *e);
+/* What stands before the voxels; p is owned. */
+struct ct_nii_head {
+	unsigned char *p;
+	size_t n, cap;
+};
+/* All extensions of m, each padded to 16 bytes, behind it. */
+int ct_nii_ext_write(struct ct_nii_head *to, const struct ct_meta *m, struct ct_err *e);
 
 #endif

@@ -124,7 +124,7 @@ int ct_nifti_is_i16(const struct ct_vol *v, enum ct_nifti_type type, bool *i16, 
 					     : 0;
 }
 
-static void fill_header(struct ct_nii *h, const struct ct_vol *v, bool i16, size_t ext)
+static void fill_header(struct ct_nii *h, const struct ct_vol *v, bool i16)
 {
 	const char *kept = ct_meta_get(&v->meta, CT_META_NIFTI_CODE);
 	const long code = kept ? strtol(kept, NULL, 10) : 1;
@@ -138,42 +138,36 @@ static void fill_header(struct ct_nii *h, const struct ct_vol *v, bool i16, size
 	}
 	h->type = i16 ? CT_V_I16 : CT_V_F32;
 	h->bits = i16 ? 16 : 32;
-	h->start = (double)(ct_nii_size(h) + 4 + ext);
 	h->slope = 1;
 	h->sform = code >= 1 && code <= 5 ? (double)code : 1;
 	h->qform = h->sheared ? 0 : h->sform;
 }
 
-/* What stands before the voxels. */
-struct head {
-	unsigned char raw[CT_NII_MAX + 4], *ext; /* ext is owned */
-	size_t raws, exts;
-};
-
-static int make_head(struct head *head, const struct ct_vol *v, bool i16, bool shear,
+static int make_head(struct ct_nii_head *head, const struct ct_vol *v, bool i16, bool shear,
 	const struct ct_env *env, struct ct_err *e)
 {
 	const char *quantity = ct_meta_get(&v->meta, CT_META_QUANTITY);
 	const bool error = quantity && strcmp(quantity, CT_QUANTITY_ERROR) == 0;
 	struct ct_nii h = {.version = 1};
 	char descrip[80];
+	size_t size;
 
-	*head = (struct head){0};
-	if (ct_nii_set_affine(&h, v, shear, e) ||
-		ct_nii_ext_write(&v->meta, &head->ext, &head->exts, e))
+	if (ct_nii_set_affine(&h, v, shear, e))
 		return -1;
-	fill_header(&h, v, i16, head->exts);
+	fill_header(&h, v, i16);
+	size = ct_nii_size(&h);
+	head->n = size + 4;
+	if (ct_grow(&head->p, &head->cap, head->n, 1, e))
+		return -1;
+	memset(head->p, 0, head->n);
+	if (ct_nii_ext_write(head, &v->meta, e))
+		return -1;
+	h.start = (double)head->n;
+	head->p[size] = head->n > size + 4;
 	snprintf(descrip, sizeof descrip, "%s%.40s %s", error ? CT_QUANTITY_ERROR ", HU; " : "",
 		env && env->tool ? env->tool : PACKAGE_NAME, PACKAGE_VERSION);
-	ct_nii_pack(&h, descrip, head->raw);
-	head->raws = ct_nii_size(&h) + 4;
-	head->raw[head->raws - 4] = head->exts > 0;
+	ct_nii_pack(&h, descrip, head->p);
 	return 0;
-}
-
-static int give_head(struct ct_sink *s, const struct head *h, struct ct_err *e)
-{
-	return ct_sink_give(s, h->raw, h->raws, e) || ct_sink_give(s, h->ext, h->exts, e) ? -1 : 0;
 }
 
 struct ct_nifti_planes {
@@ -181,7 +175,7 @@ struct ct_nifti_planes {
 	const char *path; /* the caller's */
 	enum ct_nifti_type type;
 	bool shear;
-	struct head head; /* what was written of it */
+	struct ct_nii_head head; /* what was written of it */
 };
 
 int ct_nifti_create(struct ct_nifti_planes **out, const char *path, const struct ct_vol *v,
@@ -198,11 +192,11 @@ int ct_nifti_create(struct ct_nifti_planes **out, const char *path, const struct
 		ct_blame(e, path);
 	else if (ct_sink_open(&w->s, path, env, e) == 0)
 		rc = (ct_ends_match(path, "gz") && ct_sink_pack(&w->s, true, e)) ||
-				     give_head(&w->s, &w->head, e)
+				     ct_sink_give(&w->s, w->head.p, w->head.n, e)
 			     ? ct_sink_close(&w->s, -1, e)
 			     : 0;
 	if (rc) {
-		free(w->head.ext);
+		free(w->head.p);
 		free(w);
 		*out = NULL;
 	}
@@ -221,27 +215,21 @@ int ct_nifti_put(struct ct_nifti_planes *w, size_t n, const float *x, struct ct_
 	return ct_blame(e, w->path);
 }
 
-static bool same_head(const struct head *a, const struct head *b)
-{
-	assert(a->raws == b->raws && a->exts == b->exts);
-	return memcmp(a->raw, b->raw, a->raws) == 0 &&
-	       (a->exts == 0 || memcmp(a->ext, b->ext, a->exts) == 0);
-}
-
 int ct_nifti_close(struct ct_nifti_planes *w, const struct ct_vol *v, int rc,
 	const struct ct_env *env, struct ct_err *e)
 {
-	struct head h = {0};
+	struct ct_nii_head h = {0};
 
 	if (rc == 0 && make_head(&h, v, w->type != CT_NIFTI_F32, w->shear, env, e))
 		rc = ct_blame(e, w->path);
+	assert(rc || h.n == w->head.n);
 	if (rc == 0)
 		rc = ct_sink_end(&w->s, e);
-	if (rc == 0 && !same_head(&w->head, &h))
-		rc = ct_sink_rewind(&w->s, e) || give_head(&w->s, &h, e) ? -1 : 0;
-	free(h.ext);
+	if (rc == 0 && memcmp(h.p, w->head.p, h.n) != 0)
+		rc = ct_sink_rewind(&w->s, e) || ct_sink_give(&w->s, h.p, h.n, e) ? -1 : 0;
+	free(h.p);
 	rc = ct_sink_close(&w->s, rc, e);
-	free(w->head.ext);
+	free(w->head.p);
 	free(w);
 	return rc;
 }
