@@ -1,6 +1,7 @@
 /* headed-nrrd.c: the header of NRRD: lines "KEY: VALUE" and "KEY:=VALUE", up to an empty one. See
  * headed.h. */
 #include "config.h"
+#include "core/vec3.h"
 #include "formats/headed-impl.h"
 
 #include <ctype.h>
@@ -188,19 +189,26 @@ static int parse_space(const char *space, double sign[3], struct ct_err *e)
 		e, CT_EINPUT, "space: '%.40s' is not read here, only RAS, LAS and LPS", space);
 }
 
-/* Spacings beside directions say nothing else. */
-static int check_spacings(const struct ct_headed *h, const double step[3][3], struct ct_err *e)
+/* Spacings, which beside directions say nothing else. */
+static int parse_spacings(
+	const struct ct_headed *h, bool directed, double step[3][3], struct ct_err *e)
 {
 	double mm[3];
 	const int rc = ct_headed_numbers(h, "spacings", h->axes, mm, e);
 
+	if (rc > 0 && !directed)
+		return ct_fail(e, CT_EINPUT, "has neither space directions nor spacings");
 	for (size_t d = 0; d < h->axes && rc == 0; d++) {
-		const double by = hypot(hypot(step[d][0], step[d][1]), step[d][2]);
+		const double by = ct_vec3_length(step[d]);
 
-		if (!(fabs(mm[d] - by) <= 1e-3 * by))
+		if (directed && !(fabs(mm[d] - by) <= 1e-3 * by))
 			return ct_fail(e, CT_EGEOM,
 				"spacings: %g along axis %zu, where space directions say %g", mm[d],
 				d, by);
+		if (!directed && !(mm[d] > 0))
+			return ct_fail(e, CT_EGEOM, "spacings: %g is no distance", mm[d]);
+		if (!directed)
+			step[d][d] = mm[d];
 	}
 	return rc < 0 ? -1 : 0;
 }
@@ -208,9 +216,9 @@ static int check_spacings(const struct ct_headed *h, const double step[3][3], st
 static int parse_place(struct ct_headed *h, struct ct_err *e)
 {
 	const char *space = ct_headed_get(h, "space");
-	double by[9], step[3][3] = {{0}}, origin[3] = {0}, sign[3] = {1, 1, 1}, mm[3];
+	double by[9], step[3][3] = {{0}}, origin[3] = {0}, sign[3] = {1, 1, 1};
 	const size_t own = space ? 3 : h->axes; /* numbers of a direction */
-	int rc;
+	int rc, at;
 
 	if (space && parse_space(space, sign, e))
 		return -1;
@@ -218,26 +226,14 @@ static int parse_place(struct ct_headed *h, struct ct_err *e)
 	if (rc == 0 && own == 3 && !space)
 		return ct_fail(e, CT_EINPUT,
 			"space directions without a space: where its axes run is not known");
-	if (rc == 0) {
-		for (size_t d = 0; d < h->axes; d++)
-			memcpy(step[d], by + d * own, own * sizeof *by);
-		rc = check_spacings(h, (const double(*)[3])step, e)
-			     ? -1
-			     : ct_headed_numbers(h, "spaceorigin", own, origin, e);
-	} else if (rc > 0) {
-		rc = ct_headed_numbers(h, "spacings", h->axes, mm, e);
-		for (size_t d = 0; d < h->axes && rc == 0; d++) {
-			if (!(mm[d] > 0))
-				return ct_fail(e, CT_EGEOM, "spacings: %g is no distance", mm[d]);
-			step[d][d] = mm[d];
-		}
-		if (rc > 0)
-			return ct_fail(e, CT_EINPUT, "has neither space directions nor spacings");
-	} else
+	for (size_t d = 0; d < h->axes && rc == 0; d++)
+		memcpy(step[d], by + d * own, own * sizeof *by);
+	if (rc < 0 || parse_spacings(h, rc == 0, step, e))
 		return -1;
-	h->placed = rc == 0 && space && ct_headed_get(h, "spacedirections");
+	at = rc == 0 ? ct_headed_numbers(h, "spaceorigin", own, origin, e) : 1;
+	h->placed = at == 0 && space;
 	ct_headed_place(h, (const double(*)[3])step, origin, sign);
-	return rc < 0 ? -1 : 0;
+	return at < 0 ? -1 : 0;
 }
 
 static int parse_order(struct ct_headed *h, struct ct_err *e)

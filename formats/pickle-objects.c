@@ -1,6 +1,6 @@
 /* pickle-objects.c: the functions and objects that a pickle may name; see pickle.h. */
 #include "config.h"
-#include "formats/pickle-impl.h"
+#include "formats/pickle.h"
 
 #include <string.h>
 

@@ -1,7 +1,7 @@
 /* pickle-tensors.c: the tensors in what a pickle made; see pickle.h. */
 #include "config.h"
 #include "core/mem.h"
-#include "formats/pickle-impl.h"
+#include "formats/pickle.h"
 
 #include <stdlib.h>
 #include <string.h>

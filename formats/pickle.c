@@ -1,7 +1,7 @@
 /* pickle.c: the stack machine; see pickle.h. Instructions are those of Python's pickle, protocols 2
  * to 5. */
 #include "config.h"
-#include "formats/pickle-impl.h"
+#include "formats/pickle.h"
 #include "core/mem.h"
 
 #include <stdlib.h>
