@@ -69,18 +69,9 @@ static int make_header(char **text, size_t *length, const struct ct_gauss *g, st
 	return ct_stream_close(f, text, e);
 }
 
-/* What a viewer should show: see the activations of struct ct_gauss. */
 static float density(const struct ct_gauss *g, size_t i)
 {
-	const double z = (double)g->raw[i];
-
-	switch (g->activation) {
-	case CT_SOFTPLUS: return (float)(z > 30 ? z : log1p(exp(z)));
-	case CT_RELU: return (float)(z > 0 ? z : 0);
-	case CT_SINE: return (float)sin(z);
-	case CT_PRELU: break;
-	}
-	return (float)(z > 0 ? z : g->gamma * z);
+	return (float)ct_activation_apply(g->activation, g->gamma, (double)g->raw[i]);
 }
 
 static void make_row(float row[COLUMNS], const struct ct_gauss *g, size_t i, float most)

@@ -7,6 +7,17 @@
 #include <stdlib.h>
 #include <string.h>
 
+double ct_activation_apply(enum ct_activation a, double gamma, double z)
+{
+	switch (a) {
+	case CT_SOFTPLUS: return z > 30 ? z : log1p(exp(z));
+	case CT_RELU: return z > 0 ? z : 0;
+	case CT_SINE: return sin(z);
+	case CT_PRELU: break;
+	}
+	return z >= 0 ? z : gamma * z;
+}
+
 int ct_gauss_grow(float **column, size_t count, size_t *cap, size_t n, struct ct_err *e)
 {
 	size_t now = *cap;

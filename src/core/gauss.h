@@ -23,6 +23,8 @@ enum { CT_GAUSS_COLUMNS = 11 };
 	X(CT_RELU, "relu")                                                                         \
 	X(CT_SINE, "sine")
 enum ct_activation { CT_ACTIVATION_LIST(CT_WORD_VALUE) };
+/* Density of the raw density z: gs/prelu.h. */
+double ct_activation_apply(enum ct_activation a, double gamma, double z);
 
 struct ct_gauss {
 	size_t n, cap;

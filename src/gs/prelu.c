@@ -4,17 +4,6 @@
 
 #include <math.h>
 
-double ct_activation_apply(enum ct_activation a, double gamma, double z)
-{
-	switch (a) {
-	case CT_SOFTPLUS: return z > 30 ? z : log1p(exp(z));
-	case CT_RELU: return z > 0 ? z : 0;
-	case CT_SINE: return sin(z);
-	case CT_PRELU: break;
-	}
-	return z >= 0 ? z : gamma * z;
-}
-
 double ct_activation_slope(enum ct_activation a, double gamma, double z)
 {
 	switch (a) {

@@ -19,7 +19,6 @@
 /* Least density that softplus and relu can be asked to start from; below, they stand still. */
 #define CT_ACTIVATION_LEAST 1e-6
 
-double ct_activation_apply(enum ct_activation a, double gamma, double z);
 /* d rho / dz. At the kink of prelu and relu the slope from above, so that z = 0 can learn. */
 double ct_activation_slope(enum ct_activation a, double gamma, double z);
 /* d rho / d gamma: 0 for all but prelu. */
