@@ -7,6 +7,7 @@
 #include <ctype.h>
 #include <errno.h>
 #include <stdio.h>
+#include <sys/stat.h>
 
 static int sniff_dicom(const unsigned char *data, size_t n)
 {
@@ -46,19 +47,23 @@ enum ct_kind ct_any_sniff(const unsigned char *data, size_t n)
 	return is ? is->kind : CT_KIND_UNKNOWN;
 }
 
-int ct_any_is_stack(const char *path, bool *stack, struct ct_err *e)
+size_t ct_any_head(unsigned char head[static CT_SNIFF], const char *path)
 {
-	unsigned char first[4];
-	FILE *f;
+	struct stat st;
+	FILE *f = stat(path, &st) == 0 && S_ISREG(st.st_mode) ? fopen(path, "rb") : NULL;
+	const size_t n = f ? fread(head, 1, CT_SNIFF, f) : 0;
 
-	*stack = strcmp(path, "-") == 0;
-	if (*stack)
-		return 0;
-	if (ct_io_open(path, &f, e))
-		return -1;
-	*stack = ct_format_exr.sniff(first, fread(first, 1, sizeof first, f)) != CT_SNIFF_NO;
-	ct_io_close(f);
-	return 0;
+	if (f)
+		fclose(f);
+	return n;
+}
+
+bool ct_any_is_stack(const char *path)
+{
+	unsigned char head[CT_SNIFF];
+	const size_t n = strcmp(path, "-") == 0 ? 0 : ct_any_head(head, path);
+
+	return n == 0 || ct_format_exr.sniff(head, n) != CT_SNIFF_NO;
 }
 
 int ct_any_read(const char *path, struct ct_any *a, struct ct_err *e)

@@ -86,8 +86,10 @@ static inline bool ct_any_is_tar(const unsigned char *data, size_t n)
 	return n >= 262 && memcmp(data + 257, "ustar", 5) == 0;
 }
 
-/* Is the file a stack, by its first bytes? "-" is taken for one. CT_EINPUT. */
-int ct_any_is_stack(const char *path, bool *stack, struct ct_err *e);
+/* The first bytes of a regular file, how many; 0 of what is none or cannot be read. */
+size_t ct_any_head(unsigned char head[static CT_SNIFF], const char *path);
+/* Is it to be read as a stack: by its first bytes, or since it is none that has some? */
+bool ct_any_is_stack(const char *path);
 /* Any of our files, "-" too. *a must be zero. CT_EINPUT for another kind of file. */
 int ct_any_read(const char *path, struct ct_any *a, struct ct_err *e);
 

@@ -44,16 +44,12 @@ enum dicom_form dicom_form_of(const char *path)
 	unsigned char head[CT_SNIFF];
 	struct stat st;
 	size_t n;
-	FILE *f;
 
 	if (strcmp(path, "-") == 0 || stat(path, &st) != 0)
 		return NOT_DICOM;
 	if (S_ISDIR(st.st_mode))
 		return FOLDER;
-	f = S_ISREG(st.st_mode) ? fopen(path, "rb") : NULL;
-	n = f ? fread(head, 1, sizeof head, f) : 0;
-	if (f)
-		fclose(f);
+	n = ct_any_head(head, path);
 	if (ct_any_sniff(head, n) == CT_KIND_DICOM ||
 		(n >= 8 && (head[0] == 2 || head[0] == 8) && !head[1] && !head[3]))
 		return FILE_OF_SERIES; /* with or without its preamble */

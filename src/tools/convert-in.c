@@ -11,7 +11,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 static int raw_error(const char *text, struct ct_err *e)
 {
@@ -64,17 +63,9 @@ struct ct_dicom_in convert_dicom_in(const struct convert *p, size_t n)
 bool convert_is_picture(const char *path)
 {
 	unsigned char head[CT_SNIFF];
-	struct stat st;
-	size_t n = 0;
-	FILE *f = strcmp(path, "-") == 0 || stat(path, &st) != 0 || !S_ISREG(st.st_mode)
-			  ? NULL
-			  : fopen(path, "rb");
 
-	if (f) {
-		n = fread(head, 1, sizeof head, f);
-		fclose(f);
-	}
-	return ct_any_sniff(head, n) == CT_KIND_PICTURE;
+	return strcmp(path, "-") != 0 &&
+	       ct_any_sniff(head, ct_any_head(head, path)) == CT_KIND_PICTURE;
 }
 
 static int read_other(const struct convert *p, struct ct_vol *v, struct ct_err *e)

@@ -78,11 +78,7 @@ static int write_png(
 
 int ddnm_picture_read(const char *path, struct ct_stack *s, struct ct_err *e)
 {
-	bool exr;
-
-	if (ct_any_is_stack(path, &exr, e))
-		return -1;
-	return exr ? ct_stack_read(path, s, e) : read_picture(path, s, e);
+	return ct_any_is_stack(path) ? ct_stack_read(path, s, e) : read_picture(path, s, e);
 }
 
 int ddnm_picture_check(const char *path, const struct ct_stack *s, struct ct_err *e)

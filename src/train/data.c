@@ -91,11 +91,7 @@ static int read_picture(struct ct_pictures *s, const char *path, struct ct_err *
 
 static int read_file(struct ct_pictures *s, const char *path, struct ct_err *e)
 {
-	bool exr;
-
-	if (ct_any_is_stack(path, &exr, e))
-		return -1;
-	return exr ? read_stack(s, path, e) : read_picture(s, path, e);
+	return ct_any_is_stack(path) ? read_stack(s, path, e) : read_picture(s, path, e);
 }
 
 static int visible(const struct dirent *d)
