@@ -81,11 +81,19 @@ static size_t height(const struct run *r)
 	return r->n_stack - (r->n_mark ? r->mark[r->n_mark - 1] : 0);
 }
 
-static int pop(struct run *r, size_t *value)
+static int peek(struct run *r, size_t *value)
 {
 	if (height(r) == 0)
 		return bad(r, "nothing is on the stack");
-	*value = r->stack[--r->n_stack];
+	*value = r->stack[r->n_stack - 1];
+	return 0;
+}
+
+static int pop(struct run *r, size_t *value)
+{
+	if (peek(r, value))
+		return -1;
+	r->n_stack--;
 	return 0;
 }
 
@@ -117,9 +125,9 @@ static int protocol(struct run *r)
 	return *p >= 2 && *p <= 5 ? 0 : bad(r, "not a protocol from 2 to 5");
 }
 
-static int frame(struct run *r)
+static int skip(struct run *r)
 {
-	return take(r, 8) ? 0 : -1;
+	return take(r, r->arg) ? 0 : -1;
 }
 
 /* A value of no matter, behind which are `arg` bytes of it. */
@@ -181,22 +189,17 @@ static int tuple(struct run *r)
 		r, (struct ct_pickle_value){.kind = CT_PICKLE_TUPLE, .first = first, .n = n});
 }
 
-static int list(struct run *r)
+/* Of kind `arg`. */
+static int empty(struct run *r)
 {
-	return push_new(r, (struct ct_pickle_value){.kind = CT_PICKLE_LIST});
-}
-
-static int dict(struct run *r)
-{
-	return push_new(r, (struct ct_pickle_value){.kind = CT_PICKLE_DICT});
+	return push_new(r, (struct ct_pickle_value){.kind = (enum ct_pickle_kind)r->arg});
 }
 
 /* What is on top must be of this kind. */
 static int top(struct run *r, enum ct_pickle_kind kind, const char *why, size_t *it)
 {
-	if (height(r) == 0)
-		return bad(r, "nothing is on the stack");
-	*it = r->stack[r->n_stack - 1];
+	if (peek(r, it))
+		return -1;
 	return value(r, *it)->kind == kind ? 0 : bad(r, why);
 }
 
@@ -312,9 +315,8 @@ static int remember(struct run *r, uint64_t at)
 
 	if (at > r->n)
 		return bad(r, "remembers more than it can have made");
-	if (height(r) == 0)
-		return bad(r, "nothing is on the stack");
-	it = r->stack[r->n_stack - 1];
+	if (peek(r, &it))
+		return -1;
 	if (at >= was) {
 		if (ct_grow(&r->memo, &r->cap_memo, (size_t)at + 1, sizeof *r->memo, r->e))
 			return -1;
@@ -374,8 +376,8 @@ static const struct {
 	['s'] = {"SETITEM", set_items, 2},
 	['t'] = {"TUPLE", tuple, MARKED},
 	['u'] = {"SETITEMS", set_items, MARKED},
-	['}'] = {"EMPTY_DICT", dict, 0},
-	[']'] = {"EMPTY_LIST", list, 0},
+	['}'] = {"EMPTY_DICT", empty, CT_PICKLE_DICT},
+	[']'] = {"EMPTY_LIST", empty, CT_PICKLE_LIST},
 	[')'] = {"EMPTY_TUPLE", tuple, 0},
 	[0x80] = {"PROTO", protocol, 0},
 	[0x85] = {"TUPLE1", tuple, 1},
@@ -387,7 +389,7 @@ static const struct {
 	[0x8c] = {"SHORT_BINUNICODE", text, 1},
 	[0x93] = {"STACK_GLOBAL", stack_global, 0},
 	[0x94] = {"MEMOIZE", memoize, 0},
-	[0x95] = {"FRAME", frame, 0},
+	[0x95] = {"FRAME", skip, 8},
 };
 
 /* To the end, which leaves one value. */

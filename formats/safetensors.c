@@ -62,7 +62,8 @@ static int read_header(struct reader *d)
 	unsigned char head[8];
 	struct stat st;
 	uint64_t n;
-	char *text = NULL;
+	char *text;
+	int rc = 0;
 
 	if (fread(head, 1, sizeof head, d->f) != sizeof head)
 		return ct_fail(
@@ -71,27 +72,23 @@ static int read_header(struct reader *d)
 	if (n < 2 || n > MOST_HEADER)
 		return ct_fail(d->e, CT_EINPUT, "not a safetensors file: a header of %llu bytes",
 			(unsigned long long)n);
-	d->size = UINT64_MAX;
-	if (fstat(fileno(d->f), &st) == 0 && S_ISREG(st.st_mode) && d->f != stdin) {
-		if ((uint64_t)st.st_size < 8 + n)
-			return ct_fail(d->e, CT_EINPUT, "ends inside its header");
-		d->size = (uint64_t)st.st_size - 8 - n;
-	}
 	if (ct_alloc(&text, n, 1, d->e))
 		return -1;
-	if (fread(text, 1, n, d->f) != n) {
-		free(text);
-		return ct_fail(d->e, CT_EINPUT, "ends inside its header");
-	}
-	d->header = json_loadb(text, n, JSON_REJECT_DUPLICATES, &why);
+	if (fread(text, 1, n, d->f) != n)
+		rc = ct_fail(d->e, CT_EINPUT, "ends inside its header");
+	else
+		d->header = json_loadb(text, n, JSON_REJECT_DUPLICATES, &why);
 	free(text);
-	if (!json_is_object(d->header))
-		return ct_fail(d->e, CT_EINPUT, "the header is not a JSON object: %.100s",
+	d->size = UINT64_MAX;
+	if (fstat(fileno(d->f), &st) == 0 && S_ISREG(st.st_mode) && d->f != stdin)
+		d->size = (uint64_t)st.st_size - 8 - n;
+	if (rc == 0 && !json_is_object(d->header))
+		rc = ct_fail(d->e, CT_EINPUT, "the header is not a JSON object: %.100s",
 			d->header ? "another type" : why.text);
-	return 0;
+	return rc;
 }
 
-static int read_meta(struct reader *d, const json_t *all, struct ct_meta *m)
+static int read_meta(struct reader *d, json_t *all, struct ct_meta *m)
 {
 	const char *key;
 	json_t *value;
@@ -100,7 +97,7 @@ static int read_meta(struct reader *d, const json_t *all, struct ct_meta *m)
 		return ct_fail(d->e, CT_EINPUT, "__metadata__ is not a JSON object");
 	if (json_object_size(all) > MOST_META)
 		return ct_fail(d->e, CT_EINPUT, "__metadata__ has %zu keys", json_object_size(all));
-	json_object_foreach ((json_t *)(uintptr_t)all, key, value) {
+	json_object_foreach (all, key, value) {
 		if (!json_is_string(value))
 			return ct_fail(d->e, CT_EINPUT, "__metadata__ %.80s is not a string", key);
 		if (*key && ct_meta_set(m, key, json_string_value(value), d->e))
@@ -273,7 +270,7 @@ static int read_tensors(FILE *f, const char *name, struct ct_any *a, struct ct_e
 int ct_tensors_read_meta(const char *path, struct ct_meta *m, struct ct_err *e)
 {
 	struct reader d = {.e = e};
-	const json_t *all;
+	json_t *all;
 	int rc = -1;
 
 	*m = (struct ct_meta){0};

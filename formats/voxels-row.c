@@ -3,7 +3,7 @@
 #include "formats/voxels.h"
 
 /* Without a scale no double is needed, and none of 64-bit integers is rounded twice. */
-#define CONVERT(name, type)                                                                        \
+#define CONVERT(name, code, type)                                                                  \
 	static void from_##name(size_t n, float *restrict out, const type *restrict in,            \
 		double slope, double inter)                                                        \
 	{                                                                                          \
@@ -14,34 +14,16 @@
 				(float)(slope * (double)in[i] + inter);                            \
 		}                                                                                  \
 	}
-CONVERT(u8, uint8_t)
-CONVERT(i8, int8_t)
-CONVERT(u16, uint16_t)
-CONVERT(i16, int16_t)
-CONVERT(u32, uint32_t)
-CONVERT(i32, int32_t)
-CONVERT(u64, uint64_t)
-CONVERT(i64, int64_t)
-CONVERT(f32, float)
-CONVERT(f64, double)
+CT_VOXEL_LIST(CONVERT)
 
 void CT_SIMD_HERE(ct_voxels_row_float)(size_t n, float *restrict out, enum ct_voxel type,
 	const void *restrict in, double slope, double inter)
 {
-	switch (type) {
-	case CT_V_U8: from_u8(n, out, in, slope, inter); break;
-	case CT_V_I8: from_i8(n, out, in, slope, inter); break;
-	case CT_V_U16: from_u16(n, out, in, slope, inter); break;
-	case CT_V_I16: from_i16(n, out, in, slope, inter); break;
-	case CT_V_U32: from_u32(n, out, in, slope, inter); break;
-	case CT_V_I32: from_i32(n, out, in, slope, inter); break;
-	case CT_V_U64: from_u64(n, out, in, slope, inter); break;
-	case CT_V_I64: from_i64(n, out, in, slope, inter); break;
-	case CT_V_F32: from_f32(n, out, in, slope, inter); break;
-	case CT_V_F64: from_f64(n, out, in, slope, inter); break;
-	case CT_V_BOOL:
-	case CT_V_F16:
-	case CT_V_BF16: break; /* voxels.c */
+	switch ((int)type) {
+#define CASE(name, code, type)                                                                     \
+	case name: from_##name(n, out, in, slope, inter); break;
+		CT_VOXEL_LIST(CASE)
+	default: break; /* of voxels.c */
 	}
 }
 

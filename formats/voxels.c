@@ -16,22 +16,15 @@ bool ct_voxel_named(enum ct_voxel *type, const struct ct_voxel_name *list, const
 	return false;
 }
 
-size_t ct_voxel_bytes(int type)
+size_t ct_voxel_bytes(int code)
 {
-	switch (type) {
-	case CT_V_U8:
-	case CT_V_I8:
+	switch (code) {
+#define BYTES(name, code, type)                                                                    \
+	case name: return sizeof(type);
+		CT_VOXEL_LIST(BYTES)
 	case CT_V_BOOL: return 1;
-	case CT_V_I16:
-	case CT_V_U16:
 	case CT_V_F16:
 	case CT_V_BF16: return 2;
-	case CT_V_I32:
-	case CT_V_U32:
-	case CT_V_F32: return 4;
-	case CT_V_I64:
-	case CT_V_U64:
-	case CT_V_F64: return 8;
 	default: return 0;
 	}
 }

@@ -9,20 +9,22 @@
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "numbers are copied as they are");
 
-/* Number types; the values are the NIfTI datatype codes, and of those that NIfTI has not none that
- * its 16 bits can hold. */
+/* Number types that NIfTI has, too, by its datatype codes. */
+#define CT_VOXEL_LIST(X)                                                                           \
+	X(CT_V_U8, 2, uint8_t)                                                                     \
+	X(CT_V_I16, 4, int16_t)                                                                    \
+	X(CT_V_I32, 8, int32_t)                                                                    \
+	X(CT_V_F32, 16, float)                                                                     \
+	X(CT_V_F64, 64, double)                                                                    \
+	X(CT_V_I8, 256, int8_t)                                                                    \
+	X(CT_V_U16, 512, uint16_t)                                                                 \
+	X(CT_V_U32, 768, uint32_t)                                                                 \
+	X(CT_V_I64, 1024, int64_t)                                                                 \
+	X(CT_V_U64, 1280, uint64_t)
+/* And others, of no code that its 16 bits can hold. */
 enum ct_voxel {
-	CT_V_U8 = 2,
-	CT_V_I16 = 4,
-	CT_V_I32 = 8,
-	CT_V_F32 = 16,
-	CT_V_F64 = 64,
-	CT_V_I8 = 256,
-	CT_V_U16 = 512,
-	CT_V_U32 = 768,
-	CT_V_I64 = 1024,
-	CT_V_U64 = 1280,
-	CT_V_BOOL = 1 << 16, /* 1 if not 0 */
+#define CT_VOXEL_CODE(name, code, type) name = code,
+	CT_VOXEL_LIST(CT_VOXEL_CODE) CT_V_BOOL = 1 << 16, /* 1 if not 0 */
 	CT_V_F16,
 	CT_V_BF16
 };
