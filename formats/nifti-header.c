@@ -8,81 +8,72 @@
 #include <stdio.h>
 #include <string.h>
 
-enum kind { U8, I16, I32, I64, F32, F64 };
-
-static const unsigned char width[] = {1, 2, 4, 8, 4, 8};
-
 #define AT(f) offsetof(struct ct_nii, f)
 /* Where a field lies in version 1 and 2, and in struct ct_nii. */
 static const struct field {
 	size_t at, count;
 	struct {
-		unsigned short at;
-		enum kind kind;
+		size_t at;
+		enum ct_voxel type;
 	} in[2];
 } fields[] = {
-	{AT(dim), 8, {{40, I16}, {16, I64}}},
-	{AT(type), 1, {{70, I16}, {12, I16}}},
-	{AT(bits), 1, {{72, I16}, {14, I16}}},
-	{AT(pixdim), 8, {{76, F32}, {104, F64}}},
-	{AT(start), 1, {{108, F32}, {168, I64}}},
-	{AT(slope), 1, {{112, F32}, {176, F64}}},
-	{AT(inter), 1, {{116, F32}, {184, F64}}},
-	{AT(units), 1, {{123, U8}, {500, I32}}},
-	{AT(qform), 1, {{252, I16}, {344, I32}}},
-	{AT(sform), 1, {{254, I16}, {348, I32}}},
-	{AT(quat), 3, {{256, F32}, {352, F64}}},
-	{AT(shift), 3, {{268, F32}, {376, F64}}},
-	{AT(srow), 12, {{280, F32}, {400, F64}}},
+	{AT(dim), 8, {{40, CT_V_I16}, {16, CT_V_I64}}},
+	{AT(type), 1, {{70, CT_V_I16}, {12, CT_V_I16}}},
+	{AT(bits), 1, {{72, CT_V_I16}, {14, CT_V_I16}}},
+	{AT(pixdim), 8, {{76, CT_V_F32}, {104, CT_V_F64}}},
+	{AT(start), 1, {{108, CT_V_F32}, {168, CT_V_I64}}},
+	{AT(slope), 1, {{112, CT_V_F32}, {176, CT_V_F64}}},
+	{AT(inter), 1, {{116, CT_V_F32}, {184, CT_V_F64}}},
+	{AT(units), 1, {{123, CT_V_U8}, {500, CT_V_I32}}},
+	{AT(qform), 1, {{252, CT_V_I16}, {344, CT_V_I32}}},
+	{AT(sform), 1, {{254, CT_V_I16}, {348, CT_V_I32}}},
+	{AT(quat), 3, {{256, CT_V_F32}, {352, CT_V_F64}}},
+	{AT(shift), 3, {{268, CT_V_F32}, {376, CT_V_F64}}},
+	{AT(srow), 12, {{280, CT_V_F32}, {400, CT_V_F64}}},
 };
 
 static const char magic1[4] = "n+1", magic1_pair[4] = "ni1";
 static const char magic2[8] = "n+2\0\r\n\032\n", magic2_pair[8] = "ni2\0\r\n\032\n";
 
-/* Bits of `bytes` bytes, first byte lowest unless big. */
-static uint64_t bits_of(const unsigned char *p, size_t bytes, bool big)
+/* The bits of one number. */
+static uint64_t bits_of(const unsigned char *p, enum ct_voxel type, bool big)
 {
+	const size_t bytes = ct_voxel_bytes((int)type);
 	uint64_t u = 0;
 
-	for (size_t i = 0; i < bytes; i++)
-		u |= (uint64_t)p[i] << 8 * (big ? bytes - 1 - i : i);
-	return u;
+	memcpy(&u, p, bytes);
+	return big ? __builtin_bswap64(u) >> (64 - 8 * bytes) : u;
 }
 
-static double get(const unsigned char *p, enum kind kind, bool big)
+static double get(const unsigned char *p, enum ct_voxel type, bool big)
 {
-	const uint64_t u = bits_of(p, width[kind], big);
-	const uint32_t u32 = (uint32_t)u;
+	const uint64_t u = bits_of(p, type, big);
 	float f;
 	double d;
 
-	switch (kind) {
-	case U8: return (double)u;
-	case I16: return (double)(int16_t)u;
-	case I32: return (double)(int32_t)u;
-	case I64: return (double)(int64_t)u;
-	case F32: memcpy(&f, &u32, sizeof f); return (double)f;
-	case F64: break;
+	switch ((int)type) {
+	case CT_V_U8: return (double)u;
+	case CT_V_I16: return (double)(int16_t)u;
+	case CT_V_I32: return (double)(int32_t)u;
+	case CT_V_I64: return (double)(int64_t)u;
+	case CT_V_F32: memcpy(&f, &u, sizeof f); return (double)f;
+	default: memcpy(&d, &u, sizeof d); return d;
 	}
-	memcpy(&d, &u, sizeof d);
-	return d;
 }
 
-static void put(unsigned char *p, enum kind kind, double x)
+static void put(unsigned char *p, enum ct_voxel type, double x)
 {
 	const float f = (float)x;
-	uint32_t u32;
-	uint64_t u;
+	int64_t whole;
 
-	if (kind == F32) {
-		memcpy(&u32, &f, sizeof u32);
-		u = u32;
-	} else if (kind == F64)
-		memcpy(&u, &x, sizeof u);
-	else
-		u = (uint64_t)(int64_t)x;
-	for (size_t i = 0; i < width[kind]; i++)
-		p[i] = (unsigned char)(u >> 8 * i);
+	if (type == CT_V_F32)
+		memcpy(p, &f, sizeof f);
+	else if (type == CT_V_F64)
+		memcpy(p, &x, sizeof x);
+	else {
+		whole = (int64_t)x;
+		memcpy(p, &whole, ct_voxel_bytes((int)type));
+	}
 }
 
 size_t ct_nii_size(const struct ct_nii *h)
@@ -94,7 +85,8 @@ int ct_nii_sniff(struct ct_nii *h, const unsigned char *raw, struct ct_err *e)
 {
 	for (int big = 0; big < 2; big++)
 		for (int version = 1; version <= 2; version++)
-			if (bits_of(raw, 4, big) == (version == 2 ? CT_NII_HEAD2 : CT_NII_HEAD1)) {
+			if (bits_of(raw, CT_V_I32, big) ==
+				(version == 2 ? CT_NII_HEAD2 : CT_NII_HEAD1)) {
 				h->version = version;
 				h->big = big;
 				return 0;
@@ -141,11 +133,11 @@ int ct_nii_unpack(struct ct_nii *h, const unsigned char *raw, struct ct_err *e)
 		return -1;
 	for (size_t i = 0; i < sizeof fields / sizeof fields[0]; i++) {
 		const struct field *f = &fields[i];
-		const enum kind kind = f->in[h->version - 1].kind;
+		const enum ct_voxel type = f->in[h->version - 1].type;
+		const unsigned char *p = raw + f->in[h->version - 1].at;
 
 		for (size_t k = 0; k < f->count; k++) {
-			double x =
-				get(raw + f->in[h->version - 1].at + k * width[kind], kind, h->big);
+			double x = get(p + k * ct_voxel_bytes((int)type), type, h->big);
 
 			memcpy((char *)h + f->at + k * sizeof x, &x, sizeof x);
 		}
@@ -176,7 +168,7 @@ int ct_nii_unpack(struct ct_nii *h, const unsigned char *raw, struct ct_err *e)
 
 void ct_nii_pack(const struct ct_nii *h, const char *descrip, unsigned char *raw)
 {
-	put(raw, I32, (double)ct_nii_size(h));
+	put(raw, CT_V_I32, (double)ct_nii_size(h));
 	if (h->version == 2)
 		memcpy(raw + 4, magic2, sizeof magic2);
 	else {
@@ -185,13 +177,14 @@ void ct_nii_pack(const struct ct_nii *h, const char *descrip, unsigned char *raw
 	}
 	for (size_t i = 0; i < sizeof fields / sizeof fields[0]; i++) {
 		const struct field *f = &fields[i];
-		const enum kind kind = f->in[h->version - 1].kind;
+		const enum ct_voxel type = f->in[h->version - 1].type;
+		unsigned char *p = raw + f->in[h->version - 1].at;
 
 		for (size_t k = 0; k < f->count; k++) {
 			double x;
 
 			memcpy(&x, (const char *)h + f->at + k * sizeof x, sizeof x);
-			put(raw + f->in[h->version - 1].at + k * width[kind], kind, x);
+			put(p + k * ct_voxel_bytes((int)type), type, x);
 		}
 	}
 	snprintf((char *)raw + (h->version == 2 ? 240 : 148), 80, "%s", descrip);
