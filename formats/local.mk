@@ -23,6 +23,5 @@ libct_a_SOURCES += formats/safetensors.c
 libct_a_SOURCES += formats/zip.c formats/zip.h formats/pickle.c formats/pickle.h
 libct_a_SOURCES += formats/pickle-objects.c formats/pickle-tensors.c formats/pt.c
 libct_a_SOURCES += formats/text.c formats/text.h
-libct_a_SOURCES += formats/base64.c formats/base64.h
 libct_a_SOURCES += formats/ply-read.c formats/ply-write.c formats/ply.h
 libct_a_SOURCES += formats/any.c formats/any.h

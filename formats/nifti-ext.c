@@ -1,7 +1,6 @@
 /* nifti-ext.c: metadata as header extensions, and foreign extensions as metadata. */
 #include "config.h"
 #include "core/mem.h"
-#include "formats/base64.h"
 #include "formats/nifti-impl.h"
 #include "formats/text.h"
 
@@ -63,7 +62,7 @@ int ct_nii_ext_read(struct ct_meta *m, size_t *pairs, size_t k, int ecode, const
 		return -1;
 	snprintf(name, sizeof name, "%s%zu", foreign, k);
 	head = snprintf(text, 14, "%d ", ecode);
-	ct_base64_encode(text + head, p, bytes);
+	ct_text_base64(text + head, p, bytes);
 	rc = ct_meta_set(m, name, text, e);
 	free(text);
 	return rc;
@@ -129,7 +128,7 @@ static int append_foreign(struct ct_nii_head *to, const struct ct_pair *pair, st
 	if (ct_alloc(&bytes, strlen(pair->value) + 1, 1, e))
 		return -1;
 	if (errno == 0 && *end == ' ' && ecode >= INT32_MIN && ecode <= INT32_MAX)
-		count = ct_base64_decode(bytes, end + 1);
+		count = ct_text_of_base64(bytes, end + 1);
 	if (count == SIZE_MAX)
 		rc = ct_fail(e, CT_EINPUT, "metadata %s is not \"ECODE BASE64\"", pair->key);
 	else

@@ -1,4 +1,4 @@
-/* text.h: our strings in UTF-8, which JSON and HTML want. */
+/* text.h: our strings in UTF-8, which JSON and HTML want, and bytes as base64, RFC 4648. */
 #ifndef CT_FORMATS_TEXT_H
 #define CT_FORMATS_TEXT_H
 #include <jansson.h>
@@ -10,5 +10,13 @@ json_t *ct_text_json(const char *s);
 char *ct_text_of_json(const json_t *o, size_t flags);
 /* Bytes of the UTF-8 character that n bytes, or a string, begin with; 0 for one in error. */
 size_t ct_text_character(const char *s, size_t n);
+
+/* Room for the text of n bytes. */
+#define CT_TEXT_BASE64(n) (4 * (((n) + 2) / 3) + 1)
+
+/* The text of n bytes into out, which has room for CT_TEXT_BASE64(n). */
+void ct_text_base64(char *out, const unsigned char *p, size_t n);
+/* The bytes of a text, at most 3/4 of its length; their number, or SIZE_MAX for bad text. */
+size_t ct_text_of_base64(unsigned char *out, const char *s);
 
 #endif

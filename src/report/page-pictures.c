@@ -6,7 +6,7 @@
  * again, and so windows HU, not grey. */
 #include "config.h"
 #include "core/mem.h"
-#include "formats/base64.h"
+#include "formats/text.h"
 #include "picture/montage.h"
 #include "report/page.h"
 
@@ -208,7 +208,7 @@ static int desk_alloc(struct desk *d, size_t pixels, struct ct_err *e)
 			       ct_alloc(&d->v, pixels, sizeof *d->v, e) ||
 			       ct_alloc(&d->plain, pixels, 2, e) ||
 			       ct_alloc(&d->packed, d->room, 1, e) ||
-			       ct_alloc(&d->text, CT_BASE64_ROOM(d->room), 1, e)
+			       ct_alloc(&d->text, CT_TEXT_BASE64(d->room), 1, e)
 		       ? -1
 		       : 0;
 }
@@ -242,7 +242,7 @@ static int put_picture(FILE *f, struct desk *d, size_t w, size_t h, struct ct_er
 	bytes = libdeflate_zlib_compress(d->z, d->plain, 2 * n, d->packed, d->room);
 	if (bytes == 0)
 		return ct_fail(e, CT_ENOMEM, "no memory");
-	ct_base64_encode(d->text, d->packed, bytes);
+	ct_text_base64(d->text, d->packed, bytes);
 	fputs(d->text, f);
 	return 0;
 }
