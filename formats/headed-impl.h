@@ -21,8 +21,8 @@ struct ct_headed {
 int ct_headed_mha(FILE *f, char *line, struct ct_headed *h, struct ct_err *e);
 int ct_headed_nrrd(FILE *f, struct ct_headed *h, struct ct_err *e);
 
-/* The next line, without its end; *line is to be freed. 1; 0 at the end of the file; CT_EINPUT for
- * what is no text. */
+/* The next line, without its end; *line is to be freed in any case. 1; 0 at the end of the file;
+ * CT_EINPUT for what is no text. */
 int ct_headed_line(FILE *f, char **line, struct ct_err *e);
 /* Its value, or NULL. */
 const char *ct_headed_get(const struct ct_headed *h, const char *key);

@@ -54,6 +54,7 @@ static int read_fields(FILE *f, struct ct_headed *h, struct ct_err *e)
 		if (last || rc)
 			return rc;
 	}
+	free(line);
 	if (rc < 0 || ct_headed_get(h, "datafile"))
 		return rc;
 	return ct_fail(e, CT_EINPUT, "truncated header: no empty line ends it");

@@ -52,9 +52,9 @@ int ct_headed_line(FILE *f, char **line, struct ct_err *e)
 	*line = NULL;
 	while ((c = getc(f)) != EOF && c != '\n') {
 		if (c == '\0' || n + 1 >= LONGEST_LINE)
-			goto none;
+			return ct_fail(e, CT_EINPUT, "its header is no text");
 		if (ct_grow(line, &cap, n + 2, 1, e))
-			goto fail;
+			return -1;
 		(*line)[n++] = (char)c;
 	}
 	if (c == EOF && n == 0)
@@ -62,15 +62,9 @@ int ct_headed_line(FILE *f, char **line, struct ct_err *e)
 	if (n > 0 && (*line)[n - 1] == '\r')
 		n--;
 	if (ct_grow(line, &cap, n + 1, 1, e))
-		goto fail;
+		return -1;
 	(*line)[n] = '\0';
 	return 1;
-none:
-	ct_fail(e, CT_EINPUT, "its header is no text");
-fail:
-	free(*line);
-	*line = NULL;
-	return -1;
 }
 
 static char *trim(char *s)
@@ -277,13 +271,14 @@ static int read_header(FILE *f, struct ct_headed *h, struct ct_err *e)
 	char *line;
 	int rc = ct_headed_line(f, &line, e);
 
-	if (rc <= 0)
-		return rc < 0 ? -1 : ct_fail(e, CT_EINPUT, "is empty");
-	if (sniff_nrrd((const unsigned char *)line, strlen(line)) != CT_SNIFF_NO)
+	if (rc == 0)
+		rc = ct_fail(e, CT_EINPUT, "is empty");
+	else if (rc > 0 && sniff_nrrd((const unsigned char *)line, strlen(line)) != CT_SNIFF_NO)
 		rc = ct_headed_nrrd(f, h, e);
-	else if (sniff_metaimage((const unsigned char *)line, strlen(line)) != CT_SNIFF_NO)
+	else if (rc > 0 &&
+		 sniff_metaimage((const unsigned char *)line, strlen(line)) != CT_SNIFF_NO)
 		rc = ct_headed_mha(f, line, h, e);
-	else
+	else if (rc > 0)
 		rc = ct_fail(e, CT_EINPUT, "not a NIfTI file, nor MetaImage or NRRD");
 	free(line);
 	return rc;

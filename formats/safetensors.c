@@ -236,20 +236,20 @@ static int read_data(struct reader *d, struct ct_tensors *w)
 
 int ct_tensors_sign(struct ct_tensors *w, const char *path, struct ct_err *e)
 {
-	struct ct_piece *piece;
+	struct ct_hash *h;
 	int rc;
 
-	if (ct_alloc(&piece, 3 * w->n, sizeof *piece, e))
+	if (ct_hash_alloc(&h, e))
 		return -1;
 	for (size_t i = 0; i < w->n; i++) {
 		const struct ct_tensor *t = &w->t[i];
 
-		piece[3 * i] = (struct ct_piece){t->name, strlen(t->name) + 1};
-		piece[3 * i + 1] = (struct ct_piece){t->dim, t->rank * sizeof *t->dim};
-		piece[3 * i + 2] = (struct ct_piece){t->data, ct_tensor_count(t) * sizeof *t->data};
+		CT_SIMD(ct_hash_add)(h, t->name, strlen(t->name) + 1);
+		CT_SIMD(ct_hash_add)(h, t->dim, t->rank * sizeof *t->dim);
+		CT_SIMD(ct_hash_add)(h, t->data, ct_tensor_count(t) * sizeof *t->data);
 	}
-	rc = ct_meta_input(&w->meta, path, 3 * w->n, piece, e);
-	free(piece);
+	rc = ct_hash_input(h, &w->meta, path, e);
+	free(h);
 	return rc;
 }
 
