@@ -5,6 +5,8 @@
 #include "formats/source.h"
 #include "formats/voxels.h"
 
+#include <assert.h>
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -44,6 +46,7 @@ static int give(struct ct_sink *s, const void *data, size_t n, bool last, struct
 {
 	int z = Z_OK;
 
+	assert(n <= UINT_MAX);
 	if (!s->packed)
 		return put(s, data, n, e);
 	s->z.next_in = (z_const Bytef *)(uintptr_t)data;
@@ -62,12 +65,7 @@ static int give(struct ct_sink *s, const void *data, size_t n, bool last, struct
 
 int ct_sink_give(struct ct_sink *s, const void *data, size_t n, struct ct_err *e)
 {
-	const char *p = data;
-
-	for (size_t at = 0; at < n; at += BLOCK)
-		if (give(s, p + at, n - at < BLOCK ? n - at : BLOCK, false, e))
-			return -1;
-	return 0;
+	return give(s, data, n, false, e);
 }
 
 int ct_sink_some(struct ct_sink *s, size_t n, const float *x, bool i16, bool exact, bool *fits,
