@@ -78,7 +78,7 @@ int ct_format_read_bytes(const struct ct_format *is, const unsigned char *data, 
 int ct_format_read(
 	const struct ct_format *const *list, const char *path, struct ct_any *a, struct ct_err *e);
 
-/* All that we read, and DICOM and pictures. */
+/* Of all that we read, and DICOM and pictures. */
 enum ct_kind ct_any_sniff(const unsigned char *data, size_t n);
 /* A tar archive. */
 static inline bool ct_any_is_tar(const unsigned char *data, size_t n)

@@ -225,9 +225,10 @@ static int build(struct file *f, const char *path, const struct ct_stack *s,
 	packer_free(&p);
 	if (r == EXR_ERR_SUCCESS)
 		return 0;
-	return f->starved ? ct_blame(e, path)
-			  : ct_fail(e, r == EXR_ERR_OUT_OF_MEMORY ? CT_ENOMEM : CT_EFAIL, "%s: %s",
-				    path, exr_get_default_error_message(r));
+	if (!f->starved)
+		ct_fail(e, r == EXR_ERR_OUT_OF_MEMORY ? CT_ENOMEM : CT_EFAIL, "%s",
+			exr_get_default_error_message(r));
+	return ct_blame(e, path);
 }
 
 int ct_stack_write(

@@ -185,36 +185,28 @@ static int start_hash(struct ct_hash **hash, const struct ct_vol *v, struct ct_e
 	return 0;
 }
 
-/* The next numbers, as many as a block holds, or fewer: *n of them. */
-static int take_some(
-	struct ct_source *s, const struct ct_stored *how, size_t *n, float *out, struct ct_err *e)
-{
-	const size_t bytes = ct_voxel_bytes((int)how->type);
-	const bool as_is = how->type == CT_V_F32 && !how->big && how->slope == 1 && how->inter == 0;
-
-	*n = *n < BLOCK / bytes ? *n : BLOCK / bytes;
-	ct_mem_touch(out, *n * sizeof *out);
-	if (ct_source_take(s, as_is ? (void *)out : s->block, *n * bytes, e))
-		return -1;
-	if (how->big)
-		ct_voxels_swap(*n, bytes, s->block);
-	if (!as_is)
-		ct_voxels_float(*n, out, how->type, s->block, how->slope, how->inter);
-	return 0;
-}
-
-int ct_source_numbers(struct ct_source *s, const struct ct_stored *how, size_t n, float *out,
+/* The next n numbers into out, and into the hash, if that is not NULL, while they are in the cache.
+ */
+static int take_numbers(struct ct_source *s, const struct ct_stored *how, size_t n, float *out,
 	struct ct_hash *hash, struct ct_err *e)
 {
-	for (size_t done = 0, some; done < n; done += some) {
-		some = n - done;
-		if (take_some(s, how, &some, out + done, e))
+	const size_t bytes = ct_voxel_bytes((int)how->type), most = BLOCK / bytes;
+	const bool as_is = how->type == CT_V_F32 && !how->big && how->slope == 1 && how->inter == 0;
+
+	for (size_t some; n > 0; n -= some, out += some) {
+		some = n < most ? n : most;
+		ct_mem_touch(out, some * sizeof *out);
+		if (ct_source_take(s, as_is ? (void *)out : s->block, some * bytes, e))
 			return s->packed || ferror(s->f)
 				       ? -1
 				       : ct_fail(e, CT_EINPUT,
 						 "truncated file: shorter than its sizes and type say");
+		if (how->big)
+			ct_voxels_swap(some, bytes, s->block);
+		if (!as_is)
+			ct_voxels_float(some, out, how->type, s->block, how->slope, how->inter);
 		if (hash)
-			CT_SIMD(ct_hash_add)(hash, out + done, some * sizeof *out);
+			CT_SIMD(ct_hash_add)(hash, out, some * sizeof *out);
 	}
 	return 0;
 }
@@ -230,7 +222,7 @@ int ct_source_volume(struct ct_source *s, const struct ct_stored *how, const cha
 		return -1;
 	memcpy(v->affine, head.affine, sizeof v->affine);
 	rc = ct_vol_check_grid(v, e) || start_hash(&hash, v, e) ||
-			     ct_source_numbers(s, how, ct_vol_count(v), v->data, hash, e) ||
+			     take_numbers(s, how, ct_vol_count(v), v->data, hash, e) ||
 			     drain(s, e) || ct_hash_input(hash, &v->meta, name, e)
 		     ? -1
 		     : 0;
@@ -242,8 +234,7 @@ int ct_source_whole(FILE *f, const struct ct_stored *how, size_t n, float *out, 
 	struct ct_err *e)
 {
 	struct ct_source s = {0};
-	int rc = ct_source_open(&s, f, CT_PACKING_NONE, e) ||
-				 ct_source_numbers(&s, how, n, out, NULL, e)
+	int rc = ct_source_open(&s, f, CT_PACKING_NONE, e) || take_numbers(&s, how, n, out, NULL, e)
 			 ? -1
 			 : 0;
 

@@ -5,7 +5,6 @@
 #ifndef CT_FORMATS_SOURCE_H
 #define CT_FORMATS_SOURCE_H
 #include "core/vol.h"
-#include "formats/hash.h"
 #include "formats/voxels.h"
 
 #include <stdbool.h>
@@ -49,10 +48,6 @@ struct ct_stored {
 	bool big;            /* big-endian */
 	double slope, inter; /* HU = slope*stored + inter */
 };
-/* The next n of them into out, and into the hash, if that is not NULL, while they are in the cache.
- * CT_EINPUT if there are fewer. */
-int ct_source_numbers(struct ct_source *s, const struct ct_stored *how, size_t n, float *out,
-	struct ct_hash *hash, struct ct_err *e);
 /* Those of n voxels are so many bytes. CT_EINPUT. */
 int ct_stored_bytes(
 	const struct ct_stored *how, const size_t n[static 3], size_t *bytes, struct ct_err *e);
