@@ -1,10 +1,10 @@
-/* edge-rows.c: the rows of profile-rows.h of volumes from standard input, for rows.py.
+/* edge-rows.c: the rows of profile.h of volumes from standard input, for rows.py.
  *
  * A request: int32 nx, ny, nz, axis, alone, no; float32 factor; nx ny nz float32 HU. The answer:
  * int32 rows of each set, and 256 rows of each in float32, of which those past that are 0.
  */
 #include "config.h"
-#include "resolution/profile-rows.h"
+#include "resolution/profile.h"
 
 #include <stdint.h>
 #include <stdio.h>
@@ -16,13 +16,13 @@ enum { ROWS = 256 };
 static int answer(const int32_t head[6], float factor, const float *x)
 {
 	const size_t n[3] = {(size_t)head[0], (size_t)head[1], (size_t)head[2]};
-	struct ct_profile_rows r = {0};
+	static struct ct_profile_rows r;
 	struct ct_padding padding = {0};
 	struct ct_err err;
 	int32_t count[CT_PROFILE_SETS];
 	static float out[ROWS][CT_EDGE_ROW];
 
-	if (ct_profile_rows_alloc(&r, &err) || ct_padding_find(&padding, x, n, &err) ||
+	if (ct_padding_find(&padding, x, n, &err) ||
 		ct_profile_rows_draw(&r, x, &padding, n, head[3], (double)factor, head[4] != 0,
 			(unsigned)head[5], NULL, &err)) {
 		fprintf(stderr, "edge-rows: %s\n", err.msg);
@@ -40,7 +40,6 @@ static int answer(const int32_t head[6], float factor, const float *x)
 		fwrite(out, sizeof out, 1, stdout);
 	}
 	ct_padding_free(&padding);
-	ct_profile_rows_free(&r);
 	return fflush(stdout);
 }
 

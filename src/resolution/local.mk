@@ -1,14 +1,13 @@
 # The degradation D and its inverse: resampling, SVD, consistency, total variation, blur.
 libct_a_SOURCES += src/resolution/separable.c src/resolution/separable.h
-SIMD_SOURCES += src/resolution/separable-rows.c src/resolution/separable-rows.h
+SIMD_SOURCES += src/resolution/separable-rows.c
 libct_a_SOURCES += src/resolution/resample.c src/resolution/resample.h
 libct_a_SOURCES += src/resolution/degrade.c src/resolution/degrade.h
 libct_a_SOURCES += src/resolution/slice-profile.c src/resolution/slice-profile.h
 libct_a_SOURCES += src/resolution/slice-pair.c src/resolution/slice-pair.h
 libct_a_SOURCES += src/resolution/slice-fit.c src/resolution/slice-fit.h
 libct_a_SOURCES += src/resolution/regrid.c src/resolution/regrid.h
-libct_a_SOURCES += src/resolution/crop.c src/resolution/body.c src/resolution/crop.h
-libct_a_SOURCES += src/resolution/reorient.c src/resolution/reorient.h
+libct_a_SOURCES += src/resolution/crop.c src/resolution/crop.h
 libct_a_SOURCES += src/resolution/svd.c src/resolution/svd.h
 SIMD_SOURCES += src/resolution/cosine-strip.c src/resolution/turn.h
 libct_a_SOURCES += src/resolution/cosine.c src/resolution/cosine.h
@@ -25,8 +24,7 @@ libct_a_SOURCES += src/resolution/hessian-tv.c
 SIMD_SOURCES += src/resolution/hessian-row.c src/resolution/hessian-row.h
 libct_a_SOURCES += src/resolution/padding.c src/resolution/padding.h
 libct_a_SOURCES += src/resolution/edge-lines.c src/resolution/edge-lines.h
-libct_a_SOURCES += src/resolution/profile.c src/resolution/profile.h
-libct_a_SOURCES += src/resolution/profile-rows.c src/resolution/profile-rows.h
+libct_a_SOURCES += src/resolution/profile.c src/resolution/profile-rows.c src/resolution/profile.h
 EXTRA_DIST += src/resolution/profile-network.bin
 BUILT_SOURCES += src/resolution/profile-network.inc
 CLEANFILES += src/resolution/profile-network.inc

@@ -1,27 +1,10 @@
-/* profile-rows.c: see profile-rows.h. */
+/* profile-rows.c: what the networks of profile.h see. */
 #include "config.h"
 #include "core/mem.h"
 #include "resolution/degrade.h"
-#include "resolution/padding.h"
-#include "resolution/profile-rows.h"
+#include "resolution/profile.h"
 
 #include <stdlib.h>
-
-int ct_profile_rows_alloc(struct ct_profile_rows *r, struct ct_err *e)
-{
-	*r = (struct ct_profile_rows){0};
-	if (ct_alloc(&r->set[0], (size_t)CT_PROFILE_SETS * CT_EDGE_PLACES, sizeof *r->set[0], e))
-		return -1;
-	for (int k = 1; k < CT_PROFILE_SETS; k++)
-		r->set[k] = r->set[0] + k * CT_EDGE_PLACES;
-	return 0;
-}
-
-void ct_profile_rows_free(struct ct_profile_rows *r)
-{
-	free(r->set[0]);
-	*r = (struct ct_profile_rows){0};
-}
 
 /* At most `most` rows more, along an axis of x, for set k. */
 static int add(struct ct_profile_rows *r, int k, size_t most, const float *x,

@@ -1,8 +1,6 @@
 /* profile.c: see profile.h. */
 #include "config.h"
 #include "core/mem.h"
-#include "resolution/padding.h"
-#include "resolution/profile-rows.h"
 #include "resolution/profile.h"
 
 #include <math.h>
@@ -146,12 +144,12 @@ int ct_profile_measure(struct ct_profile out[static 3], const struct ct_vol *v,
 	const double factor[static 3], struct ct_par *par, struct ct_err *e)
 {
 	const bool alone = (factor[0] > 1) + (factor[1] > 1) + (factor[2] > 1) == 1;
-	struct ct_profile_rows r = {0};
+	struct ct_profile_rows *r = NULL;
 	struct ct_padding padding = {0};
 	float *w = NULL;
 	int rc = -1;
 
-	if (ct_profile_rows_alloc(&r, e) ||
+	if (ct_alloc(&r, 1, sizeof *r, e) ||
 		ct_alloc(&w, (size_t)NETWORKS * WEIGHTS, sizeof *w, e) ||
 		ct_padding_find(&padding, v->data, v->n, e))
 		goto out;
@@ -162,15 +160,15 @@ int ct_profile_measure(struct ct_profile out[static 3], const struct ct_vol *v,
 		if (!(factor[a] > 1))
 			continue;
 		if (ct_profile_rows_draw(
-			    &r, v->data, &padding, v->n, a, factor[a], alone, 0, par, e))
+			    r, v->data, &padding, v->n, a, factor[a], alone, 0, par, e))
 			goto out;
-		if (r.n[0] > 0)
-			out[a] = measure(&r, factor[a], alone, w);
+		if (r->n[0] > 0)
+			out[a] = measure(r, factor[a], alone, w);
 	}
 	rc = 0;
 out:
 	ct_padding_free(&padding);
-	ct_profile_rows_free(&r);
+	free(r);
 	free(w);
 	return rc;
 }

@@ -6,18 +6,25 @@
  * is above the Nyquist frequency was cut off, which rings), or it aliases (points, means, and the
  * slices of scanners).
  *
- * Two networks see the sets of profile-rows.h, each row by itself through three layers. The means
+ * Two networks see sets of rows of edge-lines.h, each row by itself through three layers. The means
  * and the logarithms of the variances of the last, and two means whose weights it gives too, go
  * through three more, with the factor. They are others where one axis alone is refined. The mean of
  * the two networks counts. bench/profile/ has their training.
+ *
+ * The first set is drawn along the axis. Where one axis alone is refined, the anatomy along the
+ * others says how soft it is by itself. So v is averaged along another axis, over as many voxels:
+ * the second set is drawn along the axis there, the third along that other axis, whose profile is
+ * known. The fourth is drawn along the other axis, once that is band-limited (P1 of degrade.h). Of
+ * two other axes each gives half of a set.
  */
 #ifndef CT_RESOLUTION_PROFILE_H
 #define CT_RESOLUTION_PROFILE_H
 #include "core/par.h"
 #include "core/vol.h"
 #include "resolution/edge-lines.h"
+#include "resolution/padding.h"
 
-#include <stddef.h>
+#include <stdbool.h>
 
 struct ct_profile {
 	double spread;    /* voxels of v; NaN if nothing can be said */
@@ -32,5 +39,19 @@ struct ct_profile {
  * NaN. The result does not depend on the number of threads. CT_ENOMEM. */
 int ct_profile_measure(struct ct_profile out[static 3], const struct ct_vol *v,
 	const double factor[static 3], struct ct_par *par, struct ct_err *e);
+
+/* What the networks see of an axis. */
+enum { CT_PROFILE_SETS = 4 };
+struct ct_profile_rows {
+	float set[CT_PROFILE_SETS][CT_EDGE_PLACES][CT_EDGE_ROW]; /* 480 KiB */
+	size_t n[CT_PROFILE_SETS];
+};
+
+/* The sets along an axis of x, n voxels, HU, finite, with its padding, that is refined `factor`
+ * times, and no other axis if `alone`. Axes whose bit is in `no` are not drawn along beside it.
+ * CT_ENOMEM. */
+int ct_profile_rows_draw(struct ct_profile_rows *r, const float *x,
+	const struct ct_padding *padding, const size_t n[static 3], int axis, double factor,
+	bool alone, unsigned no, struct ct_par *par, struct ct_err *e);
 
 #endif

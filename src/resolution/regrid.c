@@ -3,7 +3,6 @@
 #include "resolution/regrid.h"
 #include "resolution/degrade.h"
 #include "resolution/crop.h"
-#include "resolution/reorient.h"
 #include "resolution/resample.h"
 #include "resolution/slice-profile.h"
 
@@ -44,13 +43,71 @@ static int permute(struct ct_meta *m, const char *key, const int axis[3], struct
 	return ct_meta_setf(m, e, key, "%.9g,%.9g,%.9g", x[axis[0]], x[axis[1]], x[axis[2]]);
 }
 
+/* New axis d is axis[d] of the old grid a, backwards if sign[d] is -1. */
+static void find_axes(
+	int axis[3], int sign[3], const double a[3][4], const int world[3], const int towards[3])
+{
+	static const int all[6][3] = {
+		{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+	double best = -1;
+
+	for (int p = 0; p < 6; p++) {
+		double sum = 0;
+
+		for (int d = 0; d < 3; d++) {
+			const int o = all[p][d];
+
+			sum += fabs(a[world[d]][o]) / hypot(hypot(a[0][o], a[1][o]), a[2][o]);
+		}
+		if (sum > best + 1e-9) {
+			best = sum;
+			memcpy(axis, all[p], sizeof all[p]);
+		}
+	}
+	for (int d = 0; d < 3; d++)
+		sign[d] = a[world[d]][axis[d]] * towards[d] < 0 ? -1 : 1;
+}
+
+/* Voxels and affine of w, whose size is set. */
+static void turn(struct ct_vol *w, const struct ct_vol *v, const int axis[3], const int sign[3])
+{
+	const size_t old[3] = {1, v->n[0], v->n[0] * v->n[1]};
+	const size_t pitch[3] = {1, w->n[0], w->n[0] * w->n[1]};
+	/* a page holds what lies along axis 0, here and there: neither of the two is outermost */
+	const int outer = axis[2] == 0 ? 1 : 2, inner = 3 - outer;
+	ptrdiff_t step[3];
+	const float *from = v->data;
+
+	memcpy(w->affine, v->affine, sizeof w->affine);
+	for (int d = 0; d < 3; d++) {
+		const size_t last = w->n[d] - 1;
+
+		step[d] = sign[d] * (ptrdiff_t)old[axis[d]];
+		from += sign[d] < 0 ? last * old[axis[d]] : 0;
+		for (int r = 0; r < 3; r++) {
+			w->affine[r][d] = sign[d] * v->affine[r][axis[d]];
+			if (sign[d] < 0)
+				w->affine[r][3] += v->affine[r][axis[d]] * (double)last;
+		}
+	}
+	for (size_t a = 0; a < w->n[outer]; a++)
+		for (size_t b = 0; b < w->n[inner]; b++) {
+			const float *row =
+				from + (ptrdiff_t)a * step[outer] + (ptrdiff_t)b * step[inner];
+			float *to = w->data + a * pitch[outer] + b * pitch[inner];
+
+			for (size_t i = 0; i < w->n[0]; i++)
+				to[i] = row[(ptrdiff_t)i * step[0]];
+		}
+}
+
 int ct_regrid_axes(
 	struct ct_vol *v, const int world[static 3], const int towards[static 3], struct ct_err *e)
 {
 	struct ct_vol w = {0};
 	int axis[3], sign[3];
 
-	ct_reorient_closest(axis, sign, (const double(*)[4])v->affine, world, towards);
+	find_axes(axis, sign, (const double(*)[4])v->affine, world, towards);
 	if (permute(&v->meta, CT_META_FACTOR, axis, e) ||
 		permute(&v->meta, CT_META_SIGMA, axis, e) ||
 		permute(&v->meta, CT_META_DICOM_THICKNESS, axis, e) ||
@@ -58,9 +115,7 @@ int ct_regrid_axes(
 		ct_slice_profile_permute(&v->meta, axis, e) ||
 		ct_vol_alloc(&w, (const size_t[]){v->n[axis[0]], v->n[axis[1]], v->n[axis[2]]}, e))
 		return -1;
-	ct_reorient(w.data, v->data, v->n, axis, sign);
-	memcpy(w.affine, v->affine, sizeof w.affine);
-	ct_reorient_affine(w.affine, v->n, axis, sign);
+	turn(&w, v, axis, sign);
 	take(v, &w);
 	return 0;
 }

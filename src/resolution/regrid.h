@@ -4,7 +4,9 @@
 #include "core/env.h"
 #include "core/vol.h"
 
-/* Axes as ct_reorient_closest has them. Its operator's factor and sigma go with their axes. */
+/* The same voxels, their axes in the order and the directions of the three world axes world[] (0 x,
+ * 1 y, 2 z), towards[] +1 or -1: as near to these as axes can be, by the largest sum of cosines.
+ * Its operator's factor and sigma go with their axes. */
 int ct_regrid_axes(
 	struct ct_vol *v, const int world[static 3], const int towards[static 3], struct ct_err *e);
 /* Cubic voxels of mm about the same centre: a Gaussian against aliasing where they are larger, then

@@ -1,8 +1,8 @@
-/* separable-rows.c: see separable-rows.h. Sums of PARTS registers of one or two rows at a time: as
- * many as hide the delay of an addition. */
+/* separable-rows.c: the kernel of separable.h. Sums of PARTS registers of one or two rows at a
+ * time: as many as hide the delay of an addition. */
 #include "config.h"
-#include "resolution/separable-rows.h"
 #include "core/vec.h"
+#include "resolution/separable.h"
 
 enum { WIDTH = CT_SEPARABLE_WIDTH, PARTS = 4 };
 

@@ -7,7 +7,6 @@
 #include "config.h"
 #include "resolution/separable.h"
 #include "core/mem.h"
-#include "resolution/separable-rows.h"
 
 #include <stdlib.h>
 #include <string.h>

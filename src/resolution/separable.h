@@ -9,8 +9,8 @@
  */
 #ifndef CT_RESOLUTION_SEPARABLE_H
 #define CT_RESOLUTION_SEPARABLE_H
-#include "core/linear.h"
 #include "core/par.h"
+#include "core/simd.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -74,5 +74,12 @@ void ct_separable_apply(
 /* out = out + the same. */
 void ct_separable_add(
 	const struct ct_separable *s, float *out, const float *in, struct ct_par *par);
+
+/* The sums of a tile of lines: out[r][i] = sum_q w[m + r][q] tile[first[m + r] + q][i], r < rows,
+ * i < CT_SEPARABLE_WIDTH, each in order of q. They must not overlap. A pure kernel (core/simd.h).
+ */
+enum { CT_SEPARABLE_WIDTH = 32 };
+CT_SIMD_DECLARE(void, ct_separable_rows,
+	(float *out, const double *tile, const struct ct_taps *t, size_t m, size_t rows));
 
 #endif
