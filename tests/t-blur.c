@@ -226,7 +226,7 @@ static void test_protocols(void)
 				OK(g.axis[a].sampling == want[p - 1] &&
 						g.axis[a].sigma * 4 <= 1.1 * d.sigma[a],
 					"P%d %s, axis %d: %s, %.3f for %.3f", p, f ? "1x1x4" : "4x",
-					a, ct_sampling_name(g.axis[a].sampling),
+					a, CT_WORD(CT_SAMPLING_LIST, g.axis[a].sampling),
 					g.axis[a].sigma * 4, d.sigma[a]);
 			ct_vol_free(&lo);
 		}

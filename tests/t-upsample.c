@@ -54,23 +54,22 @@ static void test_aliasing(void)
 		const int a = k % 3;
 		struct ct_degrade d = {{1, 1, 1}, {0}, (enum ct_decimate)(k / 12), {0}};
 		struct ct_taps t = {0};
-		size_t n;
+		size_t n[3] = {7, 7, 7};
 
 		d.factor[a] = factor[k / 3 % 4];
 		d.sigma[a] = sigma[k % 3] * d.factor[a];
-		n = ct_degrade_cover(11, d.factor[a]);
-		must(ct_degrade_taps(&t, n, d.factor[a], d.sigma[a], d.decimate, &err) ||
-			ct_upsample_aliasing(&share, &d, n, a, &err));
+		n[a] = ct_degrade_cover(11, d.factor[a]);
+		must(ct_degrade_taps(&t, n[a], d.factor[a], d.sigma[a], d.decimate, &err) ||
+			ct_upsample_aliasing(&share, &d, n, &err));
 		worst = fmax(worst, fabs(share - above(&t)));
 		low = fmin(low, share);
 		high = fmax(high, share);
-		must(ct_upsample_aliasing(&share, &d, n, (a + 1) % 3, &err));
-		worst = fmax(worst, share);
 		ct_taps_free(&t);
 	}
 	OK(worst < 1e-9 && low < 1e-9 && high > 0.5, "weight above the Nyquist frequency (%.2g)",
 		worst);
-	OK(ct_upsample_aliasing(&share, &D, 1, 1, &err) < 0 && err.code == CT_EGEOM,
+	OK(ct_upsample_aliasing(&share, &D, (const size_t[]){9, 1, 9}, &err) < 0 &&
+			err.code == CT_EGEOM,
 		"an axis that is too short");
 }
 
@@ -256,8 +255,7 @@ static void test_variation(void)
 			"which is reported");
 		NEAR(r.residual, misfit(&hi, &lo, &d), 1e-9, "with the misfit");
 		NEAR(r.residual, 0.007, 1e-4, "of 0.7 of the noise");
-		OK(r.lost == 0 && r.measured == 210 && r.condition > 1 && r.aliasing < 0.2,
-			"all coefficients are measured");
+		OK(r.condition > 1 && r.aliasing < 0.2, "and what the operator is like");
 		free(x);
 		ct_vol_free(&hi);
 	}
@@ -298,10 +296,7 @@ static void test_choice(void)
 
 	make(&lo, 1, 0);
 	r = up(&hi, &lo, &rule);
-	for (int a = 0; a < 3; a++) {
-		must(ct_upsample_aliasing(&share, &D, hi.n[a], a, &err));
-		most = fmax(most, share);
-	}
+	must(ct_upsample_aliasing(&most, &D, hi.n, &err));
 	OK(r.method == CT_UPSAMPLE_TV && r.aliasing == most, "what is well sampled: tv");
 	OK(r.residual < 1e-4, "which settles");
 	ct_vol_free(&hi);
@@ -360,9 +355,7 @@ static void test_lost(void)
 	rule.by.sigma[0] = 5;
 	r = up(&hi, &lo, &rule);
 	must(ct_consistency_alloc(&dc, &rule.by, hi.n, lo.data, 0, NULL, &err));
-	OK(r.lost == dc.lost && r.lost > 0 && r.measured == 210 - r.lost &&
-			r.condition == dc.condition,
-		"what D loses is counted: %zu", r.lost);
+	OK(r.condition == dc.condition, "of what D keeps the condition is said: %.3g", r.condition);
 	ct_consistency_free(&dc);
 	ct_vol_free(&hi);
 	ct_vol_free(&lo);

@@ -71,21 +71,19 @@ static int arrange(struct ct_fuse *f, struct ct_err *e)
 static int band_of(double *band, const struct ct_fuse *f, struct ct_err *e)
 {
 	const struct ct_view *v = f->y->view;
-	double mm[3], far[3], near[3], coarse = 0,
+	double mm[3], far[3], near[3], coarse = 0, aliasing,
 				       pitch = fmax(ct_vec3_length(v->u), ct_vec3_length(v->v));
 
 	*band = 0;
+	if (ct_upsample_aliasing(&aliasing, &f->by, f->base->n, e))
+		return -1;
+	if (aliasing > CT_UPSAMPLE_ALIAS)
+		return 0;
 	ct_vol_spacing(f->lack, mm);
 	ct_vol_centre(f->base, near);
 	ct_vec3_minus(near, near, v->source);
 	ct_vec3_minus(far, v->centre, v->source);
 	for (int a = 0; a < 3; a++) {
-		double aliasing;
-
-		if (ct_upsample_aliasing(&aliasing, &f->by, f->base->n[a], a, e))
-			return -1;
-		if (aliasing > CT_UPSAMPLE_ALIAS)
-			return 0;
 		coarse = fmax(coarse, mm[a]);
 	}
 	if (f->y->beam != CT_PARALLEL)

@@ -292,9 +292,9 @@ int ct_report_estimate(json_t *report, const struct ct_report_operator *is, cons
 	put(&m, "blur-mm", numbers(&m, 3, mm));
 	put(&m, "aliasing", numbers(&m, 3, aliasing));
 	put(&m, "sampling",
-		json_sprintf("%s %s %s", ct_sampling_name(s->axis[0].sampling),
-			ct_sampling_name(s->axis[1].sampling),
-			ct_sampling_name(s->axis[2].sampling)));
+		json_sprintf("%s %s %s", CT_WORD(CT_SAMPLING_LIST, s->axis[0].sampling),
+			CT_WORD(CT_SAMPLING_LIST, s->axis[1].sampling),
+			CT_WORD(CT_SAMPLING_LIST, s->axis[2].sampling)));
 	put(&m, "edges", sizes(&m, 3, edges));
 	put(&m, "noise-hu", number(s->noise));
 	put(&m, "noise-sure-hu", number(s->sure));

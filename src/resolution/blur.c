@@ -262,8 +262,3 @@ out:
 	ct_padding_free(&padding);
 	return rc;
 }
-
-const char *ct_sampling_name(enum ct_sampling s)
-{
-	return CT_WORD(CT_SAMPLING_LIST, s);
-}

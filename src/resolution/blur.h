@@ -61,7 +61,5 @@ struct ct_blur {
  * CT_ENOMEM. The result does not depend on the number of threads. */
 int ct_blur_estimate(struct ct_blur *out, const struct ct_vol *v, const double factor[static 3],
 	struct ct_par *par, struct ct_err *e);
-/* Its word. */
-const char *ct_sampling_name(enum ct_sampling s);
 
 #endif

@@ -49,7 +49,6 @@ static void arrange(struct ct_consistency *dc, const struct ct_svd f[3], const f
 			for (size_t i = 0; i < dc->m[0]; i++, y++) {
 				const double g = dc->exact ? 1 : f[0].g[i] * f[1].g[j] * f[2].g[k];
 
-				dc->lost += g == 0.0;
 				dc->want[place(dc, 2, k) * dc->plane +
 					 place(dc, 1, j) * dc->stride[1] +
 					 place(dc, 0, i) * dc->stride[0]] =

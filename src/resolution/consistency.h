@@ -66,7 +66,6 @@ struct ct_consistency {
 	struct ct_multipliers *multipliers; /* kept, or given; the caller's, NULL: neither */
 	size_t corrections;
 	double condition; /* of D: product over the axes */
-	size_t lost;      /* coefficients that D does not measure */
 };
 
 /* Operator d on volumes of n voxels, all of which it covers (CT_EGEOM else); y has what d makes of

@@ -270,21 +270,19 @@ int ct_degrade_get(const struct ct_meta *m, struct ct_degrade *d, struct ct_err 
 {
 	struct ct_degrade got = {0};
 	const char *name = ct_meta_get(m, CT_META_DECIMATE);
-	double factor[3];
-	int rc = ct_meta_numbers(m, CT_META_FACTOR, 3, factor, e), word = CT_DECIMATE_SINC;
+	int rc = ct_meta_numbers(m, CT_META_FACTOR, 3, got.factor, e), word = CT_DECIMATE_SINC;
 
 	if (rc)
 		return rc;
 	if (ct_meta_numbers(m, CT_META_SIGMA, 3, got.sigma, e) < 0)
 		return -1;
 	for (int a = 0; a < 3; a++) {
-		if (!(factor[a] >= 1 && factor[a] <= 1e6))
-			return ct_fail(
-				e, CT_EINPUT, "metadata factor: %g is not 1 or more", factor[a]);
+		if (!(got.factor[a] >= 1 && got.factor[a] <= 1e6))
+			return ct_fail(e, CT_EINPUT, "metadata factor: %g is not 1 or more",
+				got.factor[a]);
 		if (got.sigma[a] < 0 || got.sigma[a] > 1e4)
 			return ct_fail(
 				e, CT_EINPUT, "metadata sigma: %g is no width", got.sigma[a]);
-		got.factor[a] = factor[a];
 	}
 	if (name && ct_words_take(&word, CT_WORDS(CT_DECIMATE_LIST), "metadata decimate:", name, e))
 		return -1;

@@ -297,17 +297,12 @@ int ct_expected_error(float *restrict std, const struct ct_vol *x, const struct 
 		.n = {x->n[0], x->n[1], x->n[2]},
 		.noise = noise,
 		.env = env};
-	double mm[3], aliasing = 0, factor;
+	double mm[3], aliasing, factor;
 	struct ct_expected k;
 	int axis;
 
-	for (int a = 0; a < 3; a++) {
-		double share = 0;
-
-		if (by->factor[a] > 1 && ct_upsample_aliasing(&share, by, x->n[a], a, e))
-			return -1;
-		aliasing = fmax(aliasing, share);
-	}
+	if (ct_upsample_aliasing(&aliasing, by, x->n, e))
+		return -1;
 	factor = largest(&axis, by);
 	k = ct_expected_find(ct_expected_kind_of(by, aliasing), factor);
 	j.k = &k;

@@ -44,7 +44,7 @@ struct ct_expected {
 	double k[CT_EXPECTED_TERMS];
 };
 
-/* The kind of D, of which ct_upsample_aliasing says at most `aliasing` along any axis. */
+/* The kind of D, of which ct_upsample_aliasing says `aliasing`. */
 enum ct_expected_kind ct_expected_kind_of(const struct ct_degrade *by, double aliasing);
 /* Those of a kind and the largest factor: between those of the table linear in its logarithm,
  * beyond them those of the last. */

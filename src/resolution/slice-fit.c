@@ -111,37 +111,36 @@ static int add_up(struct sums *to, const struct ct_slice_pair *s, const struct c
 	return ct_check_stop(env, e);
 }
 
+/* Sum (p, q) of all tiles but one; `without` = TILES: of all. */
+static double total_of(const struct sums *s, size_t without, size_t p, size_t q)
+{
+	double sum = 0;
+
+	for (size_t tile = 0; tile < TILES; tile++)
+		if (tile != without)
+			sum += s->of[(tile * s->d + p) * s->d + q];
+	return sum;
+}
+
 /* Covariances of samples [m][m], of them with the thick voxel [m], and its variance, in that order,
- * of all tiles but one; `without` = TILES: of all. The samples are those from `from`. Returns how
- * many lines. */
+ * without a tile. The samples are those from `from`. Returns how many lines. */
 static double covariance(double *c, const struct sums *s, size_t from, size_t m, size_t without)
 {
 	const size_t d = s->d;
-	double *b = c + m * m, total[MOST + 2], n;
+	const double n = total_of(s, without, d - 1, d - 1);
+	double *b = c + m * m, mean[MOST + 2];
 
-#define SUM(x, p, q)                                                                               \
-	do {                                                                                       \
-		(x) = 0;                                                                           \
-		for (size_t tile_ = 0; tile_ < TILES; tile_++)                                     \
-			if (tile_ != without)                                                      \
-				(x) += s->of[(tile_ * d + (p)) * d + (q)];                         \
-	} while (0)
-	SUM(n, d - 1, d - 1);
 	for (size_t p = 0; p < d; p++)
-		SUM(total[p], p, d - 1);
+		mean[p] = total_of(s, without, p, d - 1) / n;
 	for (size_t p = 0; p < m; p++) {
 		for (size_t q = p; q < m; q++) {
-			SUM(c[p * m + q], from + p, from + q);
-			c[p * m + q] =
-				c[p * m + q] / n - total[from + p] / n * (total[from + q] / n);
+			c[p * m + q] = total_of(s, without, from + p, from + q) / n -
+				       mean[from + p] * mean[from + q];
 			c[q * m + p] = c[p * m + q];
 		}
-		SUM(b[p], from + p, d - 2);
-		b[p] = b[p] / n - total[from + p] / n * (total[d - 2] / n);
+		b[p] = total_of(s, without, from + p, d - 2) / n - mean[from + p] * mean[d - 2];
 	}
-	SUM(b[m], d - 2, d - 2);
-	b[m] = b[m] / n - total[d - 2] / n * (total[d - 2] / n);
-#undef SUM
+	b[m] = total_of(s, without, d - 2, d - 2) / n - mean[d - 2] * mean[d - 2];
 	return n;
 }
 

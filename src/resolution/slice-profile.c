@@ -51,21 +51,6 @@ int ct_slice_profile_axis(const double factor[static 3])
 	return 2;
 }
 
-double ct_slice_profile_spread(const struct ct_slice_profile *p)
-{
-	double sum = 0, mean = 0, square = 0;
-
-	for (size_t i = 0; i < p->n; i++) {
-		const double z = p->first + (double)i * p->step;
-
-		sum += p->w[i];
-		mean += p->w[i] * z;
-		square += p->w[i] * z * z;
-	}
-	mean /= sum;
-	return sqrt(fmax(square / sum - mean * mean, 0));
-}
-
 /* Of D along the axis, in LR voxels: samples are as wide as their step, and count with their mirror
  * image. */
 static double spread_of(const struct ct_slice_profile *p)

@@ -49,8 +49,6 @@ int ct_slice_profile_twice(const struct ct_slice_profile_said *said, int axis, b
  * is none, or is more than 16 times the spacing. */
 int ct_slice_profile_set(struct ct_degrade *d, int axis, const struct ct_slice_profile_said *said,
 	double spacing, struct ct_err *e);
-/* Standard deviation of a profile, in the unit of its step. */
-double ct_slice_profile_spread(const struct ct_slice_profile *p);
 
 /* Text, a line a sample: "mm weight", steps alike; what follows # is no part. The samples get sum
  * 1. CT_EINPUT naming line and field. */

@@ -30,14 +30,14 @@ const char *ct_upsample_name(enum ct_upsample method)
 	return CT_WORD(CT_UPSAMPLE_LIST, method);
 }
 
-int ct_upsample_aliasing(
+/* Of an axis that is reduced. */
+static int axis_aliasing(
 	double *share, const struct ct_degrade *d, size_t n, int axis, struct ct_err *e)
 {
+	const size_t m = ct_degrade_size(n, d->factor[axis]), middle = m / 2;
 	struct ct_taps t = {0};
-	size_t m = ct_degrade_size(n, d->factor[axis]), middle = m / 2;
 	double all = 0, low = 0;
 
-	*share = 0;
 	if (ct_degrade_axis_taps(&t, d, axis, n, e))
 		return -1;
 	for (size_t q = 0; q < t.taps; q++)
@@ -51,6 +51,20 @@ int ct_upsample_aliasing(
 	}
 	*share = n > m ? fmax(1 - low / all, 0) : 0;
 	ct_taps_free(&t);
+	return 0;
+}
+
+int ct_upsample_aliasing(
+	double *share, const struct ct_degrade *d, const size_t n[static 3], struct ct_err *e)
+{
+	*share = 0;
+	for (int a = 0; a < 3; a++) {
+		double one = 0;
+
+		if (d->factor[a] > 1 && axis_aliasing(&one, d, n[a], a, e))
+			return -1;
+		*share = fmax(*share, one);
+	}
 	return 0;
 }
 
@@ -107,15 +121,8 @@ int ct_upsample_choose(struct ct_upsample_report *r, const struct ct_upsample_ru
 			"method %s needs the operator that made the volume, which its file does not "
 			"say: give --sigma, or --estimate it",
 			ct_upsample_name(rule->method));
-	if (rule->known)
-		r->aliasing = 0;
-	for (int a = 0; rule->known && a < 3; a++) {
-		double share;
-
-		if (ct_upsample_aliasing(&share, &rule->by, n[a], a, e))
-			return -1;
-		r->aliasing = fmax(r->aliasing, share);
-	}
+	if (rule->known && ct_upsample_aliasing(&r->aliasing, &rule->by, n, e))
+		return -1;
 	if (rule->start && rule->method < CT_UPSAMPLE_DC && rule->method != CT_UPSAMPLE_AUTO)
 		return ct_fail(e, CT_EUSAGE, "method %s does not begin with a volume",
 			ct_upsample_name(rule->method));
@@ -214,8 +221,6 @@ static int regularise(struct ct_vol *hi, const struct ct_vol *lo,
 		goto out;
 	dc.multipliers = rule->multipliers;
 	r->condition = dc.condition;
-	r->lost = dc.lost;
-	r->measured = ct_vol_count(lo) - dc.lost;
 	rc = (first_order ? ct_tv : ct_tv_hessian)(hi->data, &dc, &how, &did, env, e);
 	r->iterations = did.iterations;
 	r->objective = did.objective;

@@ -60,7 +60,6 @@ struct ct_upsample_report {
 	enum ct_upsample method; /* the one used */
 	double aliasing;         /* largest of the axes; NaN if D is not known */
 	double condition;        /* of D; NaN if not used */
-	size_t lost, measured;   /* coefficients D loses, and keeps */
 	size_t iterations;
 	double objective; /* variation a voxel, HU */
 	double change;    /* RMS movement of the last iteration, HU */
@@ -80,10 +79,11 @@ int ct_upsample_choose(struct ct_upsample_report *r, const struct ct_upsample_ru
  * CT_EINPUT, CT_ENOMEM. */
 int ct_upsample_bytes(double *bytes, enum ct_upsample method, const struct ct_degrade *by,
 	bool noise, const size_t n[static 3], struct ct_err *e);
-/* Share of the weight (squared) of the rows of D along an axis that lies above the Nyquist
- * frequency of the coarse grid. */
+/* Share of the weight (squared) of the rows of D that lies above the Nyquist frequency of the
+ * coarse grid: the largest of the axes, of n voxels, that are reduced. CT_EGEOM, CT_EINPUT,
+ * CT_ENOMEM. */
 int ct_upsample_aliasing(
-	double *share, const struct ct_degrade *d, size_t n, int axis, struct ct_err *e);
+	double *share, const struct ct_degrade *d, const size_t n[static 3], struct ct_err *e);
 /* x <- x + D+ t, in double, t what of y - D x is beyond +-most HU, INFINITY leaves x; *residual <-
  * RMS of D x - y, HU. CT_EGEOM unless D makes the grid of y of that of x. */
 int ct_upsample_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct_degrade *d,

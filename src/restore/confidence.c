@@ -27,20 +27,18 @@ int ct_restore_confidence(struct ct_restore_rule *rule, bool *little, size_t cel
 	const size_t n[static 3], struct ct_err *e)
 {
 	const struct ct_degrade seen = as_seen(&rule->by, (double)cell), *d = &seen;
-	double aliasing = 0, most = 1;
+	double aliasing, most = 1;
 	bool aliases, points;
+	size_t fine[3];
 	int coarse = 0;
 
 	for (int a = 0; a < 3; a++) {
-		double share = 0;
-
-		if (d->factor[a] > 1 &&
-			ct_upsample_aliasing(&share, d, ct_degrade_cover(n[a], d->factor[a]), a, e))
-			return -1;
-		aliasing = fmax(aliasing, share);
+		fine[a] = ct_degrade_cover(n[a], d->factor[a]);
 		most = fmax(most, d->factor[a]);
 		coarse += d->factor[a] > 1;
 	}
+	if (ct_upsample_aliasing(&aliasing, d, fine, e))
+		return -1;
 	aliases = aliasing > CT_UPSAMPLE_ALIAS;
 	points = aliases && d->decimate == CT_DECIMATE_POINT;
 	rule->weight = 1;
