@@ -6,9 +6,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-#ifdef __linux__
 #include <sys/mman.h>
-#endif
 
 int ct_size_mul(size_t *out, size_t a, size_t b, const char *what, struct ct_err *e)
 {
@@ -52,16 +50,11 @@ int ct_alloc0(void *out, size_t n, size_t size, struct ct_err *e)
 
 int ct_mem_room(size_t bytes, struct ct_err *e)
 {
-#ifdef __linux__
 	void *p = mmap(NULL, bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
 
 	if (p == MAP_FAILED)
 		return ct_fail(e, CT_ENOMEM, "no room for %zu bytes", bytes);
 	munmap(p, bytes);
-#else
-	(void)bytes;
-	(void)e;
-#endif
 	return 0;
 }
 
@@ -70,7 +63,6 @@ void ct_mem_touch(void *p, size_t bytes)
 #ifdef MADV_POPULATE_WRITE
 	const size_t page = 4096, begin = (uintptr_t)p % page;
 	const size_t whole = (begin + bytes) / page * page; /* from the page where p is */
-
 	const int was = errno;
 
 	(void)madvise((char *)p - begin, whole, MADV_POPULATE_WRITE);
@@ -83,14 +75,9 @@ void ct_mem_touch(void *p, size_t bytes)
 
 void ct_mem_large(void *p, size_t bytes)
 {
-#ifdef MADV_HUGEPAGE
 	const size_t page = 4096, begin = (uintptr_t)p % page;
 
 	(void)madvise((char *)p - begin, begin + bytes, MADV_HUGEPAGE);
-#else
-	(void)p;
-	(void)bytes;
-#endif
 }
 
 int ct_grow(void *p, size_t *cap, size_t n, size_t size, struct ct_err *e)

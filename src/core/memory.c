@@ -10,14 +10,16 @@
 
 enum { NAME = 4096 };
 
-/* The number behind `key` in a file, or its first if key is ""; infinite for "max", NaN if the file
- * does not say. */
-static double number_in(const char *path, const char *key)
+/* The number behind `key` in a file of a folder, or its first if key is ""; infinite for "max", NaN
+ * if the file does not say. */
+static double number_in(const char *folder, const char *file, const char *key)
 {
-	FILE *f = fopen(path, "re");
 	double value = (double)NAN;
-	char line[256];
+	char path[NAME + 64], line[256];
+	FILE *f;
 
+	snprintf(path, sizeof path, "%s/%s", folder, file);
+	f = fopen(path, "re");
 	while (f && isnan(value) && fgets(line, sizeof line, f)) {
 		const size_t n = strlen(key);
 		char *end;
@@ -35,15 +37,9 @@ static double number_in(const char *path, const char *key)
 /* What a group leaves: what is read from files and not used counts as free. */
 static double left(const char *group, const char *limit, const char *used, const char *inactive)
 {
-	char path[NAME + 64];
-	double most, now, cached;
+	const double most = number_in(group, limit, ""), now = number_in(group, used, "");
+	const double cached = number_in(group, "memory.stat", inactive);
 
-	snprintf(path, sizeof path, "%s/%s", group, limit);
-	most = number_in(path, "");
-	snprintf(path, sizeof path, "%s/%s", group, used);
-	now = number_in(path, "");
-	snprintf(path, sizeof path, "%s/memory.stat", group);
-	cached = number_in(path, inactive);
 	if (isnan(most) || isnan(now))
 		return (double)INFINITY;
 	return fmax(most - now + (isnan(cached) ? 0 : cached), 0);
@@ -99,18 +95,15 @@ static double left_of_groups(const char *root)
 
 double ct_memory_free(const char *root)
 {
-	char name[NAME];
-	double machine;
+	double machine = 1024 * number_in(root, "proc/meminfo", "MemAvailable:");
 
-	snprintf(name, sizeof name, "%s/proc/meminfo", root);
-	machine = 1024 * number_in(name, "MemAvailable:");
 	machine = fmin(isnan(machine) ? (double)INFINITY : machine, left_of_groups(root));
 	return isinf(machine) ? 0 : machine;
 }
 
 double ct_memory_held(void)
 {
-	const double kib = number_in("/proc/self/status", "VmHWM:");
+	const double kib = number_in("/proc/self", "status", "VmHWM:");
 
 	return isnan(kib) ? 0 : 1024 * kib;
 }

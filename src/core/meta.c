@@ -114,13 +114,18 @@ int ct_meta_numbers(const struct ct_meta *m, const char *key, size_t n, double *
 	return 0;
 }
 
-int ct_meta_copy(struct ct_meta *dst, const struct ct_meta *src, struct ct_err *e)
+int ct_meta_add(struct ct_meta *dst, const struct ct_meta *src, struct ct_err *e)
 {
-	ct_meta_free(dst);
 	for (size_t i = 0; i < src->n; i++)
 		if (ct_meta_set(dst, src->pair[i].key, src->pair[i].value, e))
 			return -1;
 	return 0;
+}
+
+int ct_meta_copy(struct ct_meta *dst, const struct ct_meta *src, struct ct_err *e)
+{
+	ct_meta_free(dst);
+	return ct_meta_add(dst, src, e);
 }
 
 int ct_meta_step(struct ct_meta *dst, const struct ct_env *env, size_t n,

@@ -174,6 +174,8 @@ void ct_meta_drop(struct ct_meta *m, const char *key);
  * stands for n equal ones. */
 int ct_meta_numbers(
 	const struct ct_meta *m, const char *key, size_t n, double *v, struct ct_err *e);
+/* The pairs of src into dst; copy: these alone. CT_ENOMEM. */
+int ct_meta_add(struct ct_meta *dst, const struct ct_meta *src, struct ct_err *e);
 int ct_meta_copy(struct ct_meta *dst, const struct ct_meta *src, struct ct_err *e);
 /* Append this command to `history` of dst, with the names and hashes of the n lists `in`
  * (NULL entries are skipped) and the seed; drops "input". */

@@ -416,15 +416,7 @@ CT_INLINE ct_f32 ct_f32_fma(ct_f32 a, ct_f32 b, ct_f32 c)
 #endif
 }
 
-/* The largest whole number <= x, for |x| < 2^22 and 2^51. */
-CT_INLINE ct_f32 ct_f32_floor(ct_f32 x)
-{
-	const ct_f32 magic = ct_f32_set(12582912.0f); /* 1.5 2^23: adding it rounds */
-	const ct_f32 r = x + magic - magic;
-
-	return r - (ct_f32)((r > x) & (ct_i32)ct_f32_set(1.0f));
-}
-
+/* The largest whole number <= x, for |x| < 2^51. */
 CT_INLINE ct_f64 ct_f64_floor(ct_f64 x)
 {
 	const ct_f64 magic = ct_f64_set(6755399441055744.0); /* 1.5 2^52 */

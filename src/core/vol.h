@@ -15,7 +15,7 @@
 struct ct_vol {
 	size_t n[3];
 	double affine[3][4];
-	float *data; /* owned, of ct_room_alloc */
+	float *data; /* owned */
 	struct ct_meta meta;
 };
 

@@ -24,10 +24,10 @@ int ctsr_call_given(struct ctsr_call *k, bool given)
 	return given ? 0 : ct_fail(&k->err, CT_EUSAGE, "%s: an argument is NULL", k->name);
 }
 
-int ctsr_call_makes(struct ctsr_call *k, void *at, size_t size, void (*drop)(void *at))
-{
-	void *none = NULL;
+static void *const none = NULL;
 
+int ctsr_call_makes(struct ctsr_call *k, void *at, size_t size, void (*drop)(void *object))
+{
 	if (ctsr_call_given(k, at))
 		return -1;
 	memcpy(at, &none, sizeof none);
@@ -139,8 +139,13 @@ int ctsr_call_end(struct ctsr_call *k, int rc, ctsr_error *e)
 		rc = ct_fail(&k->err, CT_ESTOP, "cancelled by the progress callback");
 	if (!rc)
 		return 0;
-	for (size_t i = 0; i < k->makes; i++)
-		k->made[i].drop(k->made[i].at);
+	for (size_t i = 0; i < k->makes; i++) {
+		void *object;
+
+		memcpy(&object, k->made[i].at, sizeof object);
+		k->made[i].drop(object);
+		memcpy(k->made[i].at, &none, sizeof none);
+	}
 	if (e) {
 		e->code = (int)k->err.code;
 		snprintf(e->message, sizeof e->message, "%s", k->err.msg);

@@ -21,15 +21,12 @@ void ctsr_gaussians_free(ctsr_gaussians *g)
 	free(g);
 }
 
-static void drop(void *at)
+static void drop(void *object)
 {
-	ctsr_gaussians **g = at;
-
-	ctsr_gaussians_free(*g);
-	*g = NULL;
+	ctsr_gaussians_free(object);
 }
 
-int ctsr_make_gaussians(struct ctsr_call *k, ctsr_gaussians **g)
+static int make_gaussians(struct ctsr_call *k, ctsr_gaussians **g)
 {
 	return ctsr_call_makes(k, g, sizeof **g, drop);
 }
@@ -37,7 +34,7 @@ int ctsr_make_gaussians(struct ctsr_call *k, ctsr_gaussians **g)
 int ctsr_gaussians_read(ctsr_gaussians **g, const char *path, ctsr_error *e)
 {
 	struct ctsr_call k = {.name = __func__};
-	const int rc = ctsr_make_gaussians(&k, g) || ctsr_call_given(&k, path) ||
+	const int rc = make_gaussians(&k, g) || ctsr_call_given(&k, path) ||
 		       ct_gauss_read(path, &(*g)->g, &k.err);
 
 	return ctsr_call_end(&k, rc, e);
@@ -253,7 +250,7 @@ int ctsr_gaussians_fit(ctsr_gaussians **g, const ctsr_projections *p, const ctsr
 {
 	ctsr_fit_options mine;
 	struct ctsr_call k = {.name = __func__};
-	int rc = ctsr_make_gaussians(&k, g) || ctsr_call_begin(&k, p && base, c);
+	int rc = make_gaussians(&k, g) || ctsr_call_begin(&k, p && base, c);
 
 	ctsr_fit_options_init(&mine, sizeof mine);
 	rc = rc || ctsr_take_options(&mine, sizeof mine, o, &k.err) ||

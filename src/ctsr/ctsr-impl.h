@@ -29,8 +29,8 @@ struct ctsr_call {
 	struct ct_err err;
 	volatile sig_atomic_t stop;
 	struct {
-		void *at;               /* where a pointer to it is */
-		void (*drop)(void *at); /* frees it and leaves NULL there */
+		void *at;                   /* where a pointer to it is */
+		void (*drop)(void *object); /* frees it */
 	} made[2];
 	size_t makes;
 };
@@ -38,8 +38,7 @@ struct ctsr_call {
 /* A zeroed object; a call that fails frees it and leaves NULL. First of all that a call does. */
 int ctsr_make_volume(struct ctsr_call *k, ctsr_volume **v);
 int ctsr_make_projections(struct ctsr_call *k, ctsr_projections **p);
-int ctsr_make_gaussians(struct ctsr_call *k, ctsr_gaussians **g);
-int ctsr_call_makes(struct ctsr_call *k, void *at, size_t size, void (*drop)(void *at));
+int ctsr_call_makes(struct ctsr_call *k, void *at, size_t size, void (*drop)(void *object));
 /* CTSR_USAGE unless all arguments are given that must not be NULL. */
 int ctsr_call_given(struct ctsr_call *k, bool given);
 /* The same, and then threads and what else the context says. */

@@ -28,12 +28,9 @@ void ctsr_projections_free(ctsr_projections *p)
 	free(p);
 }
 
-static void drop(void *at)
+static void drop(void *object)
 {
-	ctsr_projections **p = at;
-
-	ctsr_projections_free(*p);
-	*p = NULL;
+	ctsr_projections_free(object);
 }
 
 int ctsr_make_projections(struct ctsr_call *k, ctsr_projections **p)
@@ -181,11 +178,9 @@ static int project(
 	struct ct_geometry scan;
 	int rc = -1;
 
-	if (scan_of(&scan, g, e) || ctsr_check_volume(v, e) || ct_geometry_fill(s, &scan, e))
+	if (scan_of(&scan, g, e) || ctsr_check_volume(v, e) || ct_geometry_fill(s, &scan, e) ||
+		ct_meta_add(&s->meta, &v->v.meta, e))
 		return -1;
-	for (size_t i = 0; i < v->v.meta.n; i++)
-		if (ct_meta_set(&s->meta, v->v.meta.pair[i].key, v->v.meta.pair[i].value, e))
-			return -1;
 	if (ctsr_density_of(&density, &v->v, g->window, e) == 0 &&
 		ct_project_all(s, &density, &k->env, e) == 0 &&
 		ct_window_put(&s->meta, g->window, e) == 0 &&
@@ -211,12 +206,14 @@ static int adjoint(struct ct_vol *v, const struct ct_stack *s, struct ctsr_call 
 {
 	struct ct_projector g = {0};
 	struct ct_err *e = &k->err;
+	int rc = -1;
 
-	if (ct_projector_init(&g, v, s, e) || ct_projector_reserve(&g, e))
-		return -1;
-	ct_project_adjoint(&g, 0, s->views, v->data, s->data, k->env.par);
+	if (ct_projector_init(&g, v, s, e) == 0 && ct_projector_reserve(&g, e) == 0) {
+		ct_project_adjoint(&g, 0, s->views, v->data, s->data, k->env.par);
+		rc = ct_meta_set(&v->meta, CT_META_QUANTITY, CT_QUANTITY_OTHER, e);
+	}
 	ct_projector_free(&g);
-	return ct_meta_set(&v->meta, CT_META_QUANTITY, CT_QUANTITY_OTHER, e);
+	return rc;
 }
 
 static int fdk(struct ct_vol *v, const struct ct_stack *s, struct ctsr_call *k)

@@ -19,12 +19,9 @@ void ctsr_volume_free(ctsr_volume *v)
 	free(v);
 }
 
-static void drop(void *at)
+static void drop(void *object)
 {
-	ctsr_volume **v = at;
-
-	ctsr_volume_free(*v);
-	*v = NULL;
+	ctsr_volume_free(object);
 }
 
 int ctsr_make_volume(struct ctsr_call *k, ctsr_volume **v)

@@ -161,9 +161,8 @@ static int describe(struct ct_stack *s, const struct ct_vol *v, const struct par
 {
 	struct ct_meta *m = &s->meta;
 
-	for (size_t i = 0; i < v->meta.n; i++)
-		if (ct_meta_set(m, v->meta.pair[i].key, v->meta.pair[i].value, e))
-			return -1;
+	if (ct_meta_add(m, &v->meta, e))
+		return -1;
 	if (p->coarsen > 1 &&
 		(ct_meta_setf(m, e, CT_META_COARSEN, "%d", p->coarsen) ||
 			ct_meta_set(m, CT_META_PIXEL, CT_WORD(CT_PIXEL_LIST, p->pixel), e)))
