@@ -21,11 +21,20 @@ static const double step_least = 150, step_most = 400, steps_of_noise = 10; /* H
 static const double one_way = 0.75, own_blur = 0.6, shrink = 0.64, errors = 2;
 static const double well_most = 0.141, sharp_most = 0.292; /* aliasing */
 
-/* Sums over edges of r0 = sum d_k^2, r1 = sum d_k d_(k+1), and |sum d_k e^(-2 pi i 0.4 k)|^2. */
+/* Sums over edges of r0 = sum d_k^2, r1 = sum d_k d_(k+1), their products, and
+ * |sum d_k e^(-2 pi i 0.4 k)|^2. */
+enum { R0, R1, R00, R01, R11, POWER, SUMS };
 struct sums {
 	size_t n;
-	double r0, r1, r00, r01, r11, power;
+	double of[SUMS];
 };
+
+static void add(struct sums *s, size_t n, const double of[SUMS])
+{
+	s->n += n;
+	for (int k = 0; k < SUMS; k++)
+		s->of[k] += of[k];
+}
 
 struct blur_job {
 	const float *x;
@@ -99,13 +108,7 @@ static void add_edge(struct sums *s, const struct blur_job *j, const float *x)
 		re += d[k] * j->turn[0][k];
 		im += d[k] * j->turn[1][k];
 	}
-	s->n++;
-	s->r0 += r0;
-	s->r1 += r1;
-	s->r00 += r0 * r0;
-	s->r01 += r0 * r1;
-	s->r11 += r1 * r1;
-	s->power += re * re + im * im;
+	add(s, 1, (const double[SUMS]){r0, r1, r0 * r0, r0 * r1, r1 * r1, re * re + im * im});
 }
 
 static void scan_plane(void *arg, size_t task, size_t worker)
@@ -166,23 +169,20 @@ static double sigma_of(double ratio)
 	return lo;
 }
 
-static double without(double sigma, double other)
-{
-	return sigma > other ? sqrt(sigma * sigma - other * other) : 0;
-}
-
 static void conclude(struct ct_blur_axis *out, const struct sums *s, double factor)
 {
-	const double own = own_blur / factor, ratio = s->r1 / s->r0,
-		     square = s->r11 - 2 * ratio * s->r01 + ratio * ratio * s->r00,
-		     error = sqrt(square > 0 ? square : 0) / s->r0;
+	const double own = own_blur / factor, ratio = s->of[R1] / s->of[R0],
+		     square = s->of[R11] - 2 * ratio * s->of[R01] + ratio * ratio * s->of[R00],
+		     error = sqrt(square > 0 ? square : 0) / s->of[R0];
+	double low;
 
 	out->edges = s->n;
 	if (s->n < LEAST_EDGES)
 		return;
 	out->measured = sigma_of(ratio);
-	out->sigma = shrink * without(sigma_of(ratio - errors * error), own);
-	out->aliasing = s->power / (double)s->n;
+	low = sigma_of(ratio - errors * error);
+	out->sigma = low > own ? shrink * sqrt(low * low - own * own) : 0;
+	out->aliasing = s->of[POWER] / (double)s->n;
 	out->sampling = out->aliasing < well_most    ? CT_SAMPLING_WELL
 			: out->aliasing < sharp_most ? CT_SAMPLING_SHARP
 						     : CT_SAMPLING_ALIASED;
@@ -205,8 +205,8 @@ static int measure_axis(struct ct_blur_axis *out, const struct ct_vol *v,
 	if (v->n[axis] < WINDOW + 1)
 		return 0;
 	memcpy(j.n, v->n, sizeof j.n);
-	for (int b = 0; b < 3;
-		b++) { /* neighbours are read across an edge, and HALF_WINDOW along it */
+	/* neighbours are read across an edge, and HALF_WINDOW along it */
+	for (int b = 0; b < 3; b++) {
 		const size_t before = b == axis ? HALF_WINDOW : v->n[b] < 3 ? 0 : 1;
 
 		j.lo[b] = before;
@@ -221,17 +221,8 @@ static int measure_axis(struct ct_blur_axis *out, const struct ct_vol *v,
 	if (ct_alloc0(&j.part, tasks, sizeof *j.part, e))
 		return -1;
 	ct_par_for(par, tasks, scan_plane, &j);
-	for (size_t t = 0; t < tasks; t++) {
-		const struct sums *s = &j.part[t];
-
-		all.n += s->n;
-		all.r0 += s->r0;
-		all.r1 += s->r1;
-		all.r00 += s->r00;
-		all.r01 += s->r01;
-		all.r11 += s->r11;
-		all.power += s->power;
-	}
+	for (size_t t = 0; t < tasks; t++)
+		add(&all, j.part[t].n, j.part[t].of);
 	free(j.part);
 	conclude(out, &all, factor);
 	return 0;

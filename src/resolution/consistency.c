@@ -79,18 +79,6 @@ out:
 	return rc;
 }
 
-/* Is it worth it to leave U of this axis to the samples? */
-static bool is_short(const struct ct_taps *t, size_t n)
-{
-	return 2 * t->taps < n;
-}
-
-/* And good? */
-static bool is_sound(const struct ct_svd *f)
-{
-	return f->lost == 0 && f->condition <= BANDED_CONDITION;
-}
-
 /* The tables of D, and what they are decomposed to. */
 struct axes {
 	struct ct_taps t[3];
@@ -105,7 +93,8 @@ static void axes_free(struct axes *x)
 	}
 }
 
-/* n, m, same and banded, of an operator whose axes are decomposed: all, or those that tell. */
+/* n, m, same and banded, of an operator whose axes are decomposed: all, or those that tell. U is
+ * left to the samples where that is worth it, as rows are short, and good. */
 static int shape(struct ct_consistency *dc, struct axes *x, const struct ct_degrade *d,
 	const size_t n[3], bool all, struct ct_err *e)
 {
@@ -116,14 +105,15 @@ static int shape(struct ct_consistency *dc, struct axes *x, const struct ct_degr
 		dc->n[a] = n[a];
 		dc->m[a] = x->t[a].n_out;
 		dc->same[a] = ct_taps_is_identity(&x->t[a]);
-		dc->banded = dc->banded && (dc->same[a] || is_short(&x->t[a], n[a]));
+		dc->banded = dc->banded && (dc->same[a] || 2 * x->t[a].taps < n[a]);
 	}
 	for (int a = 0; a < 3; a++) {
 		if (!all && (dc->same[a] || !dc->banded))
 			continue;
 		if (ct_svd_alloc(&x->f[a], &x->t[a], e))
 			return -1;
-		dc->banded = dc->banded && (dc->same[a] || is_sound(&x->f[a]));
+		if (!dc->same[a] && (x->f[a].lost > 0 || !(x->f[a].condition <= BANDED_CONDITION)))
+			dc->banded = false;
 	}
 	return 0;
 }

@@ -71,17 +71,6 @@ static size_t join(struct search *s, size_t a, size_t b)
 	return to->parent;
 }
 
-/* A new region, of no voxels yet. */
-static int begin(struct search *s, const size_t at[3], struct ct_err *e)
-{
-	if (ct_grow(&s->region, &s->room, s->regions + 1, sizeof *s->region, e))
-		return -1;
-	s->region[s->regions] = (struct region){.parent = s->regions};
-	memcpy(s->region[s->regions].from, at, sizeof s->region->from);
-	s->regions++;
-	return 0;
-}
-
 /* Of a voxel that lies above, whose neighbours before it have labels. */
 static int add(struct search *s, const size_t at[3], const size_t n[3], struct ct_err *e)
 {
@@ -93,9 +82,10 @@ static int add(struct search *s, const size_t at[3], const size_t n[3], struct c
 	if (at[0] > 0)
 		r = join(s, r, *(label - 1));
 	if (r == NONE) {
-		r = s->regions;
-		if (begin(s, at, e))
+		if (ct_grow(&s->region, &s->room, s->regions + 1, sizeof *s->region, e))
 			return -1;
+		r = s->regions++;
+		s->region[r] = (struct region){.parent = r, .from = {at[0], at[1], at[2]}};
 	}
 	*label = r;
 	is = &s->region[root(s, r)];

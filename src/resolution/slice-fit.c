@@ -233,7 +233,7 @@ static int choose_span(struct fit *f, struct ct_err *e)
 	double far = fmax(FAR * f->s.spacing[0], FAR_THIN * h);
 
 	far = fmin(far, (MOST - 1) / 2 * h);
-	while (ct_slice_pair_span(&f->w, &f->s, 0, far) < SLICES && far > h)
+	while (ct_slice_pair_span(&f->w, &f->s, far) < SLICES && far > h)
 		far -= h;
 	if (f->w.k[1] - f->w.k[0] < SLICES)
 		return ct_fail(e, CT_EGEOM,

@@ -110,13 +110,12 @@ double ct_slice_pair_place(ptrdiff_t *at, const struct ct_slice_pair *s, size_t 
 	return part > 10 * CT_SLICE_PAIR_SNAP ? part : 0;
 }
 
-size_t ct_slice_pair_span(
-	struct ct_slice_span *w, const struct ct_slice_pair *s, double centre, double reach)
+size_t ct_slice_pair_span(struct ct_slice_span *w, const struct ct_slice_pair *s, double reach)
 {
-	const double h = s->spacing[1];
+	const double far = reach / s->spacing[1];
 
-	w->q[0] = (ptrdiff_t)ceil((centre - reach) / h - s->f - CT_SLICE_PAIR_SNAP);
-	w->q[1] = (ptrdiff_t)floor((centre + reach) / h - s->f + CT_SLICE_PAIR_SNAP);
+	w->q[0] = (ptrdiff_t)ceil(-far - s->f - CT_SLICE_PAIR_SNAP);
+	w->q[1] = (ptrdiff_t)floor(far - s->f + CT_SLICE_PAIR_SNAP);
 	w->k[0] = w->k[1] = 0;
 	for (size_t k = 0; k < s->thick->n[s->axis]; k++) {
 		ptrdiff_t at;

@@ -27,8 +27,7 @@ struct ct_slice_span {
 int ct_slice_pair_find(struct ct_slice_pair *s, struct ct_err *e);
 /* *at <- the thin voxel of sample 0 of slice k; returns the weight of the next. */
 double ct_slice_pair_place(ptrdiff_t *at, const struct ct_slice_pair *s, size_t k);
-/* Samples within `reach` mm of `centre`, and the slices that have them all: returns how many. */
-size_t ct_slice_pair_span(
-	struct ct_slice_span *w, const struct ct_slice_pair *s, double centre, double reach);
+/* Samples within `reach` mm, and the slices that have them all: returns how many. */
+size_t ct_slice_pair_span(struct ct_slice_span *w, const struct ct_slice_pair *s, double reach);
 
 #endif

@@ -12,22 +12,15 @@
 /* A weight of so little of the largest is what rounding left of none. */
 #define NOTHING 1e-15
 
-/* Orthonormal DCT-II of m points, u (m,m). */
-static void cosines(double *u, size_t m)
+/* U (m,m) to begin with: the orthonormal DCT-II of m points, or the identity. */
+static void begin(double *u, size_t m, bool same)
 {
 	for (size_t k = 0; k < m; k++) {
-		double norm = sqrt((k ? 2.0 : 1.0) / (double)m);
+		const double norm = sqrt((k ? 2.0 : 1.0) / (double)m);
 
 		for (size_t i = 0; i < m; i++)
-			u[k * m + i] = norm * ct_cosine_at(k, i, m);
+			u[k * m + i] = same ? i == k : norm * ct_cosine_at(k, i, m);
 	}
-}
-
-static void identity(double *u, size_t m)
-{
-	memset(u, 0, m * m * sizeof *u);
-	for (size_t k = 0; k < m; k++)
-		u[k * m + k] = 1;
 }
 
 /* v = u A, (m,m) (m,n). */
@@ -82,10 +75,7 @@ int ct_svd_alloc(struct ct_svd *f, const struct ct_taps *a, struct ct_err *e)
 		return -1;
 	f->v = f->u + uu;
 	f->g = f->v + vv;
-	if (ct_taps_is_identity(a))
-		identity(f->u, m);
-	else
-		cosines(f->u, m);
+	begin(f->u, m, ct_taps_is_identity(a));
 	transformed(f->v, f->u, a);
 	if (ct_jacobi(f->m, f->n, f->v, f->u, e) || normalise(f, e)) {
 		ct_svd_free(f);

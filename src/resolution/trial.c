@@ -78,22 +78,12 @@ static int miss(double *square, enum ct_upsample method, const struct ct_vol *pa
 	return rc;
 }
 
-/* Of the part, twice as coarse where it is to be refined. */
-static void half(struct ct_degrade *own, const struct ct_degrade *by)
-{
-	*own = *by;
-	for (int a = 0; a < 3; a++) {
-		own->factor[a] = by->factor[a] > 1 ? 2 : 1;
-		own->sigma[a] = by->sigma[a] * own->factor[a] / by->factor[a];
-	}
-}
-
 int ct_trial_gain(double *db, const struct ct_vol *lo, const struct ct_degrade *by,
 	const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_env quiet = *env;
 	struct ct_vol part = {0}, coarse = {0};
-	struct ct_degrade own;
+	struct ct_degrade own = *by; /* of the part: twice as coarse where that is to be refined */
 	bool refined[3];
 	ptrdiff_t start[3];
 	double tv, dc;
@@ -103,12 +93,13 @@ int ct_trial_gain(double *db, const struct ct_vol *lo, const struct ct_degrade *
 	*db = (double)INFINITY;
 	for (int a = 0; a < 3; a++) {
 		refined[a] = by->factor[a] > 1;
+		own.factor[a] = refined[a] ? 2 : 1;
+		own.sigma[a] = by->sigma[a] * own.factor[a] / by->factor[a];
 		n[a] = lo->n[a] < CT_TRIAL_MOST ? lo->n[a] : CT_TRIAL_MOST;
 		n[a] -= refined[a] ? n[a] % 2 : 0;
 		if (n[a] < (refined[a] ? CT_TRIAL_LEAST : 2))
 			return 0;
 	}
-	half(&own, by);
 	quiet.log = NULL; /* it is not what was asked for */
 	quiet.progress = NULL;
 	choose(start, lo, n, refined);

@@ -160,23 +160,16 @@ static int interpolate(struct ct_vol *hi, const struct ct_vol *lo, enum ct_upsam
 	return rc;
 }
 
-/* Does D make the grid of y of that of x? */
-static int check_grids(const struct ct_vol *x, const struct ct_vol *y, const struct ct_degrade *d,
-	struct ct_err *e)
+int ct_upsample_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct_degrade *d,
+	double most, double *residual, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_vol want = {0};
 
 	for (int a = 0; a < 3; a++)
 		want.n[a] = ct_degrade_size(x->n[a], d->factor[a]);
 	ct_degrade_affine(want.affine, x->affine, x->n, d);
-	return ct_vol_same_grid(&want, y, e) ? ct_blame(e, "reduced") : 0;
-}
-
-int ct_upsample_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct_degrade *d,
-	double most, double *residual, const struct ct_env *env, struct ct_err *e)
-{
-	if (check_grids(x, y, d, e))
-		return -1;
+	if (ct_vol_same_grid(&want, y, e))
+		return ct_blame(e, "reduced");
 	return ct_consistency_settle(x->data, y->data, d, x->n, most, residual, env->par, e);
 }
 
