@@ -122,9 +122,8 @@ size_t ct_par_threads(const struct ct_par *p)
 void ct_par_for(struct ct_par *p, size_t n, ct_par_fn *fn, void *arg)
 {
 	if (!p || p->threads == 1 || n < 2 || atomic_flag_test_and_set(&p->busy)) {
-		for (size_t i = 0; i < n && !stopping(p); i++) {
+		for (size_t i = 0; i < n && !stopping(p); i++)
 			fn(arg, i, 0);
-		}
 		return;
 	}
 	pthread_mutex_lock(&p->lock);

@@ -12,7 +12,7 @@ static int compare(ctsr_metrics *to, const ctsr_volume *reference, const ctsr_vo
 {
 	struct ct_metrics_rule rule = {.window = true, .lo = -512, .hi = 3071};
 	struct ct_metrics m;
-	ctsr_metrics mine = {0};
+	ctsr_metrics mine;
 
 	if (window) {
 		rule.lo = window[0];

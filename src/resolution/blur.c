@@ -234,7 +234,7 @@ int ct_blur_estimate(struct ct_blur *out, const struct ct_vol *v, const double f
 	struct ct_padding padding;
 	struct ct_noise noise;
 	double least;
-	int rc = -1;
+	int rc = 0;
 
 	*out = (struct ct_blur){0};
 	for (int a = 0; a < 3; a++)
@@ -245,11 +245,8 @@ int ct_blur_estimate(struct ct_blur *out, const struct ct_vol *v, const double f
 	out->noise = noise.common;
 	out->sure = noise.sure;
 	least = fmin(fmax(step_least, steps_of_noise * out->noise), step_most);
-	for (int a = 0; a < 3; a++)
-		if (measure_axis(&out->axis[a], v, &padding, a, factor[a], least, par, e))
-			goto out;
-	rc = 0;
-out:
+	for (int a = 0; a < 3 && rc == 0; a++)
+		rc = measure_axis(&out->axis[a], v, &padding, a, factor[a], least, par, e);
 	ct_padding_free(&padding);
 	return rc;
 }

@@ -311,9 +311,8 @@ int ct_degrade_volume(struct ct_vol *lo, const struct ct_vol *hi, const struct c
 	size_t n[3];
 	int rc = -1;
 
-	if (ct_meta_numbers(&hi->meta, CT_META_NOISE, 1, &had, e) < 0)
-		return -1;
-	if (ct_degrade_plan(&s, d, hi->n, par, e))
+	if (ct_meta_numbers(&hi->meta, CT_META_NOISE, 1, &had, e) < 0 ||
+		ct_degrade_plan(&s, d, hi->n, par, e))
 		return -1;
 	for (int a = 0; a < 3; a++)
 		n[a] = s.t[a].n_out;
@@ -322,8 +321,7 @@ int ct_degrade_volume(struct ct_vol *lo, const struct ct_vol *hi, const struct c
 	ct_separable_apply(&s, lo->data, hi->data, par);
 	ct_degrade_affine(lo->affine, hi->affine, hi->n, d);
 	ct_meta_drop(&lo->meta, CT_META_NOISE);
-	if (fmax(d->factor[0], fmax(d->factor[1], d->factor[2])) >
-		1) /* it is not refined any more */
+	if (d->factor[0] > 1 || d->factor[1] > 1 || d->factor[2] > 1) /* not refined any more */
 		ct_meta_drop(&lo->meta, CT_META_UPSAMPLE);
 	ct_meta_drop(&lo->meta, CT_META_ASSUMED);
 	if (ct_degrade_put(&lo->meta, d, e))

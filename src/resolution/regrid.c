@@ -137,20 +137,16 @@ static int iso_taps(
 	return rc;
 }
 
-/* v <- the tables s->t of it, freed then: from index start[] on in steps of step[]. */
+/* v <- the tables s->t of it: from index start[] on in steps of step[]. */
 static int resample(struct ct_vol *v, struct ct_separable *s, const double start[3],
 	const double step[3], const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_vol w = {0};
 
-	if (ct_separable_plan(s, env->par, e))
+	if (ct_separable_plan(s, env->par, e) ||
+		ct_vol_alloc(&w, (const size_t[]){s->t[0].n_out, s->t[1].n_out, s->t[2].n_out}, e))
 		return -1;
-	if (ct_vol_alloc(&w, (const size_t[]){s->t[0].n_out, s->t[1].n_out, s->t[2].n_out}, e)) {
-		ct_separable_free(s);
-		return -1;
-	}
 	ct_separable_apply(s, w.data, v->data, env->par);
-	ct_separable_free(s);
 	memcpy(w.affine, v->affine, sizeof w.affine);
 	ct_vol_shift_affine(w.affine, start);
 	for (int r = 0; r < 3; r++)

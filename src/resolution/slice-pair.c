@@ -3,7 +3,6 @@
 #include "resolution/slice-pair.h"
 
 #include <math.h>
-#include <stdbool.h>
 
 #define IN_PLANE 0.05 /* of a voxel: as good as one grid */
 
@@ -72,8 +71,7 @@ static int slice_axis(const double mm[2][3])
 
 int ct_slice_pair_find(struct ct_slice_pair *s, struct ct_err *e)
 {
-	double mm[2][3];
-	bool alike = true;
+	double mm[2][3], off;
 
 	if (ct_vol_check_grid(s->thick, e) || ct_vol_check_grid(s->thin, e))
 		return -1;
@@ -92,12 +90,8 @@ int ct_slice_pair_find(struct ct_slice_pair *s, struct ct_err *e)
 	s->first = begin(s->thick, s->thin, s->axis);
 	s->sign = along(s->thick, s->thin, s->axis, s->axis) < 0 ? -1 : 1;
 	s->ratio = s->sign * s->spacing[0] / s->spacing[1];
-	for (size_t k = 0; k < s->thick->n[s->axis]; k++) {
-		const double off = (double)k * (s->ratio - round(s->ratio));
-
-		alike = alike && fabs(off) <= 10 * CT_SLICE_PAIR_SNAP;
-	}
-	s->f = alike ? s->sign * (round(s->first) - s->first) : 0;
+	off = (double)(s->thick->n[s->axis] - 1) * (s->ratio - round(s->ratio)); /* of the last */
+	s->f = fabs(off) <= 10 * CT_SLICE_PAIR_SNAP ? s->sign * (round(s->first) - s->first) : 0;
 	return 0;
 }
 

@@ -174,7 +174,6 @@ static double total(const double part[LANES])
 	return s;
 }
 
-/* Sum of the square roots of v, which it leaves there. */
 double CT_SIMD_HERE(ct_tv_row_roots)(float *v, size_t n)
 {
 	double part[LANES] = {0};
