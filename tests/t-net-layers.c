@@ -347,7 +347,7 @@ static void test_attention(const char *name, size_t tokens, bool legacy, bool ba
 		.n = {tokens * 3 * c},
 		.plain = attn_plain,
 		.attn = {.tokens = tokens, .heads = 2, .width = 8, .legacy = legacy}};
-	float *scratch = malloc(ct_attn_scratch(&l.attn, true) * sizeof *scratch);
+	float *scratch = malloc(ct_attn_scratch(l.attn.tokens, true) * sizeof *scratch);
 
 	draw(&l);
 	if (!scratch || ct_attn_forward(&l.attn, y_f, in_f[0], scratch, &err))

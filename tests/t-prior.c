@@ -62,7 +62,7 @@ static void metadata(void)
 }
 
 /* The derivative of sum(weight eps) along a direction, within 1e-2 by differences in float. */
-static void derivative(struct ct_prior *p, float when, float *x)
+static void derivative(struct ct_prior *p, double when, float *x)
 {
 	enum { CHANNELS = 2, COUNT = CHANNELS * SIDE * SIDE };
 	struct ct_denoiser d;
@@ -75,13 +75,13 @@ static void derivative(struct ct_prior *p, float when, float *x)
 		weight[i] = cosf(3 * (float)i);
 	memcpy(was, x, sizeof was);
 	must(d.eps(d.ctx[1], 900, weight, eps, &err)); /* of another time and picture */
-	must(d.back(d.ctx[1], (double)when, x, dx, weight, &err));
+	must(d.back(d.ctx[1], when, x, dx, weight, &err));
 	for (size_t i = 0; i < COUNT; i++)
 		dir[i] = (dx[i] > 0 ? 1 : -1) + 0.5f * sinf(5 * (float)i);
 	for (int k = 0; k < 2; k++) {
 		for (size_t i = 0; i < COUNT; i++)
 			x[i] = was[i] + (float)(k ? -h : h) * dir[i];
-		must(d.eps(d.ctx[0], (double)when, x, eps, &err));
+		must(d.eps(d.ctx[0], when, x, eps, &err));
 		f[k] = dot(COUNT, weight, eps);
 	}
 	memcpy(x, was, sizeof was);
@@ -95,7 +95,7 @@ static void network(void)
 	struct ct_tensors w = {0};
 	struct ct_prior p = {0};
 	struct ct_denoiser d;
-	const float when = 37;
+	const double when = 37;
 	float x[MOST], y[MOST], want[MOST];
 
 	weights(&w, CHANNELS, CHANNELS);
@@ -108,8 +108,8 @@ static void network(void)
 		const size_t n = CHANNELS * SIDE * SIDE * k;
 		struct ct_unet_plan *plan = NULL;
 
-		must(ct_unet_plan_alloc(&plan, p.unet, 1, SIDE, k * SIDE, false, &err));
-		must(ct_unet_forward(plan, want, x, &when, &err));
+		must(ct_unet_plan_alloc(&plan, p.unet, SIDE, k * SIDE, false, &err));
+		must(ct_unet_forward(plan, want, x, when, &err));
 		ct_unet_plan_free(plan);
 		must(ct_prior_plan(&p, k, SIDE, k * SIDE, false, &err));
 		d = ct_prior_denoiser(&p);
@@ -117,7 +117,7 @@ static void network(void)
 				d.multiple == 4 && d.schedule == &p.schedule,
 			"planned for %zu", k);
 		for (size_t i = 0; i < k; i++)
-			OK(d.eps(d.ctx[i], (double)when, x, y, &err) == 0 &&
+			OK(d.eps(d.ctx[i], when, x, y, &err) == 0 &&
 					memcmp(y, want, n * sizeof *y) == 0 && y[0] != y[1],
 				"worker %zu of %zu", i, k);
 	}
@@ -126,7 +126,7 @@ static void network(void)
 	OK(ct_prior_plan(&p, 1, SIDE, SIDE + 2, false, &err) == -1 && err.code == CT_EGEOM,
 		"not for a size that does not halve");
 	ct_prior_free(&p);
-	OK(!p.unet && !p.plan && !p.ctx && !p.workers && !p.channels, "nothing is left");
+	OK(!p.unet && !p.plan && !p.workers && !p.channels, "nothing is left");
 	ct_prior_free(&p);
 	ct_tensors_free(&w);
 }
@@ -140,15 +140,15 @@ static void variances(void)
 	struct ct_unet *n = NULL;
 	struct ct_unet_plan *plan = NULL;
 	struct ct_denoiser d;
-	const float when = 37;
+	const double when = 37;
 	float x[2 * N], y[2 * N], want[4 * N];
 
 	for (int i = 0; i < 2 * N; i++)
 		x[i] = sinf((float)i);
 	weights(&w, 2, 4);
 	must(ct_unet_alloc(&n, &w, &err));
-	must(ct_unet_plan_alloc(&plan, n, 1, SIDE, SIDE, false, &err));
-	must(ct_unet_forward(plan, want, x, &when, &err));
+	must(ct_unet_plan_alloc(&plan, n, SIDE, SIDE, false, &err));
+	must(ct_unet_forward(plan, want, x, when, &err));
 	ct_unet_plan_free(plan);
 	ct_unet_free(n);
 	ct_tensors_free(&w);
@@ -156,7 +156,7 @@ static void variances(void)
 	must(ct_prior_alloc(&p, &w, &err));
 	must(ct_prior_plan(&p, 1, SIDE, SIDE, false, &err));
 	d = ct_prior_denoiser(&p);
-	must(d.eps(d.ctx[0], (double)when, x, y, &err));
+	must(d.eps(d.ctx[0], when, x, y, &err));
 	NEAR(apart(2 * N, y, want), 0, 1e-6, "noise of a network that also learns variances");
 	OK(d.channels == 2 && apart(2 * N, y, want + 2 * N) > 1e-4, "and not the variances");
 	ct_prior_free(&p);

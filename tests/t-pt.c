@@ -489,7 +489,7 @@ static int tool(int argc, char **argv)
 	struct ct_meta m = {0};
 	struct ct_unet *net = NULL;
 	struct ct_unet_plan *p = NULL;
-	const float t = 300;
+	const double t = 300;
 	float *x, *y;
 	size_t side, pixels;
 
@@ -528,14 +528,14 @@ static int tool(int argc, char **argv)
 		must(prior_arch_add(&w.meta, &m, &err));
 		must(ct_unet_alloc(&net, &w, &err));
 		net->label = strtoul(argv[4], NULL, 10);
-		must(ct_unet_plan_alloc(&p, net, 1, side, side, false, &err));
+		must(ct_unet_plan_alloc(&p, net, side, side, false, &err));
 		x = malloc(net->arch.in_channels * pixels * sizeof *x);
 		y = malloc(net->arch.out_channels * pixels * sizeof *y);
 		if (!x || !y)
 			exit(99);
 		for (size_t i = 0; i < net->arch.in_channels * pixels; i++)
 			x[i] = sinf(0.37f * (float)i);
-		must(ct_unet_forward(p, y, x, &t, &err));
+		must(ct_unet_forward(p, y, x, t, &err));
 		for (size_t i = 0; i < net->arch.out_channels * pixels; i++)
 			printf("%.9g\n", (double)y[i]);
 		free(x);

@@ -27,7 +27,7 @@ static void bytes(const struct ct_train *t, const struct ct_unet_arch *a, size_t
 	double want;
 
 	must(ct_unet_init(&net, a, 1, &err));
-	must(ct_unet_plan_alloc(&plan, net, 1, SIZE, SIZE, true, &err));
+	must(ct_unet_plan_alloc(&plan, net, SIZE, SIZE, true, &err));
 	want = (double)threads * ((double)ct_unet_plan_bytes(plan) + 4.0 * 4 * SIZE * SIZE);
 	/* weights, three times in an order of their own; average, twice; two moments; three groups
 	 */

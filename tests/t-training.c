@@ -141,7 +141,7 @@ static double by_hand(const struct ct_train_opts *o, const struct ct_pictures *s
 	struct ct_unet *net = NULL;
 	struct ct_unet_plan *plan = NULL;
 	struct ct_schedule schedule;
-	float x0[N], z[N], eps[N], when = (float)time;
+	float x0[N], z[N], eps[N];
 	double sum = 0, abar;
 
 	ct_schedule_default(&schedule);
@@ -154,12 +154,12 @@ static double by_hand(const struct ct_train_opts *o, const struct ct_pictures *s
 
 		memcpy(net->param + p->offset, t->data, p->count * sizeof *t->data);
 	}
-	must(ct_unet_plan_alloc(&plan, net, 1, SIZE, SIZE, false, &err));
+	must(ct_unet_plan_alloc(&plan, net, SIZE, SIZE, false, &err));
 	ct_patches_draw(&o->patches, s, x0, seed, sample * DRAWS + PIECE);
 	ct_rng_normals(N, z, seed, sample * DRAWS + NOISE, 0);
 	for (int i = 0; i < N; i++)
 		x0[i] = (float)(sqrt(abar) * (double)x0[i] + sqrt(1 - abar) * (double)z[i]);
-	must(ct_unet_forward(plan, eps, x0, &when, &err));
+	must(ct_unet_forward(plan, eps, x0, time, &err));
 	for (int i = 0; i < N; i++)
 		sum += pow((double)eps[i] - (double)z[i], 2) / N;
 	ct_unet_plan_free(plan);
@@ -236,11 +236,11 @@ static void missing(const struct ct_env *env)
 	must(ct_train_result(t, &weights, &err));
 	must(ct_train_validate(t, &s, 4, &loss, &err));
 	must(ct_unet_alloc(&net, &weights, &err));
-	must(ct_unet_plan_alloc(&plan, net, 1, SIZE, SIZE, false, &err));
+	must(ct_unet_plan_alloc(&plan, net, SIZE, SIZE, false, &err));
 	ct_schedule_default(&schedule);
 	for (uint64_t k = 0; k < 4; k++) {
-		const float when = (float)(125 + 250 * k);
-		const double abar = ct_schedule_abar(&schedule, (int)when);
+		const int when = 125 + 250 * k;
+		const double abar = ct_schedule_abar(&schedule, when);
 		float r[N];
 
 		ct_patches_draw(&o.patches, &s, x, ~o.seed, k * DRAWS + PIECE);
@@ -250,7 +250,7 @@ static void missing(const struct ct_env *env)
 			together = fmax(together, fabs((double)(x[i] - x[N + i]) - 1));
 			x[i] = (float)(sqrt(abar) * (double)r[i] + sqrt(1 - abar) * (double)z[i]);
 		}
-		must(ct_unet_forward(plan, v, x, &when, &err));
+		must(ct_unet_forward(plan, v, x, when, &err));
 		for (int i = 0; i < N; i++)
 			want += pow((double)v[i] - sqrt(abar) * (double)z[i] +
 						sqrt(1 - abar) * (double)r[i],
@@ -338,18 +338,17 @@ static float *gradient(const struct ct_train_opts *o, const struct ct_unet_arch 
 	ct_schedule_default(&schedule);
 	must(!g || ct_unet_init(&net, a, 1, &err));
 	memcpy(net->param, param->data, net->graph.count * sizeof *net->param);
-	must(ct_unet_plan_alloc(&plan, net, 1, SIZE, SIZE, true, &err));
+	must(ct_unet_plan_alloc(&plan, net, SIZE, SIZE, true, &err));
 	for (uint64_t k = 0; k < o->batch; k++) {
 		uint64_t at = (step * o->batch + k) * DRAWS;
 		int time = (int)ct_rng_below(o->seed, at + TIME, 0, CT_TIMESTEPS);
 		double abar = ct_schedule_abar(&schedule, time);
-		float when = (float)time;
 
 		ct_patches_draw(&o->patches, s, x, o->seed, at + PIECE);
 		ct_rng_normals(N, z, o->seed, at + NOISE, 0);
 		for (int i = 0; i < N; i++)
 			x[i] = (float)(sqrt(abar) * (double)x[i] + sqrt(1 - abar) * (double)z[i]);
-		must(ct_unet_forward(plan, eps, x, &when, &err));
+		must(ct_unet_forward(plan, eps, x, time, &err));
 		for (int i = 0; i < N; i++)
 			eps[i] = 2 * (eps[i] - z[i]) / (float)(N * o->batch);
 		must(ct_unet_backward(plan, g, NULL, eps, &err));

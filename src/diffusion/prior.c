@@ -81,9 +81,7 @@ int ct_prior_classify(struct ct_prior *p, size_t label, struct ct_err *e)
 
 static int predict(void *ctx, double t, const float *x, float *eps, struct ct_err *e)
 {
-	float at = (float)t;
-
-	return ct_unet_forward(ctx, eps, x, &at, e);
+	return ct_unet_forward(ctx, eps, x, t, e);
 }
 
 /* The forward pass is repeated: what it kept belongs to another timestep of the chain by now. */
@@ -98,9 +96,7 @@ static void drop_plans(struct ct_prior *p)
 	for (size_t k = 0; p->plan && k < p->workers; k++)
 		ct_unet_plan_free(p->plan[k]);
 	free(p->plan);
-	free(p->ctx);
 	p->plan = NULL;
-	p->ctx = NULL;
 	p->workers = 0;
 }
 
@@ -108,14 +104,15 @@ int ct_prior_plan(
 	struct ct_prior *p, size_t workers, size_t high, size_t wide, bool back, struct ct_err *e)
 {
 	drop_plans(p);
-	if (ct_alloc0(&p->plan, workers, sizeof *p->plan, e) ||
-		ct_alloc0(&p->ctx, workers, sizeof *p->ctx, e))
+	if (ct_alloc0(&p->plan, workers, sizeof *p->plan, e))
 		return -1;
 	p->workers = workers;
 	for (size_t k = 0; k < workers; k++) {
-		if (ct_unet_plan_alloc(&p->plan[k], p->unet, 1, high, wide, back, e))
+		struct ct_unet_plan *plan;
+
+		if (ct_unet_plan_alloc(&plan, p->unet, high, wide, back, e))
 			return -1;
-		p->ctx[k] = p->plan[k];
+		p->plan[k] = plan;
 	}
 	p->high = high;
 	p->wide = wide;
@@ -129,7 +126,7 @@ struct ct_denoiser ct_prior_denoiser(const struct ct_prior *p)
 		.multiple = p->multiple,
 		.eps = predict,
 		.back = predict_back,
-		.ctx = p->ctx};
+		.ctx = p->plan};
 }
 
 void ct_prior_free(struct ct_prior *p)

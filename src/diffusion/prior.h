@@ -17,8 +17,7 @@ struct ct_prior {
 				      * channels are then CT_RESIDUAL_PLANES, and it tells one */
 	size_t high, wide;           /* size the workspaces are made for */
 	size_t workers;
-	struct ct_unet_plan **plan; /* [workers] */
-	void **ctx;                 /* [workers], for struct ct_denoiser */
+	void **plan; /* [workers], each a struct ct_unet_plan */
 };
 
 /* Network of the weights w, which are moved into it (ct_unet_alloc); of one that also learns

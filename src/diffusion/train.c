@@ -6,7 +6,6 @@
 #include "diffusion/schedule.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -66,7 +65,6 @@ static int sample_loss(struct ct_train *t, struct bench *b, const struct pass *p
 {
 	const double keep = sqrt(ct_schedule_abar(&t->schedule, time));
 	const double add = sqrt(1.0 - ct_schedule_abar(&t->schedule, time));
-	const float when = (float)time;
 	double sum = 0;
 
 	ct_patches_draw(&t->o.patches, p->data, b->x0, seed, stream(sample, PIECE));
@@ -74,7 +72,7 @@ static int sample_loss(struct ct_train *t, struct bench *b, const struct pass *p
 	memcpy(b->xt, b->x0, t->inputs * sizeof *b->xt);
 	for (size_t i = 0; i < t->pixels; i++)
 		b->xt[i] = (float)(keep * (double)b->x0[i] + add * (double)b->z[i]);
-	if (ct_unet_forward(p->test ? b->test : b->train, b->eps, b->xt, &when, e))
+	if (ct_unet_forward(p->test ? b->test : b->train, b->eps, b->xt, (double)time, e))
 		return -1;
 	for (size_t i = 0; i < t->pixels; i++) {
 		const double z = (double)b->z[i], x0 = (double)b->x0[i],
@@ -232,7 +230,7 @@ int ct_train_validate(struct ct_train *t, const struct ct_pictures *data, size_t
 	struct pass p = {.t = t, .data = data, .count = n, .groups = n, .test = true};
 
 	for (size_t i = 0; i < t->threads; i++)
-		if (!t->bench[i].test && ct_unet_plan_alloc(&t->bench[i].test, t->ema, 1,
+		if (!t->bench[i].test && ct_unet_plan_alloc(&t->bench[i].test, t->ema,
 						 t->o.patches.size, t->o.patches.size, false, e))
 			return -1;
 	if (t->ema_stale && ct_unet_changed(t->ema, t->env->par, e))
@@ -250,7 +248,7 @@ static int bench_alloc(struct ct_train *t, struct bench *b, struct ct_err *e)
 	b->xt = b->x0 + t->inputs;
 	b->z = b->xt + t->inputs;
 	b->eps = b->z + t->pixels;
-	return ct_unet_plan_alloc(&b->train, t->net, 1, size, size, true, e);
+	return ct_unet_plan_alloc(&b->train, t->net, size, size, true, e);
 }
 
 static int check_options(

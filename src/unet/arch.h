@@ -31,12 +31,10 @@ void ct_unet_arch_default(struct ct_unet_arch *a);
  * "model_channels", "out_channels", "num_res_blocks", "attention_resolutions" (downsampling
  * factors), "channel_mult", "num_heads", "num_head_channels" (-1: use num_heads),
  * "use_scale_shift_norm", "resblock_updown", "use_new_attention_order", "conv_resample",
- * "num_classes" (0: not conditioned). Lists are
- * "[1, 2]", "1,2" or "1:2"; truths True or False. CT_EINPUT naming the key. */
+ * "num_classes" (0: not conditioned). Lists are "[1, 2]", "1,2" or "1:2"; truths True or False.
+ * CT_EINPUT naming the key. */
 int ct_unet_arch_from_meta(struct ct_unet_arch *a, const struct ct_meta *meta, struct ct_err *e);
 int ct_unet_arch_to_meta(const struct ct_unet_arch *a, struct ct_meta *meta, struct ct_err *e);
-/* Does the metadata state all that a network cannot be built without? */
-bool ct_unet_arch_is_whole(const struct ct_meta *meta);
 /* The same of a network, and what its metadata do not state from the names and shapes of its
  * tensors, which tell all but the heads of attention (without num_heads and num_head_channels it is
  * CT_EINPUT) and the order of their channels (taken for guided diffusion's default). */

@@ -7,9 +7,9 @@
 #include <math.h>
 #include <string.h>
 
-size_t ct_attn_scratch(const struct ct_attn *a, bool back)
+size_t ct_attn_scratch(size_t tokens, bool back)
 {
-	return a->tokens * CT_ATTN_BLOCK * (back ? 2 : 1);
+	return tokens * CT_ATTN_BLOCK * (back ? 2 : 1);
 }
 
 /* Where q, k, v of a head begin in the 3c channels. */

@@ -20,7 +20,7 @@ struct ct_attn {
 };
 
 /* Floats of scratch for forward (back: twice that). */
-size_t ct_attn_scratch(const struct ct_attn *a, bool back);
+size_t ct_attn_scratch(size_t tokens, bool back);
 /* out[t][c]. */
 int ct_attn_forward(
 	const struct ct_attn *a, float *out, const float *qkv, float *scratch, struct ct_err *e);

@@ -25,7 +25,7 @@ struct ct_conv {
 	struct ct_conv_shape s;
 	dnnl_stream_t stream;
 	struct prim dir[DIRECTIONS];
-	struct prim unpack; /* gradient of the weights, added to plain order */
+	struct ct_dnn_order unpack; /* gradient of the weights, added to plain order */
 	ct_dnn_desc src, dst, weights, plain, bias;
 };
 
@@ -93,40 +93,25 @@ static void prim_free(struct prim *p)
 
 static int prim_set(struct prim *p, enum role role, const void *data, struct ct_err *e)
 {
-	union {
-		const void *in;
-		void *out;
-	} handle = {.in = data};
-
-	if (!p->mem[role])
-		return 0;
-	return ct_dnn_check(dnnl_memory_set_data_handle(p->mem[role], handle.out), "memory", e);
+	return p->mem[role] ? ct_dnn_set(p->mem[role], data, e) : 0;
 }
 
 static int prim_run(struct prim *p, dnnl_stream_t stream, struct ct_err *e)
 {
-	if (ct_dnn_check(dnnl_primitive_execute(p->p, stream, p->n, p->arg), "run", e))
-		return -1;
-	return ct_dnn_check(dnnl_stream_wait(stream), "run", e);
+	return ct_dnn_run(p->p, stream, p->n, p->arg, "run", e);
 }
 
-static int attr_new(dnnl_primitive_attr_t *attr, ct_dnn_cdesc add, struct ct_err *e)
+/* The result of the primitive is added to another image. */
+static int attr_add(dnnl_primitive_attr_t attr, ct_dnn_cdesc add, struct ct_err *e)
 {
 	dnnl_post_ops_t ops;
 	int rc;
 
-	if (ct_dnn_check(dnnl_primitive_attr_create(attr), "attributes", e))
-		return -1;
-	if (ct_dnn_check(dnnl_primitive_attr_set_scratchpad_mode(*attr, dnnl_scratchpad_mode_user),
-		    "scratch", e))
-		return -1;
-	if (!add)
-		return 0;
 	if (ct_dnn_check(dnnl_post_ops_create(&ops), "sum", e))
 		return -1;
 	rc = ct_dnn_check(dnnl_post_ops_append_binary(ops, dnnl_binary_add, add), "sum", e);
 	if (!rc)
-		rc = ct_dnn_check(dnnl_primitive_attr_set_post_ops(*attr, ops), "sum", e);
+		rc = ct_dnn_check(dnnl_primitive_attr_set_post_ops(attr, ops), "sum", e);
 	dnnl_post_ops_destroy(ops);
 	return rc;
 }
@@ -166,10 +151,7 @@ static int prim_new(struct ct_conv *c, enum direction dir, dnnl_primitive_desc_t
 	if (dir != BACK_WEIGHTS)
 		return ct_dnn_pack_get(c->dnn, key, weight, c->plain, w, &p->pack, e) ||
 		       prim_set(p, WEIGHTS, p->pack->data, e);
-	if (ct_dnn_reorder_new(&c->unpack.p, eng, w, c->plain, true, e) ||
-		prim_arg(&c->unpack, SRC, DNNL_ARG_FROM, w, eng, e))
-		return -1;
-	return prim_arg(&c->unpack, DST, DNNL_ARG_TO, c->plain, eng, e);
+	return ct_dnn_order_new(&c->unpack, eng, w, c->plain, true, e);
 }
 
 static int conv_build(
@@ -179,10 +161,9 @@ static int conv_build(
 	dnnl_primitive_desc_t pd[DIRECTIONS] = {NULL};
 	int rc = -1;
 
-	if (attr_new(&plain, NULL, e) || attr_new(&attr, c->s.add ? c->dst : NULL, e) ||
-		ct_dnn_check(
-			dnnl_stream_create(&c->stream, c->dnn->engine, dnnl_stream_default_flags),
-			"stream", e))
+	if (ct_dnn_attr_new(&plain, e) || ct_dnn_attr_new(&attr, e) ||
+		(c->s.add && attr_add(attr, c->dst, e)) ||
+		ct_dnn_stream_new(&c->stream, c->dnn->engine, e))
 		goto out;
 	for (int d = FORWARD; d < (train ? DIRECTIONS : BACK_DATA); d++)
 		if (conv_desc(&pd[d], c, (enum direction)d, train, pd[FORWARD],
@@ -239,7 +220,7 @@ void ct_conv_free(struct ct_conv *c)
 		return;
 	for (int d = 0; d < DIRECTIONS; d++)
 		prim_free(&c->dir[d]);
-	prim_free(&c->unpack);
+	ct_dnn_order_free(&c->unpack);
 	if (c->stream)
 		dnnl_stream_destroy(c->stream);
 	ct_dnn_desc_free(c->src);
@@ -290,7 +271,7 @@ int ct_conv_back_data(
 int ct_conv_back_weights(struct ct_conv *c, float *dw, float *db, const float *x, const float *dy,
 	void *scratch, struct ct_err *e)
 {
-	struct prim *p = &c->dir[BACK_WEIGHTS], *u = &c->unpack;
+	struct prim *p = &c->dir[BACK_WEIGHTS];
 	char *s = scratch;
 	void *packed = s + align(p->scratch), *bias = s + align(p->scratch) + align(p->weights);
 	const float *b = bias;
@@ -301,7 +282,5 @@ int ct_conv_back_weights(struct ct_conv *c, float *dw, float *db, const float *x
 		return -1;
 	for (size_t i = 0; i < c->s.co; i++)
 		db[i] += b[i];
-	if (prim_set(u, SRC, packed, e) || prim_set(u, DST, dw, e))
-		return -1;
-	return prim_run(u, c->stream, e);
+	return ct_dnn_order_run(&c->unpack, c->dnn->engine, packed, dw, e);
 }

@@ -1,4 +1,4 @@
-/* dnn-impl.h: what dnn.c, dnn-order.c, product.c and conv.c share.
+/* dnn-impl.h: what dnn.c, product.c and conv.c share.
  *
  * Version 3 of oneDNN made memory descriptors opaque and dropped operation descriptors; the few
  * functions here hide the first.
@@ -17,13 +17,18 @@ typedef dnnl_memory_desc_t *ct_dnn_desc;
 typedef const dnnl_memory_desc_t *ct_dnn_cdesc;
 #endif
 
+/* A copy in another order or of another type, or an addition to it. */
+struct ct_dnn_order {
+	ct_dnn_desc from, to;
+	dnnl_primitive_t p;
+};
+
 /* Weights in the order of one direction. */
 struct ct_dnn_pack {
 	size_t key;         /* of the weights */
 	const float *plain; /* what they were made of */
 	float *data;
-	ct_dnn_desc from, to;
-	dnnl_primitive_t reorder;
+	struct ct_dnn_order order;
 };
 
 struct ct_dnn {
@@ -46,12 +51,21 @@ int ct_dnn_desc_strided(ct_dnn_desc *d, int rank, const dnnl_dims_t dims, const 
 	struct ct_err *e);
 int ct_dnn_desc_copy(ct_dnn_desc *d, ct_dnn_cdesc from, struct ct_err *e);
 void ct_dnn_desc_free(ct_dnn_desc d);
-/* A primitive that copies between orders; with `sum` it adds to what is there. */
-int ct_dnn_reorder_new(dnnl_primitive_t *p, dnnl_engine_t eng, ct_dnn_cdesc from, ct_dnn_cdesc to,
+/* Attributes of a primitive whose scratch its caller has. */
+int ct_dnn_attr_new(dnnl_primitive_attr_t *attr, struct ct_err *e);
+int ct_dnn_stream_new(dnnl_stream_t *stream, dnnl_engine_t eng, struct ct_err *e);
+/* What a memory is of from now on, whether it is read or written. */
+int ct_dnn_set(dnnl_memory_t m, const void *data, struct ct_err *e);
+/* Run a primitive of n arguments, to its end. */
+int ct_dnn_run(dnnl_primitive_t p, dnnl_stream_t stream, int n, const dnnl_exec_arg_t *arg,
+	const char *what, struct ct_err *e);
+/* With `sum` it adds to what is there. *o must be zero; free it also after a failure. */
+int ct_dnn_order_new(struct ct_dnn_order *o, dnnl_engine_t eng, ct_dnn_cdesc from, ct_dnn_cdesc to,
 	bool sum, struct ct_err *e);
-/* dst = (or +=) src in another order, or of another type. */
-int ct_dnn_reorder_run(dnnl_primitive_t p, dnnl_engine_t eng, dnnl_stream_t stream,
-	ct_dnn_cdesc from, const float *src, ct_dnn_cdesc to, void *dst, struct ct_err *e);
+void ct_dnn_order_free(struct ct_dnn_order *o);
+/* dst = (or +=) src. */
+int ct_dnn_order_run(const struct ct_dnn_order *o, dnnl_engine_t eng, const void *src, void *dst,
+	struct ct_err *e);
 /* The pack of weights called `key` in this order, made if there is none: of `plain`, or if that is
  * NULL of the pack in another order that there must be. */
 int ct_dnn_pack_get(struct ct_dnn *d, size_t key, const float *plain, ct_dnn_cdesc from,

@@ -7,7 +7,6 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* What the functions below share. After a failure they do nothing, and image 0 is returned. */
 struct build {

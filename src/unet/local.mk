@@ -1,11 +1,11 @@
 # The network: layers over oneDNN, its graph and plan.
-libct_a_SOURCES += src/unet/dnn.c src/unet/dnn.h src/unet/dnn-impl.h src/unet/dnn-order.c
+libct_a_SOURCES += src/unet/dnn.c src/unet/dnn.h src/unet/dnn-impl.h
 libct_a_SOURCES += src/unet/conv.c src/unet/conv.h
 libct_a_SOURCES += src/unet/product.c src/unet/product.h
 SIMD_SOURCES += src/unet/layers.c src/unet/layers.h src/unet/sigmoid.h
 SIMD_SOURCES += src/unet/norm.c src/unet/norm.h
 libct_a_SOURCES += src/unet/attention.c src/unet/attention.h
-libct_a_SOURCES += src/unet/arch.c src/unet/arch.h src/unet/arch-tensors.c
+libct_a_SOURCES += src/unet/arch.c src/unet/arch.h
 libct_a_SOURCES += src/unet/graph.c src/unet/graph.h
 libct_a_SOURCES += src/unet/arena.c src/unet/arena.h
 libct_a_SOURCES += src/unet/unet.c src/unet/unet.h src/unet/plan.c

@@ -33,10 +33,10 @@ CT_SIMD_DECLARE(void, ct_norm_sums, (size_t hw, size_t c, double *sums, const fl
 /* y[hw][c] from x and its sums; ab[2c] is scratch. y may be x. */
 CT_SIMD_DECLARE(void, ct_norm_forward,
 	(const struct ct_norm *n, float *y, const float *x, const double *sums, float *ab));
-/* Floats of scratch that the backward needs: three float maps, two double sums. */
-static inline size_t ct_norm_scratch(const struct ct_norm *n)
+/* Floats of scratch that the backward of c channels needs: three float maps, two double sums. */
+static inline size_t ct_norm_scratch(size_t c)
 {
-	return 3 * n->c + 4 * n->c;
+	return 3 * c + 4 * c;
 }
 /* dx[hw][c]; dgamma, dbeta [c] added to (or both NULL); de as e, added to (or NULL). dy is
  * overwritten. */

@@ -1,9 +1,8 @@
 /* plan.c: running a network: where every image lies, and the operations forward and backward.
  *
  * Without training an image's place is used again after its last reader, and a normalisation that
- * is the last reader works in place. With training all images stay, for every image of the batch;
- * the gradients of images live from their first writer, in reverse order, to the operation
- * that made the image.
+ * is the last reader works in place. With training all images stay; the gradients of images live
+ * from their first writer, in reverse order, to the operation that made the image.
  */
 #include "config.h"
 #include "unet/unet.h"
@@ -27,11 +26,10 @@ struct flow {
 struct ct_unet_plan {
 	struct ct_unet *net;
 	struct ct_graph g;
-	size_t batch;
 	bool train;
 	struct ct_conv **conv; /* [n_op] */
-	size_t *at, acts;      /* place of every image; floats an image of the batch */
-	size_t *sum_at, sums;  /* place of a normalisation's sums; doubles an image of the batch */
+	size_t *at, acts;      /* place of every image; floats of all */
+	size_t *sum_at, sums;  /* place of a normalisation's sums; doubles of all */
 	size_t *grad_at, grads;
 	struct flow *flow; /* [n_op] */
 	float *act, *grad, *scratch;
@@ -39,17 +37,11 @@ struct ct_unet_plan {
 	size_t scratch_count;
 };
 
-/* The first (which 0) or second parameter of an operation that has them, and its place in a flat
- * vector. */
+/* The first (which 0) or second parameter of an operation that has them. */
 static const float *param_of(
 	const struct ct_unet_plan *p, const struct ct_graph_op *o, size_t which)
 {
 	return p->net->at[o->param + which];
-}
-
-static size_t offset_of(const struct ct_unet_plan *p, const struct ct_graph_op *o, size_t which)
-{
-	return p->g.param[o->param + which].offset;
 }
 
 /* Where the row of the class begins. */
@@ -184,21 +176,13 @@ out:
 static size_t scratch_of(const struct ct_unet_plan *p, size_t i)
 {
 	const struct ct_graph_op *o = &p->g.op[i];
-	struct ct_norm n;
-	struct ct_attn a;
 
-	switch (o->kind) {
-	case CT_GRAPH_CONV: return ct_conv_scratch(p->conv[i]) / sizeof(float) + 1;
-	case CT_GRAPH_NORM: n = norm_of(p, o, NULL); return ct_norm_scratch(&n);
-	case CT_GRAPH_ATTN: a = attn_of(p, o); return ct_attn_scratch(&a, p->train);
-	case CT_GRAPH_EMBED:
-	case CT_GRAPH_LINEAR:
-	case CT_GRAPH_SILU:
-	case CT_GRAPH_LABEL:
-	case CT_GRAPH_UP:
-	case CT_GRAPH_DOWN:
-	case CT_GRAPH_CONCAT: break;
-	}
+	if (o->kind == CT_GRAPH_CONV)
+		return ct_conv_scratch(p->conv[i]) / sizeof(float) + 1;
+	if (o->kind == CT_GRAPH_NORM)
+		return ct_norm_scratch(p->g.image[o->out].c);
+	if (o->kind == CT_GRAPH_ATTN)
+		return ct_attn_scratch(p->g.image[o->out].h * p->g.image[o->out].w, p->train);
 	return 0;
 }
 
@@ -232,17 +216,14 @@ static int prepare(struct ct_unet_plan *p, struct ct_err *e)
 	return 0;
 }
 
-int ct_unet_plan_alloc(struct ct_unet_plan **out, struct ct_unet *net, size_t batch, size_t h,
-	size_t w, bool train, struct ct_err *e)
+int ct_unet_plan_alloc(struct ct_unet_plan **out, struct ct_unet *net, size_t h, size_t w,
+	bool train, struct ct_err *e)
 {
 	struct ct_unet_plan *p;
-	const size_t n = train ? batch : 1;
-	size_t total;
 
 	if (ct_alloc0(&p, 1, sizeof *p, e))
 		return -1;
 	p->net = net;
-	p->batch = batch;
 	p->train = train;
 	if (ct_graph_build(&p->g, &net->arch, h, w, e) ||
 		ct_alloc0(&p->conv, p->g.n_op, sizeof(struct ct_conv *), e) ||
@@ -251,9 +232,8 @@ int ct_unet_plan_alloc(struct ct_unet_plan **out, struct ct_unet *net, size_t ba
 		ct_alloc0(&p->at, p->g.n_image, sizeof *p->at, e) ||
 		ct_alloc0(&p->grad_at, p->g.n_image, sizeof *p->grad_at, e) || prepare(p, e) ||
 		place_images(p, e) || (train && place_gradients(p, e)) ||
-		ct_size_mul(&total, n, p->acts, "activations", e) ||
-		ct_alloc(&p->act, total, sizeof *p->act, e) ||
-		ct_alloc(&p->sum, n * p->sums, sizeof *p->sum, e) ||
+		ct_alloc(&p->act, p->acts, sizeof *p->act, e) ||
+		ct_alloc(&p->sum, p->sums, sizeof *p->sum, e) ||
 		ct_alloc(&p->grad, p->grads, sizeof *p->grad, e) ||
 		ct_alloc(&p->scratch, p->scratch_count, sizeof *p->scratch, e)) {
 		ct_unet_plan_free(p);
@@ -284,39 +264,26 @@ void ct_unet_plan_free(struct ct_unet_plan *p)
 
 size_t ct_unet_plan_bytes(const struct ct_unet_plan *p)
 {
-	const size_t n = p->train ? p->batch : 1;
-
-	return (n * p->acts + p->grads + p->scratch_count) * sizeof(float) +
-	       n * p->sums * sizeof(double);
+	return (p->acts + p->grads + p->scratch_count) * sizeof(float) + p->sums * sizeof(double);
 }
 
-/* One image of the batch while it runs. */
-struct run {
-	struct ct_unet_plan *p;
-	float *act;
-	double *sum;
-	double t;
-	float *grads; /* of the parameters, or NULL */
-};
-
-static float *image_at(const struct run *r, size_t image)
+static float *image_at(const struct ct_unet_plan *p, size_t image)
 {
-	return image == CT_NONE ? NULL : r->act + r->p->at[image];
+	return image == CT_NONE ? NULL : p->act + p->at[image];
 }
 
-static int forward_op(const struct run *r, size_t i, struct ct_err *e)
+static int forward_op(const struct ct_unet_plan *p, size_t i, double t, struct ct_err *e)
 {
-	const struct ct_unet_plan *p = r->p;
 	const struct ct_graph_op *o = &p->g.op[i];
 	const struct ct_image *in = input_of(p, o);
 	const struct ct_image *s = &p->g.image[o->out];
-	const float *x = image_at(r, o->a), *b = image_at(r, o->b);
-	float *y = image_at(r, o->out);
+	const float *x = image_at(p, o->a), *b = image_at(p, o->b);
+	float *y = image_at(p, o->out);
 	struct ct_norm norm;
 	struct ct_attn attn;
 
 	switch (o->kind) {
-	case CT_GRAPH_EMBED: CT_SIMD(ct_layer_embed)(s->c, y, r->t); break;
+	case CT_GRAPH_EMBED: CT_SIMD(ct_layer_embed)(s->c, y, t); break;
 	case CT_GRAPH_LINEAR:
 		CT_SIMD(ct_layer_linear_forward)
 		(in->c, s->c, y, x, param_of(p, o, 0), param_of(p, o, 1));
@@ -330,8 +297,8 @@ static int forward_op(const struct run *r, size_t i, struct ct_err *e)
 		return ct_conv_forward(p->conv[i], y, x, param_of(p, o, 1), b, p->scratch, e);
 	case CT_GRAPH_NORM:
 		norm = norm_of(p, o, b);
-		CT_SIMD(ct_norm_sums)(norm.hw, norm.c, r->sum + p->sum_at[i], x);
-		CT_SIMD(ct_norm_forward)(&norm, y, x, r->sum + p->sum_at[i], p->scratch);
+		CT_SIMD(ct_norm_sums)(norm.hw, norm.c, p->sum + p->sum_at[i], x);
+		CT_SIMD(ct_norm_forward)(&norm, y, x, p->sum + p->sum_at[i], p->scratch);
 		break;
 	case CT_GRAPH_UP: CT_SIMD(ct_layer_up_forward)(in->h, in->w, in->c, y, x); break;
 	case CT_GRAPH_DOWN: CT_SIMD(ct_layer_down_forward)(in->h, in->w, in->c, y, x); break;
@@ -345,52 +312,42 @@ static int forward_op(const struct run *r, size_t i, struct ct_err *e)
 	return 0;
 }
 
-int ct_unet_forward(
-	struct ct_unet_plan *p, float *y, const float *x, const float *t, struct ct_err *e)
+int ct_unet_forward(struct ct_unet_plan *p, float *y, const float *x, double t, struct ct_err *e)
 {
 	const struct ct_image *in = &p->g.image[0], *out = &p->g.image[p->g.out];
 	int was = ct_dnn_enter(), rc = 0;
 
-	for (size_t k = 0; k < p->batch && !rc; k++) {
-		size_t slot = p->train ? k : 0;
-		struct run r = {.p = p,
-			.act = p->act + slot * p->acts,
-			.sum = p->sum + slot * p->sums,
-			.t = (double)t[k]};
-
-		CT_SIMD(ct_layer_to_last)
-		(in->h * in->w, in->c, image_at(&r, 0), x + k * ct_image_count(in));
-		for (size_t i = 0; i < p->g.n_op && !rc; i++)
-			rc = forward_op(&r, i, e);
-		CT_SIMD(ct_layer_to_first)
-		(out->h * out->w, out->c, y + k * ct_image_count(out), image_at(&r, p->g.out));
-	}
+	CT_SIMD(ct_layer_to_last)(in->h * in->w, in->c, image_at(p, 0), x);
+	for (size_t i = 0; i < p->g.n_op && !rc; i++)
+		rc = forward_op(p, i, t, e);
+	CT_SIMD(ct_layer_to_first)(out->h * out->w, out->c, y, image_at(p, p->g.out));
 	ct_dnn_leave(was);
 	return rc;
 }
 
-static float *grad_of(const struct run *r, size_t image)
+static float *grad_of(const struct ct_unet_plan *p, size_t image)
 {
-	return image == CT_NONE ? NULL : r->p->grad + r->p->grad_at[image];
+	return image == CT_NONE ? NULL : p->grad + p->grad_at[image];
 }
 
-/* Gradient of the first (which 0) or second parameter, NULL where it is not asked for. */
-static float *param_grad(const struct run *r, const struct ct_graph_op *o, size_t which)
+/* Gradient in `grads` of the first (which 0) or second parameter, NULL where it is not asked for.
+ */
+static float *param_grad(
+	const struct ct_unet_plan *p, float *grads, const struct ct_graph_op *o, size_t which)
 {
-	return r->grads ? r->grads + offset_of(r->p, o, which) : NULL;
+	return grads ? grads + p->g.param[o->param + which].offset : NULL;
 }
 
 /* Weights first: afterwards dy may become the gradient of what was added. */
-static int conv_back(const struct run *r, size_t i, struct ct_err *e)
+static int conv_back(const struct ct_unet_plan *p, size_t i, float *grads, struct ct_err *e)
 {
-	struct ct_unet_plan *p = r->p;
 	const struct ct_graph_op *o = &p->g.op[i];
 	const struct flow *f = &p->flow[i];
-	float *da = grad_of(r, o->a), *dy = grad_of(r, o->out);
+	float *da = grad_of(p, o->a), *dy = grad_of(p, o->out);
 	float *to = f->acc_a ? p->grad + f->tmp : da;
 
-	if (r->grads && ct_conv_back_weights(p->conv[i], param_grad(r, o, 0), param_grad(r, o, 1),
-				image_at(r, o->a), dy, p->scratch, e))
+	if (grads && ct_conv_back_weights(p->conv[i], param_grad(p, grads, o, 0),
+			     param_grad(p, grads, o, 1), image_at(p, o->a), dy, p->scratch, e))
 		return -1;
 	if (ct_conv_back_data(p->conv[i], to, dy, p->scratch, e))
 		return -1;
@@ -398,22 +355,22 @@ static int conv_back(const struct run *r, size_t i, struct ct_err *e)
 		CT_SIMD(ct_layer_take)(ct_image_count(&p->g.image[o->a]), da, to, true);
 	if (o->b != CT_NONE && !f->moved)
 		CT_SIMD(ct_layer_take)
-	(ct_image_count(&p->g.image[o->b]), grad_of(r, o->b), dy, f->acc_b);
+	(ct_image_count(&p->g.image[o->b]), grad_of(p, o->b), dy, f->acc_b);
 	return 0;
 }
 
-static void norm_back(const struct run *r, size_t i)
+static void norm_back(const struct ct_unet_plan *p, size_t i, float *grads)
 {
-	struct ct_unet_plan *p = r->p;
 	const struct ct_graph_op *o = &p->g.op[i];
-	struct ct_norm n = norm_of(p, o, image_at(r, o->b));
-	float *de = r->grads ? grad_of(r, o->b) : NULL;
+	struct ct_norm n = norm_of(p, o, image_at(p, o->b));
+	float *de = grads ? grad_of(p, o->b) : NULL;
 
 	if (de && !p->flow[i].acc_b)
 		memset(de, 0, p->g.image[o->b].c * sizeof *de);
 	CT_SIMD(ct_norm_back)
-	(&n, grad_of(r, o->a), param_grad(r, o, 0), param_grad(r, o, 1), de, grad_of(r, o->out),
-		image_at(r, o->a), r->sum + p->sum_at[i], p->flow[i].acc_a, p->scratch);
+	(&n, grad_of(p, o->a), param_grad(p, grads, o, 0), param_grad(p, grads, o, 1), de,
+		grad_of(p, o->out), image_at(p, o->a), p->sum + p->sum_at[i], p->flow[i].acc_a,
+		p->scratch);
 }
 
 /* The path of the timestep, which has no part in the gradient to the picture. */
@@ -422,35 +379,34 @@ static bool is_embedding(enum ct_graph_kind kind)
 	return kind == CT_GRAPH_EMBED || kind == CT_GRAPH_LINEAR || kind == CT_GRAPH_SILU;
 }
 
-static int backward_op(const struct run *r, size_t i, struct ct_err *e)
+static int backward_op(const struct ct_unet_plan *p, size_t i, float *grads, struct ct_err *e)
 {
-	const struct ct_unet_plan *p = r->p;
 	const struct ct_graph_op *o = &p->g.op[i];
 	const struct flow *f = &p->flow[i];
 	const struct ct_image *in = input_of(p, o);
 	const struct ct_image *s = &p->g.image[o->out];
-	const float *x = image_at(r, o->a);
-	float *dx = grad_of(r, o->a), *dy = grad_of(r, o->out);
+	const float *x = image_at(p, o->a);
+	float *dx = grad_of(p, o->a), *dy = grad_of(p, o->out);
 	struct ct_attn attn;
 
-	if (!r->grads && is_embedding(o->kind))
+	if (!grads && is_embedding(o->kind))
 		return 0;
 	switch (o->kind) {
 	case CT_GRAPH_EMBED: break;
 	case CT_GRAPH_LINEAR:
 		CT_SIMD(ct_layer_linear_back)
-		(in->c, s->c, dx, param_grad(r, o, 0), param_grad(r, o, 1), dy, x,
+		(in->c, s->c, dx, param_grad(p, grads, o, 0), param_grad(p, grads, o, 1), dy, x,
 			param_of(p, o, 0), f->acc_a);
 		break;
 	case CT_GRAPH_SILU: CT_SIMD(ct_layer_silu_back)(s->c, dx, dy, x, f->acc_a); break;
 	case CT_GRAPH_LABEL:
 		CT_SIMD(ct_layer_take)(s->c, dx, dy, f->acc_a);
-		if (r->grads)
+		if (grads)
 			CT_SIMD(ct_layer_take)
-		(s->c, param_grad(r, o, 0) + label_of(p, o), dy, true);
+		(s->c, param_grad(p, grads, o, 0) + label_of(p, o), dy, true);
 		break;
-	case CT_GRAPH_CONV: return conv_back(r, i, e);
-	case CT_GRAPH_NORM: norm_back(r, i); break;
+	case CT_GRAPH_CONV: return conv_back(p, i, grads, e);
+	case CT_GRAPH_NORM: norm_back(p, i, grads); break;
 	case CT_GRAPH_UP: CT_SIMD(ct_layer_up_back)(in->h, in->w, in->c, dx, dy, f->acc_a); break;
 	case CT_GRAPH_DOWN:
 		CT_SIMD(ct_layer_down_back)(in->h, in->w, in->c, dx, dy, f->acc_a);
@@ -458,7 +414,7 @@ static int backward_op(const struct run *r, size_t i, struct ct_err *e)
 	case CT_GRAPH_CONCAT:
 		CT_SIMD(ct_layer_concat_back)(s->h * s->w, s->c, 0, in->c, dx, dy, f->acc_a);
 		CT_SIMD(ct_layer_concat_back)
-		(s->h * s->w, s->c, in->c, s->c - in->c, grad_of(r, o->b), dy, f->acc_b);
+		(s->h * s->w, s->c, in->c, s->c - in->c, grad_of(p, o->b), dy, f->acc_b);
 		break;
 	case CT_GRAPH_ATTN:
 		attn = attn_of(p, o);
@@ -473,20 +429,11 @@ int ct_unet_backward(
 	const struct ct_image *in = &p->g.image[0], *out = &p->g.image[p->g.out];
 	int was = ct_dnn_enter(), rc = 0;
 
-	for (size_t k = 0; k < p->batch && !rc; k++) {
-		struct run r = {.p = p,
-			.act = p->act + k * p->acts,
-			.sum = p->sum + k * p->sums,
-			.grads = grads};
-
-		CT_SIMD(ct_layer_to_last)
-		(out->h * out->w, out->c, grad_of(&r, p->g.out), dy + k * ct_image_count(out));
-		for (size_t i = p->g.n_op; i-- > 0 && !rc;)
-			rc = backward_op(&r, i, e);
-		if (dx)
-			CT_SIMD(ct_layer_to_first)
-		(in->h * in->w, in->c, dx + k * ct_image_count(in), grad_of(&r, 0));
-	}
+	CT_SIMD(ct_layer_to_last)(out->h * out->w, out->c, grad_of(p, p->g.out), dy);
+	for (size_t i = p->g.n_op; i-- > 0 && !rc;)
+		rc = backward_op(p, i, grads, e);
+	if (dx)
+		CT_SIMD(ct_layer_to_first)(in->h * in->w, in->c, dx, grad_of(p, 0));
 	ct_dnn_leave(was);
 	return rc;
 }

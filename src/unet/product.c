@@ -10,9 +10,10 @@
 struct ct_product {
 	const float *matrix;
 	size_t rows, columns, ldy;
-	dnnl_engine_t engine;          /* NULL: ct_dnn_sgemm */
-	dnnl_primitive_t times, round; /* round: x to bfloat16, or NULL */
-	ct_dnn_desc x, given, y, ordered, scratch;
+	dnnl_engine_t engine; /* NULL: ct_dnn_sgemm */
+	dnnl_primitive_t times;
+	struct ct_dnn_order round; /* x to bfloat16; of none p is NULL */
+	ct_dnn_desc x, y, ordered, scratch;
 	void *weights; /* in that order */
 };
 
@@ -36,9 +37,8 @@ static int primitive_desc(dnnl_primitive_desc_t *pd, const struct ct_product *p,
 static int pack(struct ct_product *p, dnnl_primitive_desc_t pd, struct ct_err *e)
 {
 	const dnnl_dims_t dim = {(dnnl_dim_t)p->columns, (dnnl_dim_t)p->rows};
+	struct ct_dnn_order order = {0};
 	ct_dnn_desc plain = NULL;
-	dnnl_primitive_t reorder = NULL;
-	dnnl_stream_t stream = NULL;
 	int rc = -1;
 
 	if (ct_dnn_desc_copy(
@@ -47,17 +47,11 @@ static int pack(struct ct_product *p, dnnl_primitive_desc_t pd, struct ct_err *e
 			dnnl_primitive_desc_query_md(pd, dnnl_query_scratchpad_md, 0), e) ||
 		ct_alloc0((char **)&p->weights, 1, dnnl_memory_desc_get_size(p->ordered), e) ||
 		ct_dnn_desc_new(&plain, 2, dim, dnnl_f32, dnnl_ba, e) ||
-		ct_dnn_reorder_new(&reorder, p->engine, plain, p->ordered, false, e) ||
-		ct_dnn_check(dnnl_stream_create(&stream, p->engine, dnnl_stream_default_flags),
-			"stream", e))
+		ct_dnn_order_new(&order, p->engine, plain, p->ordered, false, e))
 		goto out;
-	rc = ct_dnn_reorder_run(
-		reorder, p->engine, stream, plain, p->matrix, p->ordered, p->weights, e);
+	rc = ct_dnn_order_run(&order, p->engine, p->matrix, p->weights, e);
 out:
-	if (stream)
-		dnnl_stream_destroy(stream);
-	if (reorder)
-		dnnl_primitive_destroy(reorder);
+	ct_dnn_order_free(&order);
 	ct_dnn_desc_free(plain);
 	return rc;
 }
@@ -71,28 +65,25 @@ static int build(struct ct_product *p, bool bf16, struct ct_err *e)
 	const dnnl_data_type_t type = bf16 ? dnnl_bf16 : dnnl_f32;
 	dnnl_primitive_attr_t attr = NULL;
 	dnnl_primitive_desc_t pd = NULL;
-	ct_dnn_desc any = NULL;
+	ct_dnn_desc any = NULL, given = NULL;
 	int rc = -1;
 
 	if (ct_dnn_check(dnnl_engine_create(&p->engine, dnnl_cpu, 0), "engine", e) ||
 		ct_dnn_desc_new(&p->x, 2, x, type, dnnl_ab, e) ||
-		ct_dnn_desc_new(&p->given, 2, x, dnnl_f32, dnnl_ab, e) ||
+		ct_dnn_desc_new(&given, 2, x, dnnl_f32, dnnl_ab, e) ||
 		ct_dnn_desc_strided(&p->y, 2, y, stride, e) ||
 		ct_dnn_desc_new(&any, 2, w, type, dnnl_format_tag_any, e) ||
-		ct_dnn_check(dnnl_primitive_attr_create(&attr), "attributes", e) ||
-		ct_dnn_check(
-			dnnl_primitive_attr_set_scratchpad_mode(attr, dnnl_scratchpad_mode_user),
-			"scratch", e) ||
-		primitive_desc(&pd, p, any, attr, e) ||
+		ct_dnn_attr_new(&attr, e) || primitive_desc(&pd, p, any, attr, e) ||
 		ct_dnn_primitive(&p->times, pd, "matrix product", e) || pack(p, pd, e))
 		goto out;
-	rc = bf16 ? ct_dnn_reorder_new(&p->round, p->engine, p->given, p->x, false, e) : 0;
+	rc = bf16 ? ct_dnn_order_new(&p->round, p->engine, given, p->x, false, e) : 0;
 out:
 	if (pd)
 		dnnl_primitive_desc_destroy(pd);
 	if (attr)
 		dnnl_primitive_attr_destroy(attr);
 	ct_dnn_desc_free(any);
+	ct_dnn_desc_free(given);
 	return rc;
 }
 
@@ -122,10 +113,8 @@ void ct_product_free(struct ct_product *p)
 		return;
 	if (p->times)
 		dnnl_primitive_destroy(p->times);
-	if (p->round)
-		dnnl_primitive_destroy(p->round);
+	ct_dnn_order_free(&p->round);
 	ct_dnn_desc_free(p->x);
-	ct_dnn_desc_free(p->given);
 	ct_dnn_desc_free(p->y);
 	ct_dnn_desc_free(p->ordered);
 	ct_dnn_desc_free(p->scratch);
@@ -146,13 +135,12 @@ struct run {
 
 static int begin(struct run *r, const struct ct_product *p, struct ct_err *e)
 {
-	const size_t x = p->round ? dnnl_memory_desc_get_size(p->x) : 0;
+	const size_t x = p->round.p ? dnnl_memory_desc_get_size(p->x) : 0;
 	const ct_dnn_cdesc desc[ARGS] = {p->x, p->y, p->ordered, p->scratch};
 	const int id[ARGS] = {DNNL_ARG_SRC, DNNL_ARG_DST, DNNL_ARG_WEIGHTS, DNNL_ARG_SCRATCHPAD};
 
 	if (ct_alloc0(&r->room, 1, x + dnnl_memory_desc_get_size(p->scratch) + 1, e) ||
-		ct_dnn_check(dnnl_stream_create(&r->stream, p->engine, dnnl_stream_default_flags),
-			"stream", e))
+		ct_dnn_stream_new(&r->stream, p->engine, e))
 		return -1;
 	void *data[ARGS] = {r->room, NULL, p->weights, r->room + x};
 
@@ -168,22 +156,11 @@ static int begin(struct run *r, const struct ct_product *p, struct ct_err *e)
 static int block(
 	struct run *r, const struct ct_product *p, const float *x, float *y, struct ct_err *e)
 {
-	union {
-		const float *in;
-		void *out;
-	} handle = {.in = x};
-
-	if (p->round)
-		if (ct_dnn_reorder_run(
-			    p->round, p->engine, r->stream, p->given, x, p->x, (void *)r->room, e))
-			return -1;
-	if ((!p->round && ct_dnn_check(dnnl_memory_set_data_handle(r->arg[X].memory, handle.out),
-				  "memory", e)) ||
-		ct_dnn_check(dnnl_memory_set_data_handle(r->arg[Y].memory, y), "memory", e) ||
-		ct_dnn_check(dnnl_primitive_execute(p->times, r->stream, ARGS, r->arg),
-			"matrix product", e))
+	if ((p->round.p ? ct_dnn_order_run(&p->round, p->engine, x, r->room, e)
+			: ct_dnn_set(r->arg[X].memory, x, e)) ||
+		ct_dnn_set(r->arg[Y].memory, y, e))
 		return -1;
-	return ct_dnn_check(dnnl_stream_wait(r->stream), "matrix product", e);
+	return ct_dnn_run(p->times, r->stream, ARGS, r->arg, "matrix product", e);
 }
 
 int ct_product_run(const struct ct_product *p, const float *x, size_t n, float *y, struct ct_err *e)

@@ -51,19 +51,18 @@ int ct_unet_changed(struct ct_unet *n, struct ct_par *par, struct ct_err *e);
 int ct_unet_tensors(
 	const struct ct_unet *n, const float *flat, struct ct_tensors *w, struct ct_err *e);
 
-/* Workspace of one thread for `batch` images of h x w, run one after the other. CT_EGEOM unless h
- * and w are multiples of 2^(levels - 1). With `train`, ct_unet_backward may follow a forward: all
- * activations are kept. Plans share the weights of *net; make and free them from one thread. */
-int ct_unet_plan_alloc(struct ct_unet_plan **out, struct ct_unet *net, size_t batch, size_t h,
-	size_t w, bool train, struct ct_err *e);
+/* Workspace of one thread for an image of h x w. CT_EGEOM unless h and w are multiples of
+ * 2^(levels - 1). With `train`, ct_unet_backward may follow a forward: all activations are kept.
+ * Plans share the weights of *net; make and free them from one thread. */
+int ct_unet_plan_alloc(struct ct_unet_plan **out, struct ct_unet *net, size_t h, size_t w,
+	bool train, struct ct_err *e);
 void ct_unet_plan_free(struct ct_unet_plan *p);
 /* Bytes of workspace a plan holds. */
 size_t ct_unet_plan_bytes(const struct ct_unet_plan *p);
-/* y[batch][out][h][w] from x[batch][in][h][w] at timesteps t[batch]. */
-int ct_unet_forward(
-	struct ct_unet_plan *p, float *y, const float *x, const float *t, struct ct_err *e);
+/* y[out][h][w] from x[in][h][w] at timestep t. */
+int ct_unet_forward(struct ct_unet_plan *p, float *y, const float *x, double t, struct ct_err *e);
 /* From dy = d loss / d y of the last forward: grads[graph.count] added to unless NULL, which saves
- * their work; dx[batch][in][h][w] written unless NULL. */
+ * their work; dx[in][h][w] written unless NULL. */
 int ct_unet_backward(
 	struct ct_unet_plan *p, float *grads, float *dx, const float *dy, struct ct_err *e);
 
