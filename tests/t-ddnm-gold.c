@@ -29,10 +29,8 @@ static void recorded_betas(struct ct_schedule *s, const struct ct_tensors *w)
 	const float *beta = ct_tensors_find(w, "betas")->data;
 
 	s->abar_[0] = 1;
-	for (size_t t = 0; t < CT_TIMESTEPS; t++) {
-		s->beta[t] = (double)beta[t];
-		s->abar_[t + 1] = s->abar_[t] * (1 - s->beta[t]);
-	}
+	for (size_t t = 0; t < CT_TIMESTEPS; t++)
+		s->abar_[t + 1] = s->abar_[t] * (1 - (double)beta[t]);
 }
 
 static double number(const struct ct_tensors *w, const char *key)

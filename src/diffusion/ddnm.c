@@ -80,25 +80,23 @@ static void advance(const struct ct_measurement *op, const struct move *m, const
 {
 	const float *x0 = w->x0 + c * w->n, *eps = w->eps + c * w->n, *z = w->z + c * w->n;
 	const double *cy = w->data + c * w->m;
+	const bool plus = m->rule == CT_SAMPLER_PLUS;
 
 	for (size_t i = 0; i < w->n; i++)
 		x[i] = (float)(m->a * (double)x0[i] + m->fresh * (double)z[i] +
 			       m->kept * (double)eps[i]);
 	ct_measurement_analyse(op, w->c0, x0, w->t);
-	if (m->rule == CT_SAMPLER_PLUS) {
+	if (plus) {
 		ct_measurement_analyse(op, w->cz, z, w->t);
 		ct_measurement_analyse(op, w->ce, eps, w->t);
 	}
-	for (size_t i = 0; i < op->h; i++)
-		for (size_t j = 0; j < op->w; j++) {
-			size_t k = i * op->w + j;
-			double s = ct_measurement_singular(op, i, j);
-			bool plus = m->rule == CT_SAMPLER_PLUS;
+	for (size_t k = 0; k < w->m; k++) {
+		double s = ct_measurement_singular(op, k);
 
-			w->c0[k] = s > 0 ? measured(m, s, w->c0[k], cy[k], plus ? w->cz[k] : 0,
-						   plus ? w->ce[k] : 0)
-					 : 0;
-		}
+		w->c0[k] = s > 0 ? measured(m, s, w->c0[k], cy[k], plus ? w->cz[k] : 0,
+					   plus ? w->ce[k] : 0)
+				 : 0;
+	}
 	ct_measurement_synth_add(op, x, w->c0, w->t);
 }
 

@@ -97,11 +97,12 @@ size_t ct_measurement_scratch(const struct ct_measurement *op)
 	return 2 * op->h * op->w + op->h * op->wide;
 }
 
-double ct_measurement_singular(const struct ct_measurement *op, size_t i, size_t j)
+double ct_measurement_singular(const struct ct_measurement *op, size_t k)
 {
 	double s = 1.0 / (double)op->s;
 
-	return op->kind == CT_MEASUREMENT_MEAN ? s : op->rows.g[i] * op->cols.g[j] * s;
+	return op->kind == CT_MEASUREMENT_MEAN ? s
+					       : op->rows.g[k / op->w] * op->cols.g[k % op->w] * s;
 }
 
 /* t = b x: t (n, w), b (n, m), x (m, w) */
@@ -231,19 +232,17 @@ void ct_measurement_data(const struct ct_measurement *op, double *restrict c,
 	const float *restrict y, double *restrict t)
 {
 	rotate(op, c, y, t);
-	for (size_t i = 0; i < op->h; i++)
-		for (size_t j = 0; j < op->w; j++) {
-			double s = ct_measurement_singular(op, i, j);
+	for (size_t k = 0; k < op->h * op->w; k++) {
+		double s = ct_measurement_singular(op, k);
 
-			c[i * op->w + j] = s > 0 ? c[i * op->w + j] / s : 0.0;
-		}
+		c[k] = s > 0 ? c[k] / s : 0.0;
+	}
 }
 
 static void scale(const struct ct_measurement *op, double *c)
 {
-	for (size_t i = 0; i < op->h; i++)
-		for (size_t j = 0; j < op->w; j++)
-			c[i * op->w + j] *= ct_measurement_singular(op, i, j);
+	for (size_t k = 0; k < op->h * op->w; k++)
+		c[k] *= ct_measurement_singular(op, k);
 }
 
 void ct_measurement_forward(const struct ct_measurement *op, float *restrict y,
@@ -278,11 +277,7 @@ void ct_measurement_pull(const struct ct_measurement *op, double by, float *x, c
 	const double *cy, double *c, double *t)
 {
 	ct_measurement_analyse(op, c, x0, t);
-	for (size_t i = 0; i < op->h; i++)
-		for (size_t j = 0; j < op->w; j++) {
-			size_t k = i * op->w + j;
-
-			c[k] = ct_measurement_singular(op, i, j) > 0 ? by * (cy[k] - c[k]) : 0;
-		}
+	for (size_t k = 0; k < op->h * op->w; k++)
+		c[k] = ct_measurement_singular(op, k) > 0 ? by * (cy[k] - c[k]) : 0;
 	ct_measurement_synth_add(op, x, c, t);
 }

@@ -74,8 +74,8 @@ int ct_measurement_band(
 	struct ct_measurement *op, size_t h, size_t w, size_t high, size_t wide, struct ct_err *e);
 void ct_measurement_free(struct ct_measurement *op);
 size_t ct_measurement_scratch(const struct ct_measurement *op);
-/* Singular value of coefficient (i, j); 0 where nothing is measured. */
-double ct_measurement_singular(const struct ct_measurement *op, size_t i, size_t j);
+/* Singular value of coefficient k of h w; 0 where nothing is measured. */
+double ct_measurement_singular(const struct ct_measurement *op, size_t k);
 /* c = V x, c (h, w) */
 void ct_measurement_analyse(const struct ct_measurement *op, double *restrict c,
 	const float *restrict x, double *restrict t);

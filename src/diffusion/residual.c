@@ -128,15 +128,6 @@ out:
 	return rc;
 }
 
-int ct_residual_missing(
-	double *m, const struct ct_residual *r, const struct ct_stack *b, struct ct_err *e)
-{
-	if (ct_residual_octave(m, b, r->factor, e))
-		return -1;
-	*m *= r->missing;
-	return 0;
-}
-
 bool ct_residual_draws(enum ct_sampler_rule rule)
 {
 	return rule == CT_SAMPLER_DDNM || rule == CT_SAMPLER_DDIM || rule == CT_SAMPLER_DDPM ||

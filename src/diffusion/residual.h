@@ -59,12 +59,10 @@ void ct_residual_hold(const struct ct_residual_frame *f, float *r, double *t);
 /* The condition c[2][high][wide] of a picture b. */
 void ct_residual_condition(const struct ct_residual_frame *f, float *c, const float *b, double max,
 	double octave, double *t);
-/* RMS of (P - P') b over a stack. CT_EGEOM, CT_EINPUT if there is nothing. */
+/* RMS of (P - P') b over a stack; m is `missing` times that. CT_EGEOM, CT_EINPUT if there is
+ * nothing. */
 int ct_residual_octave(double *rms, const struct ct_stack *b, size_t factor, struct ct_err *e);
 
-/* m of a stack. As above. */
-int ct_residual_missing(
-	double *m, const struct ct_residual *r, const struct ct_stack *b, struct ct_err *e);
 /* Those that do what is wanted here. */
 bool ct_residual_draws(enum ct_sampler_rule rule);
 

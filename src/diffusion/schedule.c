@@ -12,8 +12,9 @@ void ct_schedule_default(struct ct_schedule *s)
 
 	s->abar_[0] = 1.0;
 	for (size_t t = 0; t < CT_TIMESTEPS; t++) {
-		s->beta[t] = lo + (hi - lo) * (double)t / (CT_TIMESTEPS - 1);
-		s->abar_[t + 1] = s->abar_[t] * (1.0 - s->beta[t]);
+		const double beta = lo + (hi - lo) * (double)t / (CT_TIMESTEPS - 1);
+
+		s->abar_[t + 1] = s->abar_[t] * (1.0 - beta);
 	}
 }
 

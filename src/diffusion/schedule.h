@@ -13,7 +13,6 @@
 enum { CT_TIMESTEPS = 1000 };
 
 struct ct_schedule {
-	double beta[CT_TIMESTEPS];
 	double abar_[CT_TIMESTEPS + 1]; /* abar_[t + 1] is abar_t; use ct_schedule_abar */
 };
 

@@ -4,13 +4,11 @@
  */
 #include "config.h"
 #include "diffusion/superres.h"
-#include "core/mem.h"
 #include "core/rng.h"
 #include "core/vol.h"
 #include "diffusion/waves.h"
 
 #include <math.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 

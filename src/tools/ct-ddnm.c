@@ -411,9 +411,10 @@ static int weigh(struct ddnm_job *j, struct ct_err *e)
 	const struct ct_residual *r = &j->prior.residual;
 	bool aliases;
 
-	if (ct_residual_missing(&j->missing, r, &j->init, e) ||
+	if (ct_residual_octave(&j->missing, &j->init, r->factor, e) ||
 		ct_degrade_aliases(&aliases, &j->init.meta, e))
 		return ct_blame(e, j->p->base);
+	j->missing *= r->missing;
 	j->weight = aliases ? r->aliased : r->sampled;
 	return 0;
 }
