@@ -187,7 +187,8 @@ static void forward(void *arg)
 static void loss(void *arg)
 {
 	struct side *d = arg;
-	const struct ct_loss_weights k = ct_loss_total_weights(&d->f);
+	const struct ct_fit *f = &d->f;
+	const struct ct_loss_weights k = {f->opt.l1, f->opt.ssim, 2 / f->extent, f->mean_weight};
 	struct ct_loss_terms t;
 
 	ct_loss_image_gradient(&d->w.loss, &t, d->w.dimg, d->w.img, ct_rasterise_pitch(SIZE),

@@ -4,7 +4,6 @@
  */
 #ifndef CT_TESTS_GAUSSIAN_PLAIN_H
 #define CT_TESTS_GAUSSIAN_PLAIN_H
-#include "gs/camera.h"
 #include "gs/gaussian.h"
 #include "gs/mixture.h"
 

@@ -132,7 +132,7 @@ static void settings(void)
 				o.densify_every == 100 && o.densify_until == 0 &&
 				o.rate_steps == 0 && o.refit == 0,
 			"%d: how many and how often", k);
-		OK(equal(o.l1, 1) && equal(o.res, !full) && equal(o.ssim, full ? 0.25 : 0.5) &&
+		OK(equal(o.l1, full ? 1 : 2) && equal(o.ssim, full ? 0.25 : 0.5) &&
 				equal(o.tv, 0.05) && equal(o.lr, 0),
 			"weights of the terms");
 		OK(equal(o.position.first, 2e-4) && equal(o.position.last, 2e-5) &&
@@ -142,8 +142,7 @@ static void settings(void)
 				equal(o.rotation.first, 1e-3 * fine) &&
 				equal(o.rotation.last, 1e-4 * fine) && equal(o.gamma_rate, 1e-3),
 			"rates");
-		OK(equal(o.rate_factor, full ? 1 : 10) && equal(o.s_least, 5e-4) &&
-				equal(o.s_most, 0.5) && equal(o.densify_grad, 5e-5) &&
+		OK(equal(o.rate_factor, full ? 1 : 10) && equal(o.densify_grad, 5e-5) &&
 				equal(o.densify_large, 0.1),
 			"factors and limits");
 		OK(o.adapt && !o.compat && o.full == full && o.place == CT_PLACE_AUTO &&
@@ -379,7 +378,7 @@ static void epochs(struct scene *s, bool weighted)
 	struct ct_fit f;
 
 	still(&o, iterations);
-	o.l1 = 0.7;
+	o.l1 = 1.7;
 	s->data.weight = weighted ? &s->weight : NULL;
 	begin(&f, &o, s, &seen, &env);
 	for (size_t v = 0; v < VIEWS; v++) {

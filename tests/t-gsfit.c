@@ -4,7 +4,6 @@
 #include "core/mem.h"
 #include "core/rng.h"
 #include "gs/fit.h"
-#include "gs/neighbours.h"
 #include "gs/place.h"
 #include "gs/refit.h"
 #include "xray/project.h"
@@ -362,7 +361,7 @@ static void neighbours(void)
 		y[i] = 3 * ct_rng_normal(1, 2, i) * ct_rng_normal(1, 3, i);
 		z[i] = i % 7 ? 0.01f * ct_rng_normal(1, 4, i) : 5;
 	}
-	must(ct_neighbours_three(got, P, pos, NULL, &err));
+	must(ct_place_neighbours(got, P, pos, NULL, &err));
 	for (size_t i = 0; i < P; i++) {
 		double best[3] = {1e9, 1e9, 1e9}, mean;
 
@@ -382,7 +381,7 @@ static void neighbours(void)
 		worst = fmax(worst, fabs(got[i] - mean));
 	}
 	OK(worst < 1e-12, "three nearest neighbours against a search of all");
-	must(ct_neighbours_three(got, 1, pos, NULL, &err));
+	must(ct_place_neighbours(got, 1, pos, NULL, &err));
 	OK(got[0] <= 0, "a lone point has no neighbour");
 }
 

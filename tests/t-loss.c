@@ -13,8 +13,7 @@
 
 enum { H = 19, W = 23 };
 
-static const struct ct_loss_weights weights = {2, 0.5, 0.05, 0, 0.02, 1},
-				    weighted = {2, 0.5, 0.05, 0, 0.02, 0.6};
+static const struct ct_loss_weights weights = {2, 0.5, 0.02, 1}, weighted = {2, 0.5, 0.02, 0.6};
 
 static double image_loss(struct ct_loss_image *l, float *d, const float *img, size_t pitch,
 	const float *base, const float *y, const float *weight)
@@ -133,13 +132,13 @@ static void tv(void)
 			}
 	}
 	want /= 6 * 5 * 6 + 7 * 4 * 6 + 7 * 5 * 5;
-	NEAR(ct_loss_tv_gradient(d, part, f, pitch, base, n, 0.7, NULL), want, 1e-6,
+	NEAR(ct_loss_tv_gradient(d, part, f, pitch, base, n, n, 0.7, NULL), want, 1e-6,
 		"TV is the mean difference");
 	for (int s = 0; s < 2; s++) {
 		for (size_t i = 0; i < 210; i++)
 			f[i / 7 * pitch + i % 7] +=
 				(float)((s ? 2 : -1) * h) * ct_rng_normal(4, 2, i);
-		val[s] = ct_loss_tv_gradient(waste, part, f, pitch, base, n, 1, NULL);
+		val[s] = ct_loss_tv_gradient(waste, part, f, pitch, base, n, n, 1, NULL);
 	}
 	num = 0.7 * (val[1] - val[0]) / (2 * h);
 	for (size_t i = 0; i < 210; i++)
@@ -147,9 +146,10 @@ static void tv(void)
 	NEAR(num / dot, 1, 2e-2, "gradient of TV along a direction");
 	for (size_t i = 0; i < 210; i++)
 		f[i / 7 * pitch + i % 7] = 2 - base[i];
-	OK(ct_loss_tv_gradient(d, part, f, pitch, base, n, 1, NULL) < 1e-6, "a flat sum has none");
-	OK(ct_loss_tv_gradient(waste, part, &single, ct_rasterise_pitch(1), NULL, one, 1, NULL) <=
-			0,
+	OK(ct_loss_tv_gradient(d, part, f, pitch, base, n, n, 1, NULL) < 1e-6,
+		"a flat sum has none");
+	OK(ct_loss_tv_gradient(
+		   waste, part, &single, ct_rasterise_pitch(1), NULL, one, one, 1, NULL) <= 0,
 		"nor has one voxel");
 	free(f);
 	free(d);
@@ -162,7 +162,7 @@ static void strips(void)
 	enum { HH = 129, WW = 21 };
 	static float base[HH * WW], y[HH * WW], w[HH * WW], sx[HH * WW], sy[HH * WW];
 	const size_t pitch = ct_rasterise_pitch(WW);
-	struct ct_loss_weights k = {1.5, 0.5, 0, 0, 0.25, 0};
+	struct ct_loss_weights k = {1.5, 0.5, 0.25, 0};
 	struct ct_loss_terms t;
 	struct ct_loss_image l;
 	float *img, *d;
@@ -235,7 +235,7 @@ static void tv_signs(bool with_base, size_t x, size_t y, size_t z)
 	}
 	for (size_t i = 0; i < count; i++)
 		b[i] = (float)(int)(2 * ct_rng_normal(7, 1, i));
-	got = ct_loss_tv_gradient(d, part, f, pitch, with_base ? b : NULL, n, 0.6, NULL);
+	got = ct_loss_tv_gradient(d, part, f, pitch, with_base ? b : NULL, n, n, 0.6, NULL);
 	for (size_t i = 0; i < count; i++) {
 		const size_t at[3] = {i % x, i / x % y, i / x / y};
 		const float v = f[i / x * pitch + i % x] + (with_base ? b[i] : 0);
@@ -289,7 +289,7 @@ static void threads(void)
 		struct ct_par *p = k ? par : NULL;
 
 		ct_loss_image_gradient(&l, &t[k], d[k], x, WW, NULL, y, w, &weighted, p);
-		v[k] = ct_loss_tv_gradient(df[k], part, f, pitch, NULL, n, 1, p);
+		v[k] = ct_loss_tv_gradient(df[k], part, f, pitch, NULL, n, n, 1, p);
 	}
 	OK(memcmp(d[0], d[1], sizeof d[0]) == 0 && memcmp(&t[0], &t[1], sizeof t[0]) == 0,
 		"image: the same bytes with four threads and with one");

@@ -4,7 +4,6 @@
 #include "core/mem.h"
 #include "core/rng.h"
 #include "gs/prelu.h"
-#include "gs/neighbours.h"
 #include "gs/place.h"
 #include "gs/random-stream.h"
 #include "recon/fdk.h"
@@ -272,7 +271,7 @@ static void neighbours(void)
 		if (kind == 4)
 			x[7] = -900;
 		do {
-			must(ct_neighbours_three(got, n, pos, NULL, &err));
+			must(ct_place_neighbours(got, n, pos, NULL, &err));
 			for (size_t i = 0; i < n; i++) {
 				double want = nearest(n, pos, i);
 
@@ -282,7 +281,7 @@ static void neighbours(void)
 		if (!OK(worst < 1e-9, "neighbours of kind %d", kind))
 			printf("# off by %g\n", worst);
 	}
-	OK(ct_neighbours_three(NULL, 0, pos, NULL, &err) == 0, "and of none");
+	OK(ct_place_neighbours(NULL, 0, pos, NULL, &err) == 0, "and of none");
 }
 
 int main(void)

@@ -228,7 +228,7 @@ static void refit(struct scene *s, bool full, bool weighted, bool lowres, size_t
 	ct_fit_defaults(&o, 4, full, CT_PRELU);
 	o.gaussians = o.max_gaussians = N;
 	o.place = CT_PLACE_BASE;
-	o.l1 = 0.8;
+	o.l1 = full ? 0.8 : 1.8;
 	o.refit = steps;
 	o.lr = lowres ? 3 : 0;
 	s->data.weight = weighted ? &s->weight : NULL;

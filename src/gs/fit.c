@@ -13,6 +13,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Standard deviations of a Gaussian, parts of the largest extent. */
+#define LEAST_SIZE 0.0005
+#define MOST_SIZE 0.5
+
 void ct_fit_defaults(struct ct_fit_options *o, size_t scale, bool full, enum ct_activation a)
 {
 	bool unsigned_density = a == CT_SOFTPLUS || a == CT_RELU;
@@ -28,8 +32,7 @@ void ct_fit_defaults(struct ct_fit_options *o, size_t scale, bool full, enum ct_
 		.full = full,
 		/* 0.15 is R2-Gaussian's; for a signed residual 0.05 was the best */
 		.start_density = full || unsigned_density ? 0.15 : 0.05,
-		.l1 = 1,
-		.res = full ? 0 : 1,
+		.l1 = full ? 1 : 2, /* of projections and, as published, of the residual's */
 		/* 2 is better from clean projections, worse from noisy ones */
 		.ssim = full ? 0.25 : 0.5,
 		.tv = 0.05,
@@ -38,8 +41,6 @@ void ct_fit_defaults(struct ct_fit_options *o, size_t scale, bool full, enum ct_
 		.scaling = {5e-3 * fine, 5e-4 * fine},
 		.rotation = {1e-3 * fine, 1e-4 * fine},
 		.gamma_rate = 1e-3,
-		.s_least = 0.0005,
-		.s_most = 0.5,
 		.densify_from = 500,
 		.densify_every = 100,
 		.densify_grad = 5e-5,
@@ -111,8 +112,8 @@ static int measure(struct ct_fit *f, const struct ct_fit_data *d, double *whole,
 }
 
 /* The first Gaussians. A scan that cannot be inverted has no residual to follow. */
-static int place(struct ct_fit *f, const struct ct_fit_data *d, const double ln_s[static 2],
-	const struct ct_env *env, struct ct_err *e)
+static int place(
+	struct ct_fit *f, const struct ct_fit_data *d, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_fit_options *o = &f->opt;
 	struct ct_vol field = {0};
@@ -130,9 +131,9 @@ static int place(struct ct_fit *f, const struct ct_fit_data *d, const double ln_
 	}
 	if (base)
 		return ct_place_base(&f->g, d->base, o->gaussians, o->start_density,
-			o->compat ? -0.5 : 0, ln_s, env, e);
+			o->compat ? -0.5 : 0, f->ln_s, env, e);
 	f->unit = ct_place_typical(&field);
-	rc = ct_place_residual(&f->g, &field, o->gaussians, o->start_density, ln_s, env, e);
+	rc = ct_place_residual(&f->g, &field, o->gaussians, o->start_density, f->ln_s, env, e);
 	cover = ct_place_cover(&f->g, &field) * o->rate_factor * o->density.first;
 	if (rc == 0 && o->adapt && f->unit * cover > CT_FIT_STEP)
 		f->unit = CT_FIT_STEP / cover;
@@ -140,8 +141,8 @@ static int place(struct ct_fit *f, const struct ct_fit_data *d, const double ln_
 	return rc;
 }
 
-static int begin(struct ct_fit *f, const struct ct_fit_data *d, const double ln_s[static 2],
-	const struct ct_env *env, struct ct_err *e)
+static int begin(
+	struct ct_fit *f, const struct ct_fit_data *d, const struct ct_env *env, struct ct_err *e)
 {
 	const size_t zero[3] = {0};
 	double whole = 0;
@@ -158,30 +159,28 @@ static int begin(struct ct_fit *f, const struct ct_fit_data *d, const double ln_
 		f->error = 0;
 		return 0;
 	}
-	return place(f, d, ln_s, env, e) || ct_gs_adam_reserve(&f->adam, 0, f->g.n, e) ? -1 : 0;
+	return place(f, d, env, e) || ct_gs_adam_reserve(&f->adam, 0, f->g.n, e) ? -1 : 0;
 }
 
 int ct_fit_init(struct ct_fit *f, const struct ct_fit_options *o, const struct ct_fit_data *d,
 	const struct ct_env *env, struct ct_err *e)
 {
-	double ln_s[2];
-
 	*f = (struct ct_fit){
 		.opt = *o, .extent = extent_of(d->base), .error = 1, .unit = 1, .pace = 1};
-	ln_s[0] = log(o->s_least * f->extent);
-	ln_s[1] = log(o->s_most * f->extent);
+	f->ln_s[0] = log(LEAST_SIZE * f->extent);
+	f->ln_s[1] = log(MOST_SIZE * f->extent);
 	f->g.activation = o->activation;
 	f->g.gamma = CT_GAMMA_INIT;
 	f->rule = (struct ct_densify_rule){.grad = o->densify_grad,
 		.large = o->densify_large * f->extent,
 		.most = o->max_gaussians,
-		.ln_least = ln_s[0]};
+		.ln_least = f->ln_s[0]};
 	if (!o->full && (!d->base_projections || ct_stack_same(d->target, d->base_projections, e)))
 		return d->base_projections
 			       ? -1
 			       : ct_fail(e, CT_EINPUT,
 					 "a residual needs the projections of its base");
-	if (begin(f, d, ln_s, env, e)) {
+	if (begin(f, d, env, e)) {
 		ct_fit_free(f);
 		return -1;
 	}
@@ -300,7 +299,6 @@ static void update(
 	struct ct_fit *f, struct ct_loss_total *w, size_t iteration, const struct ct_env *env)
 {
 	const struct ct_fit_options *o = &f->opt;
-	const double ln_s[2] = {log(o->s_least * f->extent), log(o->s_most * f->extent)};
 	size_t steps = o->rate_steps ? o->rate_steps : o->iterations;
 	double lr[CT_GS_FIELDS], dgamma = ct_loss_total_chain(w, &f->g, env->par);
 
@@ -316,7 +314,7 @@ static void update(
 	for (size_t k = CT_GS_POS; k < CT_GS_SCALE; k++)
 		lr[k] *= f->extent / 2;
 	lr[CT_GS_RAW] *= f->unit;
-	ct_gs_adam_step(&f->adam, &f->g, &w->grad, lr, ln_s, env->par);
+	ct_gs_adam_step(&f->adam, &f->g, &w->grad, lr, f->ln_s, env->par);
 	if (f->g.activation == CT_PRELU) {
 		ct_gs_adam_scalar_step(&f->gamma, &f->g.gamma, dgamma, o->gamma_rate);
 		f->g.gamma = fmin(CT_GAMMA_MAX, fmax(CT_GAMMA_MIN, f->g.gamma));
@@ -353,10 +351,9 @@ static int iterate(struct ct_fit *f, const struct ct_fit_data *d, struct ct_loss
 	size_t iteration, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_fit_options *o = &f->opt;
-	const struct ct_loss_weights weights = ct_loss_total_weights(f);
 	size_t views = d->target->views, k = ct_fit_view(env->seed, iteration - 1, views);
 	struct ct_loss_terms t = {0};
-	double l1;
+	double l1, total;
 
 	if (ct_loss_total_grow(w, f->g.n, e) || terms(f, d, w, &t, k, iteration, env, e))
 		return -1;
@@ -367,14 +364,14 @@ static int iterate(struct ct_fit *f, const struct ct_fit_data *d, struct ct_loss
 		return -1;
 	note_epoch(f, views, iteration, l1);
 	ct_densify_note(&f->adam, f->g.n, &w->grad);
-	ct_loss_total_sum(&t, &weights);
-	note_loss(f, views, iteration, t.total);
+	total = o->l1 * t.l1 + o->ssim * t.dssim + o->tv * t.tv + o->lr * t.lr;
+	note_loss(f, views, iteration, total);
 	if (o->log_every && (iteration == 1 || iteration % o->log_every == 0))
 		ct_log(env, CT_INFO,
 			"iteration %zu: loss %.6g = %g L1 %.4g + %g (1 - SSIM) %.4g + %g TV %.4g + "
 			"%g LR %.4g; mean %.6g, %zu Gaussians, gamma %.4g",
-			iteration, t.total, weights.l1, t.l1, o->ssim, t.dssim, o->tv, t.tv, o->lr,
-			t.lr, f->last_loss, f->g.n, f->g.gamma);
+			iteration, total, o->l1, t.l1, o->ssim, t.dssim, o->tv, t.tv, o->lr, t.lr,
+			f->last_loss, f->g.n, f->g.gamma);
 	update(f, w, iteration, env);
 	f->g.step = iteration;
 	return control(f, iteration, env, e);

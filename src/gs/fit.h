@@ -2,7 +2,7 @@
  * R2-Gaussian, Zha et al., NeurIPS 2024).
  *
  *   x = base projection + sum of Gaussians (mode residual), or the sum alone (mode full)
- *   L = (l1 + res) mean|x - y| + ssim (1 - SSIM(x, y)) + tv TV(base block + Gaussians)
+ *   L = l1 mean|x - y| + ssim (1 - SSIM(x, y)) + tv TV(base block + Gaussians)
  *
  * One view an iteration, drawn without replacement until all were seen (an epoch), and a random
  * block of 32^3 voxels for TV. Rates fall exponentially from their first to their last value over
@@ -63,7 +63,7 @@ struct ct_fit_options {
 	bool full;            /* the whole volume instead of a residual */
 	double start_density; /* of the density where a Gaussian begins */
 	enum ct_fit_place place;
-	double l1, res, ssim, tv, lr;
+	double l1, ssim, tv, lr;
 	size_t rate_steps;  /* iterations in which the rates fall; 0: all */
 	bool compat;        /* as R2-Gaussian's program behaves: ct_fit_compat */
 	double gate;        /* least contribution to a pixel, in the unit of L1; 0: none */
@@ -72,7 +72,6 @@ struct ct_fit_options {
 	bool adapt;         /* bound the first step, begin anew where a fit diverges */
 	struct ct_rate position, density, scaling, rotation;
 	double gamma_rate;
-	double s_least, s_most; /* parts of the largest extent */
 	/* multiples of `every` after `from`, `until` included (0: all), but not the last iteration
 	 */
 	size_t densify_from, densify_every, densify_until;
@@ -120,7 +119,7 @@ struct ct_fit {
 	struct ct_gs_adam adam;
 	struct ct_gs_adam_scalar gamma;
 	double first_loss, last_loss; /* mean of the first epoch; running mean of about one */
-	double extent;                /* mm, largest of the grid */
+	double extent, ln_s[2];       /* mm, largest of the grid; least and most ln s */
 	double *blank, residual;      /* mm, mean |y - base projection| of each view, and of all */
 	double mean_weight;           /* of the pixels */
 	double unit;                  /* of the rate of density: the residual's typical density */

@@ -5,7 +5,6 @@
 #include "gs/gaussian-kernels.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 #define NUM double
 #define MASK int
@@ -65,20 +64,4 @@ void ct_gaussian_resolve(struct ct_gaussian *b, const struct ct_gauss *g, struct
 	struct gaussian_job j = {b, g};
 
 	ct_par_for(par, (g->n + CT_GS_CHUNK - 1) / CT_GS_CHUNK, some, &j);
-}
-
-void ct_gaussian_congruence(
-	double out[static 6], const double m[static 3][3], const double h[static 6])
-{
-	const double full[3][3] = {{h[0], h[1], h[2]}, {h[1], h[3], h[4]}, {h[2], h[4], h[5]}};
-	double hm[3][3];
-	size_t at = 0;
-
-	for (int r = 0; r < 3; r++)
-		for (int c = 0; c < 3; c++)
-			hm[r][c] =
-				full[r][0] * m[0][c] + full[r][1] * m[1][c] + full[r][2] * m[2][c];
-	for (int r = 0; r < 3; r++)
-		for (int c = r; c < 3; c++)
-			out[at++] = m[0][r] * hm[0][c] + m[1][r] * hm[1][c] + m[2][r] * hm[2][c];
 }

@@ -62,8 +62,5 @@ void ct_gaussian_resolve(struct ct_gaussian *b, const struct ct_gauss *g, struct
  */
 void ct_gaussian_backward(double dln_s[static 3], double dq[static 4], const double n[static 6],
 	const struct ct_gaussian *b, const double q[static 4]);
-/* out = M^T H M for H symmetric of 3x3 (00 01 02 11 12 22). */
-void ct_gaussian_congruence(
-	double out[static 6], const double m[static 3][3], const double h[static 6]);
 
 #endif

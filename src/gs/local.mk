@@ -1,7 +1,7 @@
 # The fit of signed 3-D Gaussians.
 libct_a_SOURCES += src/gs/fit.c src/gs/fit.h
 libct_a_SOURCES += src/gs/fit-state.c
-libct_a_SOURCES += src/gs/place.c src/gs/place.h src/gs/neighbours.c src/gs/neighbours.h
+libct_a_SOURCES += src/gs/place.c src/gs/place.h
 libct_a_SOURCES += src/gs/densify.c src/gs/densify.h
 libct_a_SOURCES += src/gs/refit.c src/gs/refit.h
 libct_a_SOURCES += src/gs/random-stream.h
@@ -10,7 +10,6 @@ libct_a_SOURCES += src/gs/prelu.c src/gs/prelu.h
 libct_a_SOURCES += src/gs/gaussian.c src/gs/gaussian.h src/gs/gaussian-formulas.h
 SIMD_SOURCES += src/gs/gaussian-kernels.c src/gs/gaussian-kernels.h
 # Projections and volumes of them.
-libct_a_SOURCES += src/gs/camera.c src/gs/camera.h
 libct_a_SOURCES += src/gs/gaussian-integral.h
 libct_a_SOURCES += src/gs/splat.c src/gs/splat.h
 SIMD_SOURCES += src/gs/rasterise.c src/gs/rasterise.h

@@ -7,7 +7,6 @@
 #include "gs/random-stream.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 enum { LOW_BLOCK = 12 }; /* coarse voxels along an axis that an iteration looks at */
 
@@ -20,10 +19,6 @@ void ct_loss_total_free(struct ct_loss_total *w)
 	ct_loss_image_free(&w->loss);
 	ct_loss_lowres_free(&w->low);
 	free(w->img);
-	free(w->dimg);
-	free(w->block);
-	free(w->dblock);
-	free(w->crop);
 	free(w->dgamma);
 	free(w->tv);
 	*w = (struct ct_loss_total){0};
@@ -47,15 +42,14 @@ int ct_loss_total_alloc(struct ct_loss_total *w, const struct ct_fit_options *o,
 		      least(w->low.n[1], LOW_BLOCK) * least(w->low.n[2], LOW_BLOCK);
 	}
 	block = block > low ? block : low;
-	return ct_loss_image_init(&w->loss, h, d->target->w, e) ||
-			       ct_alloc(&w->img, h, pitch * sizeof(float), e) ||
-			       ct_alloc(&w->dimg, h, pitch * sizeof(float), e) ||
-			       ct_alloc(&w->block, block, sizeof(float), e) ||
-			       ct_alloc(&w->dblock, block, sizeof(float), e) ||
-			       ct_alloc(&w->crop, n * n * n, sizeof(float), e) ||
-			       ct_alloc(&w->tv, n, sizeof *w->tv, e)
-		       ? -1
-		       : 0;
+	if (ct_loss_image_init(&w->loss, h, d->target->w, e) ||
+		ct_alloc(&w->img, 2 * (h * pitch + block), sizeof *w->img, e) ||
+		ct_alloc(&w->tv, n, sizeof *w->tv, e))
+		return -1;
+	w->dimg = w->img + h * pitch;
+	w->block = w->dimg + h * pitch;
+	w->dblock = w->block + block;
+	return 0;
 }
 
 int ct_loss_total_grow(struct ct_loss_total *w, size_t n, struct ct_err *e)
@@ -66,23 +60,6 @@ int ct_loss_total_grow(struct ct_loss_total *w, size_t n, struct ct_err *e)
 				       sizeof *w->dgamma, e)
 		       ? -1
 		       : 0;
-}
-
-struct ct_loss_weights ct_loss_total_weights(const struct ct_fit *f)
-{
-	const struct ct_fit_options *o = &f->opt;
-
-	return (struct ct_loss_weights){.l1 = o->l1 + o->res,
-		.ssim = o->ssim,
-		.tv = o->tv,
-		.lr = o->lr,
-		.scale = 2 / f->extent,
-		.mean_weight = f->mean_weight};
-}
-
-void ct_loss_total_sum(struct ct_loss_terms *t, const struct ct_loss_weights *k)
-{
-	t->total = k->l1 * t->l1 + k->ssim * t->dssim + k->tv * t->tv + k->lr * t->lr;
 }
 
 int ct_loss_total_project(struct ct_loss_total *w, const struct ct_fit *f,
@@ -104,7 +81,8 @@ int ct_loss_total_project(struct ct_loss_total *w, const struct ct_fit *f,
 int ct_loss_total_view(struct ct_loss_total *w, struct ct_loss_terms *t, const struct ct_fit *f,
 	const struct ct_fit_data *d, size_t k, const struct ct_env *env, struct ct_err *e)
 {
-	const struct ct_loss_weights weights = ct_loss_total_weights(f);
+	const struct ct_loss_weights weights = {
+		f->opt.l1, f->opt.ssim, 2 / f->extent, f->mean_weight};
 
 	if (ct_loss_total_project(w, f, d, k, env, e))
 		return -1;
@@ -139,22 +117,16 @@ int ct_loss_total_tv(struct ct_loss_total *w, struct ct_loss_terms *t, const str
 	const struct ct_fit_data *d, size_t iteration, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_vol *base = d->base;
-	size_t n[3], first[3];
+	size_t n[3], first[3], at;
 	struct ct_block block;
 
 	random_block(first, n, base->n, f->opt.tv_block, env->seed, CT_STREAM_TV + iteration);
 	if (ct_block_init(&block, base->affine, first, n, e) ||
 		draw_block(w, &block, f->g.n, env, e))
 		return -1;
-	for (size_t r = 0; !f->opt.full && r < n[1] * n[2]; r++)
-		memcpy(w->crop + r * n[0],
-			base->data +
-				((first[2] + r / n[1]) * base->n[1] + first[1] + r % n[1]) *
-					base->n[0] +
-				first[0],
-			n[0] * sizeof *w->crop);
+	at = (first[2] * base->n[1] + first[1]) * base->n[0] + first[0];
 	t->tv = ct_loss_tv_gradient(w->dblock, w->tv, w->block, ct_rasterise_pitch(n[0]),
-		f->opt.full ? NULL : w->crop, n, f->opt.tv, env->par);
+		f->opt.full ? NULL : base->data + at, base->n, n, f->opt.tv, env->par);
 	ct_mixture_backward(&w->grad, &w->vox, w->gaussian, &f->g, w->dblock, env->par);
 	return 0;
 }

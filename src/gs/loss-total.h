@@ -1,4 +1,4 @@
-/* loss-total.h: the total loss of a fit (loss.h): its terms, each with its gradient, and their sum.
+/* loss-total.h: the total loss of a fit (loss.h): its terms, each with its gradient.
  * For fit.c and refit.c.
  *
  * The gradients with respect to what is drawn go back through splat.h and mixture.h to the
@@ -17,11 +17,11 @@ struct ct_loss_total {
 	struct ct_mixture vox;
 	struct ct_gradient grad;
 	struct ct_loss_image loss;
-	struct ct_loss_lowres low;    /* want is NULL without a low-resolution CT */
-	float *img, *dimg;            /* h x pitch */
-	float *block, *dblock, *crop; /* of a block of voxels; crop without padding */
-	double *dgamma;               /* of every chunk */
-	double *tv;                   /* of every slice of a block */
+	struct ct_loss_lowres low; /* want is NULL without a low-resolution CT */
+	float *img, *dimg;         /* h x pitch; one block at img, with */
+	float *block, *dblock;     /* those of a block of voxels */
+	double *dgamma;            /* of every chunk */
+	double *tv;                /* of every slice of a block */
 	size_t dgammas;
 };
 
@@ -31,12 +31,6 @@ int ct_loss_total_alloc(struct ct_loss_total *w, const struct ct_fit_options *o,
 void ct_loss_total_free(struct ct_loss_total *w);
 /* Room for n Gaussians. */
 int ct_loss_total_grow(struct ct_loss_total *w, size_t n, struct ct_err *e);
-/* The weights of the loss of f. */
-struct ct_loss_weights ct_loss_total_weights(const struct ct_fit *f);
-
-/* t->total, of the terms that are there. */
-void ct_loss_total_sum(struct ct_loss_terms *t, const struct ct_loss_weights *k);
-
 /* Plan and draw view k of what w->gaussian holds: w->splat, w->img. */
 int ct_loss_total_project(struct ct_loss_total *w, const struct ct_fit *f,
 	const struct ct_fit_data *d, size_t k, const struct ct_env *env, struct ct_err *e);

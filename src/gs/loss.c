@@ -18,20 +18,19 @@ int ct_loss_image_init(struct ct_loss_image *l, size_t h, size_t w, struct ct_er
 {
 	*l = (struct ct_loss_image){.h = h, .w = w};
 	ct_ssim_rule(&l->rule, CT_SSIM_R2, 1.0);
-	if (ct_alloc(&l->x, h * w, sizeof *l->x, e) || ct_alloc(&l->y, h * w, sizeof *l->y, e) ||
-		ct_alloc(&l->g, h * w, sizeof *l->g, e) ||
+	if (ct_alloc(&l->x, h * w, 3 * sizeof *l->x, e) ||
 		ct_alloc(&l->part, 2 * strips(l), sizeof *l->part, e)) {
 		ct_loss_image_free(l);
 		return -1;
 	}
+	l->y = l->x + h * w;
+	l->g = l->y + h * w;
 	return 0;
 }
 
 void ct_loss_image_free(struct ct_loss_image *l)
 {
 	free(l->x);
-	free(l->y);
-	free(l->g);
 	free(l->part);
 	*l = (struct ct_loss_image){0};
 }
@@ -132,7 +131,7 @@ struct tv {
 	float *df;
 	double *part; /* of every slice */
 	const float *f, *base;
-	const size_t *n;
+	const size_t *n, *grid;
 	size_t pitch;
 	float weight;
 };
@@ -142,20 +141,21 @@ struct tv {
 static void tv_slice(void *arg, size_t k, size_t worker)
 {
 	const struct tv *t = arg;
-	const size_t *n = t->n, up = t->pitch * n[1], bup = n[0] * n[1];
+	const size_t *n = t->n, up = t->pitch * n[1], row = t->grid[0], bup = row * t->grid[1];
 	double sum = 0;
 
 	(void)worker;
 	memset(t->df + k * up, 0, up * sizeof *t->df);
 	for (size_t r = k * n[1]; r < (k + 1) * n[1]; r++) {
 		float *d = t->df + r * t->pitch;
-		const float *a = t->f + r * t->pitch, *b = t->base ? t->base + r * n[0] : NULL;
+		const float *a = t->f + r * t->pitch;
+		const float *b = t->base ? t->base + k * bup + r % n[1] * row : NULL;
 
 		sum += CT_SIMD(ct_loss_row_tv)(
 			d, d + 1, a, a + 1, b, b ? b + 1 : NULL, n[0] - 1, t->weight);
 		if (r + 1 < (k + 1) * n[1])
 			sum += CT_SIMD(ct_loss_row_tv)(d, d + t->pitch, a, a + t->pitch, b,
-				b ? b + n[0] : NULL, n[0], t->weight);
+				b ? b + row : NULL, n[0], t->weight);
 		if (k + 1 < n[2])
 			sum += CT_SIMD(ct_loss_row_tv)(
 				d, NULL, a, a + up, b, b ? b + bup : NULL, n[0], t->weight);
@@ -167,7 +167,7 @@ static void tv_slice(void *arg, size_t k, size_t worker)
 }
 
 double ct_loss_tv_gradient(float *df, double *part, const float *f, size_t pitch, const float *base,
-	const size_t n[static 3], double weight, struct ct_par *par)
+	const size_t grid[static 3], const size_t n[static 3], double weight, struct ct_par *par)
 {
 	size_t count =
 		(n[0] - 1) * n[1] * n[2] + n[0] * (n[1] - 1) * n[2] + n[0] * n[1] * (n[2] - 1);
@@ -176,6 +176,7 @@ double ct_loss_tv_gradient(float *df, double *part, const float *f, size_t pitch
 		.f = f,
 		.base = base,
 		.n = n,
+		.grid = grid,
 		.pitch = pitch,
 		.weight = count ? (float)(weight / (double)count) : 0};
 	double sum = 0;

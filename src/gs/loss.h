@@ -22,22 +22,22 @@
 
 #include <stddef.h>
 
-struct ct_loss_weights {
-	double l1, ssim, tv, lr;
+struct ct_loss_weights { /* of a view */
+	double l1, ssim;
 	double scale;       /* 1/mm, of projections */
 	double mean_weight; /* 1 without weights */
 };
 
-/* Terms without their weights; total with. */
+/* Terms without their weights. */
 struct ct_loss_terms {
-	double l1, dssim, tv, lr, total;
+	double l1, dssim, tv, lr;
 };
 
 /* Scratch for images h x w. */
 struct ct_loss_image {
 	size_t h, w;
-	float *x, *y, *g;
-	double *part; /* of every strip: L1, 1 - S */
+	float *x, *y, *g; /* one block at x */
+	double *part;     /* of every strip: L1, 1 - S */
 	struct ct_ssim_rule rule;
 };
 
@@ -51,9 +51,10 @@ void ct_loss_image_gradient(struct ct_loss_image *l, struct ct_loss_terms *t, fl
 	const struct ct_loss_weights *k, struct ct_par *par);
 
 /* Mean |difference| along the three axes of f + base and df[n2][n1][pitch] = weight times its
- * gradient; f of the same layout, base n2 x n1 x n0 or NULL. 0 for a single voxel.
- * part[n2] is scratch; slices in parallel, the same bytes for any number of threads. */
+ * gradient; f of the same layout, base the first of these voxels in a volume of grid[], or NULL. 0
+ * for a single voxel. part[n2] is scratch; slices in parallel, the same bytes for any number of
+ * threads. */
 double ct_loss_tv_gradient(float *df, double *part, const float *f, size_t pitch, const float *base,
-	const size_t n[static 3], double weight, struct ct_par *par);
+	const size_t grid[static 3], const size_t n[static 3], double weight, struct ct_par *par);
 
 #endif

@@ -360,6 +360,22 @@ static void gather(double s[static 10], const double d[static 6], double z)
 	s[9] += d[0] * z * z;
 }
 
+/* out = M^T H M for H symmetric of 3x3 (00 01 02 11 12 22). */
+static void congruence(double out[static 6], const double m[static 3][3], const double h[static 6])
+{
+	const double full[3][3] = {{h[0], h[1], h[2]}, {h[1], h[3], h[4]}, {h[2], h[4], h[5]}};
+	double hm[3][3];
+	size_t at = 0;
+
+	for (int r = 0; r < 3; r++)
+		for (int c = 0; c < 3; c++)
+			hm[r][c] =
+				full[r][0] * m[0][c] + full[r][1] * m[1][c] + full[r][2] * m[2][c];
+	for (int r = 0; r < 3; r++)
+		for (int c = r; c < 3; c++)
+			out[at++] = m[0][r] * hm[0][c] + m[1][r] * hm[1][c] + m[2][r] * hm[2][c];
+}
+
 /* The inverse covariance is U D U^T, D = diag(1/var), U^T (dx, dy, dz) = (x, y, z) the conditional
  * coordinates: U^T = [1 -s01 s01 s12 - s02; 0 1 -s12; 0 0 1]. With W = U^T inv (mm to x, y, z):
  *   dL/dp = rho W^T D (sx, sy, sz),   N = 1/2 rho V^T D Q D V with V = W A diag(s),
@@ -390,10 +406,10 @@ void ct_mixture_backward_one(struct ct_gaussian_gradient *g, const struct ct_blo
 	for (int r = 0; r < 3; r++)
 		for (int c = r; c < 3; c++, at++)
 			h[at] = 0.5 * b->rho * d[r] * d[c] * sums[4 + at];
-	ct_gaussian_congruence(g->shape, v, h);
+	congruence(g->shape, v, h);
 	if (!blurred(k))
 		return;
-	ct_gaussian_congruence(own, v, (const double[]){d[0], 0, 0, d[1], 0, d[2]});
+	congruence(own, v, (const double[]){d[0], 0, 0, d[1], 0, d[2]});
 	for (int i = 0; i < 6; i++)
 		g->shape[i] += 0.5 * b->rho * sums[0] * ((i == 0 || i == 3 || i == 5) - own[i]);
 }

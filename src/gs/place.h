@@ -39,4 +39,10 @@ double ct_place_cover(const struct ct_gauss *g, const struct ct_vol *field);
 int ct_place_field(struct ct_vol *field, const struct ct_vol *grid, const struct ct_stack *y,
 	const struct ct_stack *base, const struct ct_env *env, struct ct_err *e);
 
+/* out[i] = mean squared distance from point i to its three nearest (fewer if there are not so
+ * many; 0 for a lone point), exact: cells of about two points, cubes of cells until none nearer can
+ * follow. pos[3][n], mm. Allocates. */
+int ct_place_neighbours(
+	double *out, size_t n, float *const pos[static 3], struct ct_par *par, struct ct_err *e);
+
 #endif

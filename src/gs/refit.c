@@ -14,9 +14,9 @@ struct refit {
 	const struct ct_fit_data *d;
 	struct ct_loss_total *w;
 	const struct ct_env *env;
-	struct ct_cg cg;       /* x: the unknowns, a number a Gaussian */
-	double *q, *unit;      /* A^T W A of the direction; rho of an unknown 1 */
-	float *low, *dlow;     /* all coarse voxels, padded */
+	struct ct_cg cg;       /* x: the unknowns, a number a Gaussian; one block at x */
+	double *q, *unit;      /* A^T W A of the direction; rho of an unknown 1; one block at q */
+	float *low, *dlow;     /* all coarse voxels, padded; one block at low */
 	struct ct_block block; /* of them */
 };
 
@@ -60,7 +60,7 @@ static int lowres(const struct refit *s, double *out, bool want, struct ct_err *
 	const struct ct_loss_lowres *o = &s->w->low;
 	const struct ct_fit_options *opt = &s->f->opt;
 	size_t pitch = ct_rasterise_pitch(o->n[0]), rows = o->n[1] * o->n[2];
-	double k = opt->lr / (opt->l1 + opt->res) / ((double)rows * (double)o->n[0]);
+	double k = opt->lr / opt->l1 / ((double)rows * (double)o->n[0]);
 
 	if (ct_mixture_plan(&s->w->vox, &s->block, s->f->g.n, s->w->gaussian, s->env->par, e))
 		return -1;
@@ -172,17 +172,16 @@ static int alloc(struct refit *s, struct ct_err *e)
 	size_t n = s->f->g.n, low = ct_rasterise_pitch(m[0]) * m[1] * m[2];
 
 	s->cg = (struct ct_cg){.n = n, .along = along, .moved = moved, .ctx = s};
-	if (ct_alloc(&s->cg.x, n, sizeof(float), e) || ct_alloc(&s->cg.d, n, sizeof(float), e) ||
-		ct_alloc(&s->cg.s, n, sizeof(float), e) || ct_alloc(&s->q, n, sizeof(double), e) ||
-		ct_alloc(&s->unit, n, sizeof(double), e))
+	if (ct_alloc(&s->cg.x, n, 3 * sizeof(float), e) ||
+		ct_alloc(&s->q, n, 2 * sizeof(double), e) ||
+		(s->w->low.want && (ct_loss_lowres_block(&s->block, &s->w->low, zero, m, e) ||
+					   ct_alloc(&s->low, low, 2 * sizeof(float), e))))
 		return -1;
-	if (!s->w->low.want)
-		return 0;
-	return ct_loss_lowres_block(&s->block, &s->w->low, zero, m, e) ||
-			       ct_alloc(&s->low, low, sizeof(float), e) ||
-			       ct_alloc(&s->dlow, low, sizeof(float), e)
-		       ? -1
-		       : 0;
+	s->cg.d = s->cg.x + n;
+	s->cg.s = s->cg.d + n;
+	s->unit = s->q + n;
+	s->dlow = s->low ? s->low + low : NULL;
+	return 0;
 }
 
 int ct_refit_densities(struct ct_fit *f, const struct ct_fit_data *d, struct ct_loss_total *w,
@@ -217,11 +216,7 @@ int ct_refit_densities(struct ct_fit *f, const struct ct_fit_data *d, struct ct_
 out:
 	ct_par_heed(env->par, NULL);
 	free(s.cg.x);
-	free(s.cg.d);
-	free(s.cg.s);
 	free(s.q);
-	free(s.unit);
 	free(s.low);
-	free(s.dlow);
 	return rc;
 }

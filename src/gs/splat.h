@@ -20,11 +20,27 @@
  */
 #ifndef CT_GS_SPLAT_H
 #define CT_GS_SPLAT_H
-#include "core/err.h"
-#include "core/par.h"
-#include "gs/camera.h"
+#include "core/stack.h"
 #include "gs/gaussian.h"
 #include "gs/rasterise.h"
+
+#include <stdbool.h>
+
+/* A view as two functions of the world:  z = n.d,  (column, row) = c + map d / z (parallel: z = 1),
+ * d = p - origin. Oblique and shifted detectors included. */
+struct ct_camera {
+	bool cone;
+	size_t h, w;
+	double origin[3];
+	double n[3]; /* cone: unit normal of the detector; parallel: unit ray */
+	double map[2][3];
+	double c[2];
+	double near; /* cone: nothing is drawn at smaller z */
+};
+
+/* CT_EGEOM for fan beam, which is no projection of a volume. The view must pass ct_stack_check. */
+int ct_camera_init(struct ct_camera *c, const struct ct_view *v, enum ct_beam beam, size_t h,
+	size_t w, struct ct_err *e);
 
 /* Scratch of one view; grows with the set. Footprints are listed by the bands of
  * CT_RASTERISE_ROWS rows that they touch: those of band k, in order of index, are item[start[k] ..
