@@ -37,8 +37,7 @@ static void kernels(void)
 
 	for (size_t k = 0; k < sizeof cases / sizeof *cases; k++)
 		OK(ct_scanner_kernel_of(cases[k].maker, cases[k].kernel) == cases[k].family,
-			"%s %s is %s", cases[k].maker, cases[k].kernel,
-			CT_WORD(CT_SCANNER_KERNEL_LIST, cases[k].family));
+			"%s %s", cases[k].maker, cases[k].kernel);
 }
 
 static void expected(void)
@@ -47,7 +46,7 @@ static void expected(void)
 	struct ct_profile p[3], half[3];
 	struct ct_acquired a = of("Philips Medical Systems", "UB", 5, 5);
 
-	OK(ct_scanner_expect(p, &a, mm) == CT_SCANNER_USED, "slices where they were");
+	OK(ct_scanner_expect(p, &a, mm), "slices where they were");
 	NEAR(p[2].spread, 0.371, 0.004, "the share that was measured of a real pair");
 	OK(p[2].aliases > 0.8, "of points");
 	OK(isnan(p[0].spread) && isnan(p[1].spread),
@@ -57,11 +56,10 @@ static void expected(void)
 	OK(p[0].spread == p[1].spread && p[0].spread * 0.5 > 0.3 && p[0].spread * 0.5 < 0.6,
 		"the Gaussian of the kernel, mm");
 	a.spacing[0] = a.spacing[1] = 0.25;
-	OK(ct_scanner_expect(p, &a, mm) == CT_SCANNER_USED && isnan(p[0].spread) && p[2].spread > 0,
+	OK(ct_scanner_expect(p, &a, mm) && isnan(p[0].spread) && p[2].spread > 0,
 		"pixels that were resampled leave the slices");
 	a = of("Philips", "UB", 5, 2.5);
-	OK(ct_scanner_expect(half, &a, (const double[3]){0.5, 0.5, 2.5}) == CT_SCANNER_USED,
-		"slices that overlap");
+	OK(ct_scanner_expect(half, &a, (const double[3]){0.5, 0.5, 2.5}), "slices that overlap");
 	NEAR(half[2].spread, 2 * p[2].spread, 1e-9, "are as wide in mm");
 	a = of("Philips", "UB", 1, 10);
 	ct_scanner_expect(half, &a, (const double[3]){1, 1, 10});
@@ -81,28 +79,24 @@ static void stale(void)
 	struct ct_acquired a = of("SIEMENS", "B30f", 5, 5);
 	struct ct_profile p[3];
 
-	OK(ct_scanner_expect(p, &a, (const double[3]){1, 1, 1}) == CT_SCANNER_STALE &&
-			isnan(p[2].spread),
+	OK(!ct_scanner_expect(p, &a, (const double[3]){1, 1, 1}) && isnan(p[2].spread),
 		"a CT that was resampled is another");
-	OK(ct_scanner_expect(p, &a, (const double[3]){1, 1, 5.1}) == CT_SCANNER_STALE,
-		"by 2 %% already");
-	OK(ct_scanner_expect(p, &a, (const double[3]){1, 1, 5.02}) == CT_SCANNER_USED,
-		"but for rounding");
+	OK(!ct_scanner_expect(p, &a, (const double[3]){1, 1, 5.1}), "by 2 %% already");
+	OK(ct_scanner_expect(p, &a, (const double[3]){1, 1, 5.02}), "but for rounding");
 	a.spacing[2] = 0;
-	OK(ct_scanner_expect(p, &a, (const double[3]){1, 1, 2.5}) == CT_SCANNER_USED &&
-			ct_scanner_expect(p, &a, (const double[3]){1, 1, 2}) == CT_SCANNER_STALE &&
-			ct_scanner_expect(p, &a, (const double[3]){1, 1, 6}) == CT_SCANNER_STALE,
+	OK(ct_scanner_expect(p, &a, (const double[3]){1, 1, 2.5}) &&
+			!ct_scanner_expect(p, &a, (const double[3]){1, 1, 2}) &&
+			!ct_scanner_expect(p, &a, (const double[3]){1, 1, 6}),
 		"a spacing that is not said is half the thickness to all of it");
 	a.thickness[2] = 0;
-	OK(ct_scanner_expect(p, &a, (const double[3]){1, 1, 5}) == CT_SCANNER_USED &&
-			p[2].spread > 0.35 && p[2].deviation > 0.25,
+	OK(ct_scanner_expect(p, &a, (const double[3]){1, 1, 5}) && p[2].spread > 0.35 &&
+			p[2].deviation > 0.25,
 		"a thickness that is not said is the spacing, less surely");
-	OK(ct_scanner_expect(p, &a, (const double[3]){1, 1, 1}) == CT_SCANNER_USED &&
-			isnan(p[2].spread),
+	OK(ct_scanner_expect(p, &a, (const double[3]){1, 1, 1}) && isnan(p[2].spread),
 		"if slices are thick");
 	a.thickness[0] = 5;
-	OK(ct_scanner_expect(p, &a, (const double[3]){5, 1, 1}) == CT_SCANNER_USED &&
-			p[0].spread > 0.3 && isnan(p[2].spread),
+	OK(ct_scanner_expect(p, &a, (const double[3]){5, 1, 1}) && p[0].spread > 0.3 &&
+			isnan(p[2].spread),
 		"slices go with their axis");
 }
 

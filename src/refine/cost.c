@@ -14,7 +14,6 @@
 #include "resolution/pilot.h"
 
 #include <math.h>
-#include <stdint.h>
 #include <string.h>
 
 enum { SOLVER_PIECE = 192, PRIOR_PIECE = 64, TRIES = 9, PLACES = 3 };

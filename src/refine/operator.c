@@ -236,7 +236,7 @@ static int expect(struct ct_operator *r, const struct ct_vol *in, const double x
 	if (known)
 		return known < 0 ? -1 : 0;
 	ct_vol_spacing(in, mm);
-	if (ct_scanner_expect(r->told, &r->scanner, mm) == CT_SCANNER_STALE)
+	if (!ct_scanner_expect(r->told, &r->scanner, mm))
 		ct_log(env, CT_WARN,
 			"what DICOM says of slices of %.4g mm is not used: they were not "
 			"%.4g,%.4g,%.4g mm apart, as the voxels are",

@@ -11,7 +11,6 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 static int alloc_like(struct ct_vol *v, const struct ct_vol *like, struct ct_err *e)

@@ -180,7 +180,7 @@ static bool is_alike(double mm, double was)
 	return fabs(mm - was) <= SAME * was;
 }
 
-enum ct_scanner_use ct_scanner_expect(
+bool ct_scanner_expect(
 	struct ct_profile out[static 3], const struct ct_acquired *a, const double mm[static 3])
 {
 	const enum ct_scanner_kernel kernel = ct_scanner_kernel_of(a->maker, a->kernel);
@@ -190,12 +190,12 @@ enum ct_scanner_use ct_scanner_expect(
 	for (int k = 0; k < 3; k++)
 		out[k] = (struct ct_profile){.spread = (double)NAN};
 	if (axis < 0)
-		return CT_SCANNER_USED;
+		return true;
 	step = a->spacing[axis];
 	thickness = a->thickness[axis] > 0 ? a->thickness[axis] : mm[axis];
 	if (step > 0 ? !is_alike(mm[axis], step)
 		     : !(mm[axis] >= LEAST_STEP * thickness && mm[axis] <= MOST_STEP * thickness))
-		return CT_SCANNER_STALE;
+		return false;
 	out[axis] = slice_of(a, thickness);
 	if (!(a->thickness[axis] > 0))
 		out[axis].deviation = hypot(out[axis].deviation, UNSAID);
@@ -205,7 +205,7 @@ enum ct_scanner_use ct_scanner_expect(
 			out[k] = (struct ct_profile){.spread = kernels[kernel].mm / mm[k],
 				.deviation = kernels[kernel].deviation,
 				.aliases = 0.5};
-	return CT_SCANNER_USED;
+	return true;
 }
 
 #define APART 3. /* deviations: then one of the two estimates is wrong */

@@ -11,27 +11,25 @@
 #ifndef CT_REFINE_SCANNER_H
 #define CT_REFINE_SCANNER_H
 #include "core/acquired.h"
-#include "core/words.h"
 #include "resolution/profile.h"
 
 #include <stdbool.h>
 
-#define CT_SCANNER_KERNEL_LIST(X)                                                                  \
-	X(CT_KERNEL_UNKNOWN, "unknown")                                                            \
-	X(CT_KERNEL_SOFT, "soft")                                                                  \
-	X(CT_KERNEL_STANDARD, "standard")                                                          \
-	X(CT_KERNEL_SHARP, "sharp")                                                                \
-	X(CT_KERNEL_EDGE, "edge-enhancing")
-enum ct_scanner_kernel { CT_SCANNER_KERNEL_LIST(CT_WORD_VALUE) };
+enum ct_scanner_kernel {
+	CT_KERNEL_UNKNOWN,
+	CT_KERNEL_SOFT,
+	CT_KERNEL_STANDARD,
+	CT_KERNEL_SHARP,
+	CT_KERNEL_EDGE
+};
 
 /* The family of a kernel, by its name at its maker. */
 enum ct_scanner_kernel ct_scanner_kernel_of(const char *maker, const char *kernel);
 
 /* What is expected of a CT whose voxels are mm apart: spread in its voxels, NaN where nothing is.
- * CT_SCANNER_STALE: the slices are no longer those that DICOM speaks of, and nothing is expected.
- * Slices of no known thickness are as thick as far apart, if that is 1.5 times any pixel. */
-enum ct_scanner_use { CT_SCANNER_USED, CT_SCANNER_STALE };
-enum ct_scanner_use ct_scanner_expect(
+ * False: the slices are no longer those that DICOM speaks of, and nothing is expected. Slices of no
+ * known thickness are as thick as far apart, if that is 1.5 times any pixel. */
+bool ct_scanner_expect(
 	struct ct_profile out[static 3], const struct ct_acquired *a, const double mm[static 3]);
 
 /* Thickness of the slices, or 0. */

@@ -93,7 +93,6 @@ int ct_slice_network_work_alloc(struct ct_slice_network_work *w, const struct ct
 	const size_t n = ct_patch_count(&r->shape), f = r->inputs;
 
 	most = (most + CT_PRODUCT_ROWS - 1) / CT_PRODUCT_ROWS * CT_PRODUCT_ROWS;
-	w->most = most;
 	if (ct_alloc0(&w->patch, most * (n + f + 4 * r->width + r->out), sizeof *w->patch, e))
 		return -1;
 	w->feature = w->patch + most * n;

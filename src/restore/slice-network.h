@@ -68,7 +68,6 @@ void ct_slice_network_describe(float features[static CT_SLICE_NETWORK_FEATURES],
 
 /* Rows of work of n patches. */
 struct ct_slice_network_work {
-	size_t most;                                      /* rows */
 	float *patch, *feature, *a1, *h1, *a2, *h2, *out; /* owned, one block at patch */
 };
 int ct_slice_network_work_alloc(struct ct_slice_network_work *w, const struct ct_slice_network *r,
