@@ -267,8 +267,8 @@ static void result(const struct ct_env *env)
 	ct_pictures_free(&s);
 	ct_train_default(&o);
 	OK(o.patches.size == 64 && o.patches.channels == 1 && o.patches.scales == 1 &&
-			o.patches.scale[0] == 1 && o.patches.flip_h && !o.patches.flip_v &&
-			o.batch == 16 && o.steps == 10000 && o.warmup == 0 && !o.cosine,
+			o.patches.scale[0] == 1 && o.batch == 16 && o.steps == 10000 &&
+			o.warmup == 0 && !o.cosine,
 		"defaults: pieces of 64, 16 at a time");
 	OK(o.ema == 0.9999 && o.clip == 0 && o.adam.lr == 1e-4 && o.adam.beta1 == 0.9 &&
 			o.adam.beta2 == 0.999 && o.adam.eps == 1e-8 && o.adam.decay == 0,

@@ -10,14 +10,13 @@
 
 enum { PIECE = 0, TIME = 1, NOISE = 2, DRAWS = 3 };
 
-/* Is x the area means of f x f pixels from (row, col) on, mirrored by bit 0, turned over by bit 1?
+/* Is x the area means of f x f pixels from (row, col) on, mirrored?
  */
-static bool is_piece(const float *x, size_t n, size_t row, size_t col, size_t f, int how)
+static bool is_piece(const float *x, size_t n, size_t row, size_t col, size_t f, bool mirrored)
 {
 	for (size_t i = 0; i < n; i++)
 		for (size_t j = 0; j < n; j++) {
-			size_t r = row + (how & 2 ? n - 1 - i : i) * f;
-			size_t c = col + (how & 1 ? n - 1 - j : j) * f;
+			size_t r = row + i * f, c = col + (mirrored ? n - 1 - j : j) * f;
 			double sum = 0;
 
 			for (size_t k = 0; k < f * f; k++)
@@ -30,18 +29,13 @@ static bool is_piece(const float *x, size_t n, size_t row, size_t col, size_t f,
 }
 
 /* Pieces of 4 of a picture of 11 x 13, at scales 1 and 2: each is one of the pieces there are, and
- * all four mirrorings and both scales come. */
-static void pieces(bool flip_h, bool flip_v)
+ * both mirrorings and both scales come. */
+static void pieces(void)
 {
 	enum { H = 11, W = 13, N = 4 };
-	const struct ct_patches p = {.size = N,
-		.channels = 2,
-		.scales = 3,
-		.scale = {1, 2, 3},
-		.flip_h = flip_h,
-		.flip_v = flip_v};
+	const struct ct_patches p = {.size = N, .channels = 2, .scales = 3, .scale = {1, 2, 3}};
 	struct ct_pictures s = {0};
-	size_t how[4] = {0}, scale[3] = {0}, strange = 0, edge = 0;
+	size_t how[2] = {0}, scale[3] = {0}, strange = 0, edge = 0;
 	float x[2 * N * N];
 
 	picture(&s, 2, 2); /* too small: passed over */
@@ -52,7 +46,7 @@ static void pieces(bool flip_h, bool flip_v)
 		ct_patches_draw(&p, &s, x, 5, k);
 		for (size_t f = 1; f <= 3 && !found; f++)
 			for (size_t at = 0; at < H * W && !found; at++)
-				for (int m = 0; m < 4 && !found; m++) {
+				for (int m = 0; m < 2 && !found; m++) {
 					found = at / W + N * f <= H && at % W + N * f <= W &&
 						is_piece(x, N, at / W, at % W, f, m);
 					if (!found)
@@ -64,9 +58,7 @@ static void pieces(bool flip_h, bool flip_v)
 		strange += !found || memcmp(x, x + N * N, N * N * sizeof *x) != 0;
 	}
 	OK(strange == 0, "every piece is one of the picture's, in every channel");
-	OK((how[1] > 0) == flip_h && (how[2] > 0) == flip_v && (how[3] > 0) == (flip_h && flip_v) &&
-			how[0] > 60,
-		"mirrored as asked: %zu, %zu, %zu, %zu", how[0], how[1], how[2], how[3]);
+	OK(how[0] > 120 && how[1] > 120, "mirrored, or not: %zu, %zu", how[0], how[1]);
 	OK(scale[0] > 120 && scale[1] > 120 && scale[2] == 0,
 		"at the scales that it is large enough for: %zu, %zu", scale[0], scale[1]);
 	OK(edge > 0, "up to its last row and column");
@@ -225,7 +217,7 @@ static void missing(const struct ct_env *env)
 
 	options(&o, &a);
 	o.ema = 0;
-	o.residual = o.patches.planes = o.patches.flip_v = true;
+	o.residual = o.patches.planes = true;
 	o.patches.channels = a.in_channels = PLANES;
 	for (size_t i = 0; px && i < PLANES * H * W; i++) /* beyond [0, 1] */
 		px[i] = 30 * value(i / W % H, i % W) - 5 - (float)(i / (H * W));
@@ -452,10 +444,7 @@ int main(void)
 	struct ct_env env = {0};
 
 	must(ct_par_alloc(&env.par, 2, &err));
-	pieces(false, false);
-	pieces(true, false);
-	pieces(false, true);
-	pieces(true, true);
+	pieces();
 	adamw();
 	noise();
 	losses(&env);

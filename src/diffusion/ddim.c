@@ -50,45 +50,35 @@ static struct ct_ddim single(const struct ct_sampler *s, size_t k, double eta)
 
 struct ct_ddim ct_ddim_weights(const struct ct_sampler *s, size_t k, bool known)
 {
+	const enum ct_sampler_rule rule = s->how.rule;
 	struct ct_ddim m;
 
-	switch (s->how.rule) {
-	case CT_SAMPLER_DPM: return multistep(s, k, known);
-	case CT_SAMPLER_DDIM: return single(s, k, s->how.eta);
-	case CT_SAMPLER_DDPM: return single(s, k, 1);
-	case CT_SAMPLER_GDP:
-		m = single(s, k, 1);
-		if (m.z > 0)
-			m.z = sqrt(1.0 - ct_schedule_abar(s->schedule, s->t[k]) /
-						 ct_schedule_abar(s->schedule, s->t[k + 1]));
-		return m;
-	case CT_SAMPLER_DDNM:
-	case CT_SAMPLER_PLUS:
-	case CT_SAMPLER_SIMPLE:
-	case CT_SAMPLER_BIRD:
-	case CT_SAMPLER_NONE: break;
-	}
-	return single(s, k, 0);
+	if (rule == CT_SAMPLER_DPM)
+		return multistep(s, k, known);
+	m = single(s, k, rule == CT_SAMPLER_DDIM ? s->how.eta : rule == CT_SAMPLER_BIRD ? 0 : 1);
+	if (rule == CT_SAMPLER_GDP && m.z > 0)
+		m.z = sqrt(1.0 - ct_schedule_abar(s->schedule, s->t[k]) /
+					 ct_schedule_abar(s->schedule, s->t[k + 1]));
+	return m;
 }
 
 void ct_draw_ddim(struct ct_draw *w, size_t k, float *x)
 {
 	const struct ct_sampler *s = w->s;
 	const struct ct_ddim m = ct_ddim_weights(s, k, w->known);
-	const bool bird = s->how.rule == CT_SAMPLER_BIRD, guided = s->how.rule == CT_SAMPLER_GDP,
-		   held = !guided && !bird;
+	const bool bird = s->how.rule == CT_SAMPLER_BIRD, guided = s->how.rule == CT_SAMPLER_GDP;
 	const float range = (float)s->how.range;
 
 	for (size_t i = 0; !bird && i < w->all; i++)
 		w->x0[i] = fminf(fmaxf(w->x0[i], -range), range);
-	for (size_t c = 0; held && c < s->channels; c++)
-		ct_draw_pull(w, c, 1.0, w->x0, w->x0);
+	if (!guided && !bird)
+		ct_draw_pull(w, 1.0, w->x0, w->x0);
 	for (size_t i = 0; i < w->all; i++) {
 		double before = m.before != 0.0 ? m.before * (double)w->before[i] : 0.0;
 
 		x[i] = (float)(m.x * (double)x[i] + m.x0 * (double)w->x0[i] + before +
 			       m.z * (double)w->z[i]);
 	}
-	for (size_t c = 0; guided && c < s->channels; c++)
-		ct_draw_pull(w, c, s->how.guidance / (2.0 * (double)w->all), x, w->x0);
+	if (guided)
+		ct_draw_pull(w, s->how.guidance / (2.0 * (double)w->all), x, w->x0);
 }

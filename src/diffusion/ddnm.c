@@ -75,9 +75,9 @@ static double measured(const struct move *m, double s, double c0, double cy, dou
 }
 
 /* One channel: x becomes the state at the end of the move. */
-static void advance(const struct ct_measurement *op, const struct move *m, const struct ct_draw *w,
-	size_t c, float *x)
+static void advance(const struct ct_draw *w, const struct move *m, size_t c, float *x)
 {
+	const struct ct_measurement *op = w->s->op;
 	const float *x0 = w->x0 + c * w->n, *eps = w->eps + c * w->n, *z = w->z + c * w->n;
 	const double *cy = w->data + c * w->m;
 	const bool plus = m->rule == CT_SAMPLER_PLUS;
@@ -105,5 +105,5 @@ void ct_draw_ddnm(const struct ct_draw *w, size_t k, float *x)
 	const struct move m = move_to(w->s, w->s->t[k + 1]);
 
 	for (size_t c = 0; c < w->s->channels; c++)
-		advance(w->s->op, &m, w, c, x + c * w->n);
+		advance(w, &m, c, x + c * w->n);
 }

@@ -24,13 +24,13 @@ int ct_draw_alloc(struct ct_draw *w, const struct ct_sampler *s, const float *y,
 	w->eps = w->before + w->all;
 	w->z = w->eps + w->all;
 	doubles = (s->channels + 3) * w->m + ct_measurement_scratch(op);
-	if (ct_alloc(&w->data, doubles, sizeof *w->data, e))
+	if (ct_alloc0(&w->data, doubles, sizeof *w->data, e))
 		return -1;
 	w->c0 = w->data + s->channels * w->m;
 	w->cz = w->c0 + w->m;
 	w->ce = w->cz + w->m;
 	w->t = w->ce + w->m;
-	for (size_t c = 0; c < s->channels; c++)
+	for (size_t c = 0; y && c < s->channels; c++)
 		ct_measurement_data(op, w->data + c * w->m, y + c * w->m, w->t);
 	return 0;
 }
@@ -76,13 +76,6 @@ void ct_draw_begin(const struct ct_draw *w, float *x, const float *init)
 		memcpy(x, w->z, w->all * sizeof *x);
 }
 
-static void keep_first(const struct ct_draw *w)
-{
-	memcpy(w->s->first, w->x0, w->all * sizeof *w->x0);
-	for (size_t c = 0; c < w->s->channels; c++)
-		ct_draw_pull(w, c, 1.0, w->s->first, w->x0);
-}
-
 int ct_draw_run(struct ct_draw *w, float *x, float *trail, struct ct_err *e)
 {
 	const struct ct_sampler *s = w->s;
@@ -103,8 +96,10 @@ int ct_draw_run(struct ct_draw *w, float *x, float *trail, struct ct_err *e)
 		w->x0 = last;
 		if (estimate(w, s->t[k], x, e))
 			return -1;
-		if (k == 0 && s->first)
-			keep_first(w);
+		if (k == 0 && s->first) {
+			memcpy(s->first, w->x0, w->all * sizeof *w->x0);
+			ct_draw_pull(w, 1.0, s->first, w->x0);
+		}
 		s->normals(s->normals_ctx, k + 1, w->all, w->z);
 		if (s->how.rule <= CT_SAMPLER_SIMPLE)
 			ct_draw_ddnm(w, k, x);
@@ -115,10 +110,11 @@ int ct_draw_run(struct ct_draw *w, float *x, float *trail, struct ct_err *e)
 	return 0;
 }
 
-void ct_draw_pull(const struct ct_draw *w, size_t c, double by, float *x, const float *x0)
+void ct_draw_pull(const struct ct_draw *w, double by, float *x, const float *x0)
 {
-	ct_measurement_pull(
-		w->s->op, by, x + c * w->n, x0 + c * w->n, w->data + c * w->m, w->c0, w->t);
+	for (size_t c = 0; c < w->s->channels; c++)
+		ct_measurement_pull(
+			w->s->op, by, x + c * w->n, x0 + c * w->n, w->data + c * w->m, w->c0, w->t);
 }
 
 struct ct_sampler_how ct_sampler_default(enum ct_sampler_rule rule)
@@ -134,18 +130,9 @@ struct ct_sampler_how ct_sampler_default(enum ct_sampler_rule rule)
 
 size_t ct_sampler_steps(enum ct_sampler_rule rule)
 {
-	switch (rule) {
-	case CT_SAMPLER_GDP: return 1000;
-	case CT_SAMPLER_BIRD: return 10;
-	case CT_SAMPLER_NONE: return 0;
-	case CT_SAMPLER_DDNM:
-	case CT_SAMPLER_PLUS:
-	case CT_SAMPLER_SIMPLE:
-	case CT_SAMPLER_DDIM:
-	case CT_SAMPLER_DDPM:
-	case CT_SAMPLER_DPM: break;
-	}
-	return 50;
+	if (rule == CT_SAMPLER_NONE)
+		return 0;
+	return rule == CT_SAMPLER_GDP ? 1000 : rule == CT_SAMPLER_BIRD ? 10 : 50;
 }
 
 int ct_sampler_draw(

@@ -39,7 +39,7 @@ int ct_draw_bird(struct ct_draw *w, float *x, const float *y, const float *init,
  * beginning, with or without init. scratch[2][all]; w->eps is written over. What back returns. */
 int ct_draw_gradient(struct ct_draw *w, const float *trail, bool init, float *g, float *scratch,
 	struct ct_err *e);
-/* Channel c: x <- x + by A+ (y - A x0), ct_measurement_pull of measurement.h; x may be x0. */
-void ct_draw_pull(const struct ct_draw *w, size_t c, double by, float *x, const float *x0);
+/* x <- x + by A+ (y - A x0), ct_measurement_pull of measurement.h; x may be x0. */
+void ct_draw_pull(const struct ct_draw *w, double by, float *x, const float *x0);
 
 #endif

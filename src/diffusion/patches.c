@@ -76,7 +76,7 @@ void ct_patches_draw(const struct ct_patches *p, const struct ct_pictures *s, fl
 	const size_t n = p->size;
 	size_t scale[8], choices, f, row, col;
 	uint64_t draw = 0;
-	bool mirror, turn;
+	bool mirror;
 
 	do {
 		pic = &s->picture[ct_rng_below(seed, index, draw++, s->n)];
@@ -85,13 +85,11 @@ void ct_patches_draw(const struct ct_patches *p, const struct ct_pictures *s, fl
 	f = scale[ct_rng_below(seed, index, draw++, choices)];
 	row = ct_rng_below(seed, index, draw++, pic->h - n * f + 1);
 	col = ct_rng_below(seed, index, draw++, pic->w - n * f + 1);
-	mirror = p->flip_h && ct_rng_below(seed, index, draw++, 2);
-	turn = p->flip_v && ct_rng_below(seed, index, draw++, 2);
+	mirror = ct_rng_below(seed, index, draw, 2);
 	for (size_t c = 0; c < pic->planes; c++)
 		for (size_t i = 0; i < n; i++)
 			for (size_t j = 0; j < n; j++) {
-				const size_t to =
-					(turn ? n - 1 - i : i) * n + (mirror ? n - 1 - j : j);
+				const size_t to = i * n + (mirror ? n - 1 - j : j);
 				const float *at =
 					pic->px + (c * pic->h + row + i * f) * pic->w + col + j * f;
 				const float v = area_mean(at, pic->w, f);

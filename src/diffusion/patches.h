@@ -22,7 +22,6 @@ struct ct_patches {
 	size_t channels;         /* a grey piece is repeated; planes: as many */
 	bool planes;             /* the pictures have planes, and one scale, 1 */
 	size_t scales, scale[8]; /* a piece is cut from the picture reduced by one of these */
-	bool flip_h, flip_v;     /* mirrored at random: left-right, top-bottom */
 };
 
 /* Takes over px[planes][h][w], also when it fails. CT_ENUMERIC unless all are finite; planes 0: one
@@ -35,7 +34,8 @@ int ct_patches_check(const struct ct_patches *p, const struct ct_pictures *s, co
 	struct ct_err *e);
 /* Piece number `index`: x[channels][size][size] in [-1, 1] (planes: their values), a function of
  * the seed and the index. Picture, scale (among those it is large enough for), place and mirroring
- * are drawn uniformly; the reduction averages areas. Pictures that are too small are passed over.
+ * (left-right) are drawn uniformly; the reduction averages areas. Pictures that are too small are
+ * passed over.
  */
 void ct_patches_draw(const struct ct_patches *p, const struct ct_pictures *s, float *x,
 	uint64_t seed, uint64_t index);

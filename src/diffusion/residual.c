@@ -50,11 +50,8 @@ int ct_residual_frame_alloc(
 	if (high % factor || wide % factor || h == 0 || w == 0)
 		return ct_fail(
 			e, CT_EGEOM, "%zux%zu pixels are no multiples of %zu", wide, high, factor);
-	f->high = high;
-	f->wide = wide;
 	return ct_measurement_band(&f->known, 2 * h, 2 * w, high, wide, e) ||
-			       ct_measurement_band(&f->half, h, w, high, wide, e) ||
-			       ct_alloc0(&f->zero, 4 * h * w, sizeof *f->zero, e)
+			       ct_measurement_band(&f->half, h, w, high, wide, e)
 		       ? -1
 		       : 0;
 }
@@ -63,8 +60,6 @@ void ct_residual_frame_free(struct ct_residual_frame *f)
 {
 	ct_measurement_free(&f->known);
 	ct_measurement_free(&f->half);
-	free(f->zero);
-	*f = (struct ct_residual_frame){0};
 }
 
 size_t ct_residual_frame_scratch(const struct ct_residual_frame *f)
@@ -92,7 +87,7 @@ void ct_residual_hold(const struct ct_residual_frame *f, float *r, double *t)
 void ct_residual_condition(const struct ct_residual_frame *f, float *c, const float *b, double max,
 	double octave, double *t)
 {
-	const size_t n = f->high * f->wide;
+	const size_t n = f->known.high * f->known.wide;
 	float *detail = c + n;
 
 	for (size_t i = 0; i < n; i++) {
@@ -151,7 +146,7 @@ static int evaluate(void *ctx, double t, const float *x, float *eps, struct ct_e
 {
 	const struct ct_seat *s = ctx;
 	const struct residual_job *j = s->w->ctx;
-	const size_t n = j->frame.high * j->frame.wide;
+	const size_t n = j->frame.known.high * j->frame.known.wide;
 	const double abar = ct_schedule_abar(s->w->net->schedule, (int)t), a = sqrt(abar),
 		     sig = sqrt(1.0 - abar);
 
@@ -167,13 +162,12 @@ static void begin(void *ctx, struct ct_seat *s)
 {
 	struct residual_job *j = ctx;
 	const struct ct_residual_frame *f = &j->frame;
-	const size_t n = f->high * f->wide;
+	const size_t high = f->known.high, wide = f->known.wide, n = high * wide;
 	float *b = s->room + CT_RESIDUAL_PLANES * n;
 
 	s->x = b + n;
 	s->first = s->x + n;
-	s->y = f->zero;
-	ct_waves_extend(f->high, f->wide, b, j->b->h, j->b->w, ct_stack_view(j->b, s->view));
+	ct_waves_extend(high, wide, b, j->b->h, j->b->w, ct_stack_view(j->b, s->view));
 	ct_residual_condition(f, s->room + n, b, j->max, j->octave, s->scratch);
 }
 
@@ -181,7 +175,7 @@ static void begin(void *ctx, struct ct_seat *s)
 static void end(void *ctx, const struct ct_seat *s, float *result)
 {
 	const struct residual_job *j = ctx;
-	const size_t h = j->b->h, w = j->b->w, wide = j->frame.wide;
+	const size_t h = j->b->h, w = j->b->w, wide = j->frame.known.wide;
 
 	for (size_t y = 0; y < h; y++) {
 		memcpy(result + y * w, s->first + y * wide, w * sizeof *result);

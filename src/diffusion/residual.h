@@ -43,9 +43,7 @@ int ct_residual_put(const struct ct_residual *r, struct ct_meta *m, struct ct_er
 /* What is known of pictures (high, wide), multiples of the factor: below twice the Nyquist
  * frequency of the coarse ones, and below that itself. */
 struct ct_residual_frame {
-	size_t high, wide;
 	struct ct_measurement known, half;
-	float *zero; /* what the truth has beyond b in the known part: nothing */
 };
 
 /* *f zero; free it in any case. CT_EGEOM if the sides are no multiples. */

@@ -46,7 +46,7 @@ struct pass {
 void ct_train_default(struct ct_train_opts *o)
 {
 	*o = (struct ct_train_opts){
-		.patches = {.size = 64, .channels = 1, .scales = 1, .scale = {1}, .flip_h = true},
+		.patches = {.size = 64, .channels = 1, .scales = 1, .scale = {1}},
 		.batch = 16,
 		.steps = 10000,
 		.ema = 0.9999,
@@ -333,15 +333,13 @@ void ct_train_free(struct ct_train *t)
 
 int ct_train_result(const struct ct_train *t, struct ct_tensors *w, struct ct_err *e)
 {
-	if (ct_unet_tensors(t->ema, t->ema->param, w, e))
-		return -1;
-	if (ct_meta_set(&w->meta, CT_META_BETA_SCHEDULE, "linear", e) ||
-		ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu", (unsigned long long)t->step) ||
-		ct_meta_setf(&w->meta, e, CT_META_EMA, "%.10g", t->o.ema)) {
-		ct_tensors_free(w);
-		return -1;
-	}
-	return 0;
+	return ct_unet_tensors(t->ema, t->ema->param, w, e) ||
+			       ct_meta_set(&w->meta, CT_META_BETA_SCHEDULE, "linear", e) ||
+			       ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu",
+				       (unsigned long long)t->step) ||
+			       ct_meta_setf(&w->meta, e, CT_META_EMA, "%.10g", t->o.ema)
+		       ? -1
+		       : 0;
 }
 
 static const char *const vector_names[] = {"param", "ema", "adam.m", "adam.v"};
@@ -362,14 +360,11 @@ int ct_train_save(const struct ct_train *t, struct ct_tensors *w, struct ct_err 
 
 	vectors_of(t, v);
 	if (ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu", (unsigned long long)t->step))
-		goto fail;
+		return -1;
 	for (size_t i = 0; i < VECTORS; i++)
 		if (ct_tensors_put(w, vector_names[i], 1, &t->n, v[i], e))
-			goto fail;
+			return -1;
 	return 0;
-fail:
-	ct_tensors_free(w);
-	return -1;
 }
 
 int ct_train_restore(struct ct_train *t, const struct ct_tensors *w, struct ct_err *e)

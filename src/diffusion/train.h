@@ -51,7 +51,7 @@ int ct_train_step(struct ct_train *t, double *loss, struct ct_err *e);
 int ct_train_validate(struct ct_train *t, const struct ct_pictures *data, size_t n, double *loss,
 	struct ct_err *e);
 
-/* The averaged weights with the metadata of the architecture; *w zero. */
+/* The averaged weights with the metadata of the architecture; *w zero: free it in any case. */
 int ct_train_result(const struct ct_train *t, struct ct_tensors *w, struct ct_err *e);
 /* Everything that a resumed training needs: weights, average, moments, step; and back, into one of
  * the same options and data. CT_EINPUT if it is not a state of such a network, CT_ENUMERIC. */

@@ -15,7 +15,7 @@ struct ct_seat {
 	size_t view, sample, worker;
 	float *room;                 /* owned, [w->room] */
 	double *scratch;             /* owned, [w->scratch] */
-	float *x, *y, *init, *first; /* as in sampler.h, in the room: set by begin */
+	float *x, *y, *init, *first; /* as in sampler.h, in the room or NULL: set by begin */
 };
 
 struct ct_waves {

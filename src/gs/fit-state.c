@@ -45,19 +45,18 @@ int ct_fit_state_pack(struct ct_tensors *t, const struct ct_fit *fit, struct ct_
 		const float *x = array_of(&f, k, name);
 
 		if (ct_tensors_put(t, name, 1, &f.g.n, x, e))
-			goto fail;
+			return -1;
 	}
 	scalars(&f, s);
 	for (size_t k = 0; k < SCALARS; k++)
 		at += snprintf(text + at, sizeof text - (size_t)at, "%a ", *s[k]);
-	if (ct_meta_set(&t->meta, CT_META_SCALARS, text, e) ||
-		ct_meta_setf(&t->meta, e, CT_META_STEP, "%zu %u", f.g.step, f.gamma.steps) ||
-		ct_meta_setf(&t->meta, e, CT_META_AT, "%d %d", (int)f.end, (int)f.whole))
-		goto fail;
-	return 0;
-fail:
-	ct_tensors_free(t);
-	return -1;
+	return ct_meta_set(&t->meta, CT_META_SCALARS, text, e) ||
+			       ct_meta_setf(&t->meta, e, CT_META_STEP, "%zu %u", f.g.step,
+				       f.gamma.steps) ||
+			       ct_meta_setf(
+				       &t->meta, e, CT_META_AT, "%d %d", (int)f.end, (int)f.whole)
+		       ? -1
+		       : 0;
 }
 
 static int get_arrays(struct ct_fit *f, const struct ct_tensors *t, struct ct_err *e)

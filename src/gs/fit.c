@@ -175,12 +175,9 @@ int ct_fit_init(struct ct_fit *f, const struct ct_fit_options *o, const struct c
 		.large = o->densify_large * f->extent,
 		.most = o->max_gaussians,
 		.ln_least = f->ln_s[0]};
-	if (!o->full && (!d->base_projections || ct_stack_same(d->target, d->base_projections, e)))
-		return d->base_projections
-			       ? -1
-			       : ct_fail(e, CT_EINPUT,
-					 "a residual needs the projections of its base");
-	if (begin(f, d, env, e)) {
+	if (!o->full && !d->base_projections)
+		return ct_fail(e, CT_EINPUT, "a residual needs the projections of its base");
+	if ((!o->full && ct_stack_same(d->target, d->base_projections, e)) || begin(f, d, env, e)) {
 		ct_fit_free(f);
 		return -1;
 	}

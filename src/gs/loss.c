@@ -19,10 +19,8 @@ int ct_loss_image_init(struct ct_loss_image *l, size_t h, size_t w, struct ct_er
 	*l = (struct ct_loss_image){.h = h, .w = w};
 	ct_ssim_rule(&l->rule, CT_SSIM_R2, 1.0);
 	if (ct_alloc(&l->x, h * w, 3 * sizeof *l->x, e) ||
-		ct_alloc(&l->part, 2 * strips(l), sizeof *l->part, e)) {
-		ct_loss_image_free(l);
+		ct_alloc(&l->part, 2 * strips(l), sizeof *l->part, e))
 		return -1;
-	}
 	l->y = l->x + h * w;
 	l->g = l->y + h * w;
 	return 0;

@@ -41,6 +41,7 @@ struct ct_loss_image {
 	struct ct_ssim_rule rule;
 };
 
+/* Free it in any case. */
 int ct_loss_image_init(struct ct_loss_image *l, size_t h, size_t w, struct ct_err *e);
 void ct_loss_image_free(struct ct_loss_image *l);
 /* Sets t->l1, t->dssim, and dimg[h][pitch] = dL/dimg for img[h][pitch] in mm; base (may be NULL: 0)

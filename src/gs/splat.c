@@ -229,11 +229,10 @@ static void backward_some(void *arg, size_t chunk, size_t worker)
 {
 	const struct splat_job *j = arg;
 	const struct ct_camera *c = &j->s->cam;
-	size_t first = chunk * CT_GS_CHUNK, end = first + CT_GS_CHUNK;
+	size_t first = chunk * CT_GS_CHUNK, end = chunk_end(j->s, chunk);
 	double sums[6 * CT_GS_CHUNK]; /* 24 kB */
 
 	(void)worker;
-	end = end < j->s->n ? end : j->s->n;
 	for (size_t k = 0; k < 6; k++)
 		for (size_t i = end - first; i < CT_GS_CHUNK; i++)
 			sums[k * CT_GS_CHUNK + i] = 0;

@@ -21,12 +21,12 @@ static int alloc_like(struct ct_vol *v, const struct ct_vol *like, struct ct_err
 	return 0;
 }
 
-/* What the prior adds to: as the caller has it. */
-static int begin_with(struct ct_vol *out, const struct ct_vol *start, struct ct_err *e)
+/* Without metadata. */
+static int copy(struct ct_vol *v, const struct ct_vol *of, struct ct_err *e)
 {
-	if (alloc_like(out, start, e))
+	if (alloc_like(v, of, e))
 		return -1;
-	memcpy(out->data, start->data, ct_vol_count(start) * sizeof *out->data);
+	memcpy(v->data, of->data, ct_vol_count(of) * sizeof *v->data);
 	return 0;
 }
 
@@ -77,7 +77,7 @@ static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 		rule.tolerance = 0;
 	}
 	if (!r->inverts) {
-		if (begin_with(out, start, e))
+		if (copy(out, start, e))
 			return -1;
 		r->did = (struct ct_upsample_report){.residual = (double)NAN};
 	} else {
@@ -220,12 +220,9 @@ static int run_filled(struct ct_refine *r, struct ct_vol *out, struct ct_vol *er
 
 	ct_log(env, CT_INFO, "%.0f %% of the voxels are padding, %g HU, and stay so",
 		100 * (double)p->count / (double)ct_vol_count(in), p->hu);
-	if (alloc_like(&filled, in, e) || ct_meta_copy(&filled.meta, &in->meta, e))
-		goto out;
-	memcpy(filled.data, in->data, ct_vol_count(in) * sizeof *in->data);
-	if (ct_padding_fill(filled.data, p, in->n, e))
-		goto out;
-	if (!(r->spread > 0) && ct_flat_texture(&r->texture, in, e))
+	if (copy(&filled, in, e) || ct_meta_copy(&filled.meta, &in->meta, e) ||
+		ct_padding_fill(filled.data, p, in->n, e) ||
+		(!(r->spread > 0) && ct_flat_texture(&r->texture, in, e)))
 		goto out;
 	r->spread = ct_upsample_spread(&filled);
 	rc = run(r, out, error, &filled, env, e);

@@ -13,13 +13,6 @@
 
 enum { PIECE = CT_LEARN_PIECE, TRIES = 400 * PIECE, DRAWS = 5 };
 
-static bool usable(const struct ct_example *p, int axis, bool swap)
-{
-	const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
-
-	return swap ? p->coarse[u] && p->coarse[v] : p->coarse[u] != p->coarse[v];
-}
-
 /* A cell of a slice at random, draw q of a stream: false if its pair has no such slices. */
 static bool aim(struct ct_slicing *s, const struct ct_example **pair, int *axis, size_t at[3],
 	const struct ct_learn *l, const struct ct_example *pairs, size_t n, uint64_t stream,
@@ -31,7 +24,7 @@ static bool aim(struct ct_slicing *s, const struct ct_example **pair, int *axis,
 
 	*axis = (int)ct_rng_below(seed, stream, DRAWS * q + 1, 3);
 	*pair = p;
-	if (!usable(p, *axis, l->r.shape.swap))
+	if (!ct_patch_shape_fits(&l->r.shape, *axis, p->coarse))
 		return false;
 	ct_slicing_of(s, p->base, p->n, *axis, p->coarse);
 	if (s->n[0] < cell || s->n[1] < cell)
@@ -95,14 +88,6 @@ static void errors(struct ct_learn_side *d, size_t cell)
 	}
 }
 
-/* The spread learns from the layers, and they not from it. */
-static int forget_spread(struct ct_learn_side *d, size_t out)
-{
-	for (size_t i = 0; i < PIECE; i++)
-		d->w.out[i * out + out - 1] = 0;
-	return 0;
-}
-
 /* grad (rows,columns) = d^T in, and its bias, of n rows. */
 static int outer(float *grad, float *bias, const float *d, const float *in, size_t rows,
 	size_t columns, struct ct_err *e)
@@ -133,12 +118,14 @@ static int gradient(const struct ct_learn *l, struct ct_learn_side *d, float *g,
 	const size_t *at = r->at;
 	const struct ct_slice_network_work *w = &d->w;
 
-	return outer(g + at[CT_PART_LINEAR], g + at[CT_PART_LINEAR_BIAS], w->out, w->feature, out,
-		       f, e) ||
-			       outer(g + at[CT_PART_3], g + at[CT_PART_3_BIAS], w->out, w->h2, out,
-				       wide, e) ||
-			       forget_spread(d, out) ||
-			       back(d->d2, w->out, l->all + at[CT_PART_3], out, wide, w->a2, e) ||
+	if (outer(g + at[CT_PART_LINEAR], g + at[CT_PART_LINEAR_BIAS], w->out, w->feature, out, f,
+		    e) ||
+		outer(g + at[CT_PART_3], g + at[CT_PART_3_BIAS], w->out, w->h2, out, wide, e))
+		return -1;
+	for (size_t i = 1; i <= PIECE;
+		i++) /* the spread learns from the layers, not they from it */
+		w->out[i * out - 1] = 0;
+	return back(d->d2, w->out, l->all + at[CT_PART_3], out, wide, w->a2, e) ||
 			       outer(g + at[CT_PART_2], g + at[CT_PART_2_BIAS], d->d2, w->h1, wide,
 				       wide, e) ||
 			       back(d->d1, d->d2, l->all + at[CT_PART_2], wide, wide, w->a1, e) ||
@@ -309,14 +296,12 @@ int ct_learn_save(const struct ct_learn *l, struct ct_tensors *w, struct ct_err 
 {
 	const size_t n = l->r.at[CT_PARTS], moments = 2 * n; /* two of a weight */
 
-	if (ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu", (unsigned long long)l->steps) ||
-		ct_slice_network_put(&l->r, w, "average", e) ||
-		ct_tensors_put(w, "weights", 1, &n, l->all, e) ||
-		ct_tensors_put(w, "moments", 1, &moments, l->moment, e)) {
-		ct_tensors_free(w);
-		return -1;
-	}
-	return 0;
+	return ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu", (unsigned long long)l->steps) ||
+			       ct_slice_network_put(&l->r, w, "average", e) ||
+			       ct_tensors_put(w, "weights", 1, &n, l->all, e) ||
+			       ct_tensors_put(w, "moments", 1, &moments, l->moment, e)
+		       ? -1
+		       : 0;
 }
 
 int ct_learn_restore(struct ct_learn *l, const struct ct_tensors *w, struct ct_err *e)

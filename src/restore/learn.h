@@ -84,7 +84,8 @@ int ct_learn_gain(struct ct_learn *l, const struct ct_example *pairs, size_t n, 
 /* Find r->spread on these pairs, not the ones of the training. Codes of ct_predict. */
 int ct_learn_calibrate(struct ct_slice_network *r, const struct ct_example *pairs, size_t n,
 	const struct ct_env *env, struct ct_err *e);
-/* All that a training which goes on needs, and back, into one of the same rule and examples.
+/* All that a training which goes on needs (free *w in any case), and back, into one of the same
+ * rule and examples.
  * CT_EINPUT if it is no state of such a training, CT_ENUMERIC. */
 int ct_learn_save(const struct ct_learn *l, struct ct_tensors *w, struct ct_err *e);
 int ct_learn_restore(struct ct_learn *l, const struct ct_tensors *w, struct ct_err *e);

@@ -20,6 +20,13 @@ void ct_slicing_of(struct ct_slicing *s, const float *x, const size_t n[static 3
 		.x = x, .n = {n[u], n[v], n[axis]}, .stride = {stride[u], stride[v], stride[axis]}};
 }
 
+bool ct_patch_shape_fits(const struct ct_patch_shape *shape, int axis, const bool coarse[static 3])
+{
+	const bool a = coarse[axis == 0 ? 1 : 0], b = coarse[axis == 2 ? 1 : 2];
+
+	return shape->swap ? a && b : a != b;
+}
+
 /* Places of a square of `side` in `depth` slices, turned: the inverse of the turn, since value
  * (i, j, k) of the alike patch comes from that place. */
 static void places(uint16_t *at, size_t side, size_t depth, unsigned turn)

@@ -54,6 +54,8 @@ static inline size_t ct_patch_count(const struct ct_patch_shape *p)
 
 /* CT_EINPUT unless it is within these limits. */
 int ct_patch_shape_check(const struct ct_patch_shape *shape, struct ct_err *e);
+/* Are slices across `axis` such: both of their axes coarse (swap), or one of them? */
+bool ct_patch_shape_fits(const struct ct_patch_shape *shape, int axis, const bool coarse[static 3]);
 /* Slices across `axis`. If only one of the other two is coarse, it is v. */
 void ct_slicing_of(struct ct_slicing *s, const float *x, const size_t n[static 3], int axis,
 	const bool coarse[static 3]);

@@ -35,9 +35,7 @@ size_t ct_predict_axes(bool axes[static 3], const struct ct_slice_network *r,
 	size_t count = 0;
 
 	for (int a = 0; a < 3; a++) {
-		bool u = s->coarse[a == 0 ? 1 : 0], v = s->coarse[a == 2 ? 1 : 2];
-
-		axes[a] = (!of || of[a]) && (r->shape.swap ? u && v : u != v);
+		axes[a] = (!of || of[a]) && ct_patch_shape_fits(&r->shape, a, s->coarse);
 		count += axes[a];
 	}
 	return count;

@@ -196,14 +196,13 @@ int ct_slice_network_ready_alloc(
 	*q = (struct ct_slice_network_ready){0};
 	/* Components that vary little are whitened: rounding a patch would be far too much there.
 	 */
-	if (ct_product_alloc(
-		    &q->basis, r->basis, r->components, ct_patch_count(&r->shape), f, false, e) ||
-		ct_product_alloc(&q->w1, r->all + r->at[CT_PART_1], w, f, w, false, e) ||
-		ct_product_alloc(&q->w2, r->all + r->at[CT_PART_2], w, w, w, true, e)) {
-		ct_slice_network_ready_free(q);
-		return -1;
-	}
-	return 0;
+	return ct_product_alloc(&q->basis, r->basis, r->components, ct_patch_count(&r->shape), f,
+		       false, e) ||
+			       ct_product_alloc(
+				       &q->w1, r->all + r->at[CT_PART_1], w, f, w, false, e) ||
+			       ct_product_alloc(&q->w2, r->all + r->at[CT_PART_2], w, w, w, true, e)
+		       ? -1
+		       : 0;
 }
 
 void ct_slice_network_ready_free(struct ct_slice_network_ready *q)

@@ -76,7 +76,7 @@ void ct_slice_network_work_free(struct ct_slice_network_work *w);
 /* The features of row i. */
 float *ct_slice_network_features(
 	struct ct_slice_network_work *w, const struct ct_slice_network *r, size_t i);
-/* Its large matrices, made ready for many patches; borrowed from r. */
+/* Its large matrices, made ready for many patches; borrowed from r. Free it in any case. */
 struct ct_slice_network_ready {
 	struct ct_product *basis, *w1, *w2;
 };

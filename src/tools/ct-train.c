@@ -187,7 +187,6 @@ static int begin_pictures(struct train_subject *s, struct train_data *data,
 	o->patches.size = r->arch.image_size;
 	o->patches.channels = r->arch.in_channels;
 	o->patches.planes = o->residual = p->refined != NULL;
-	o->patches.flip_h = true;
 	o->adam.lr = isnan(p->lr) ? 1e-4 : p->lr;
 	o->adam.decay = isnan(p->decay) ? 0 : p->decay;
 	o->batch = p->batch ? (size_t)p->batch : 16;

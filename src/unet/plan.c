@@ -373,12 +373,6 @@ static void norm_back(const struct ct_unet_plan *p, size_t i, float *grads)
 		p->scratch);
 }
 
-/* The path of the timestep, which has no part in the gradient to the picture. */
-static bool is_embedding(enum ct_graph_kind kind)
-{
-	return kind == CT_GRAPH_EMBED || kind == CT_GRAPH_LINEAR || kind == CT_GRAPH_SILU;
-}
-
 static int backward_op(const struct ct_unet_plan *p, size_t i, float *grads, struct ct_err *e)
 {
 	const struct ct_graph_op *o = &p->g.op[i];
@@ -389,7 +383,8 @@ static int backward_op(const struct ct_unet_plan *p, size_t i, float *grads, str
 	float *dx = grad_of(p, o->a), *dy = grad_of(p, o->out);
 	struct ct_attn attn;
 
-	if (!grads && is_embedding(o->kind))
+	/* the path of the timestep has no part in the gradient to the picture */
+	if (!grads && (o->kind == CT_GRAPH_LINEAR || o->kind == CT_GRAPH_SILU))
 		return 0;
 	switch (o->kind) {
 	case CT_GRAPH_EMBED: break;

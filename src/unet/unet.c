@@ -187,15 +187,12 @@ int ct_unet_tensors(
 	const struct ct_unet *n, const float *flat, struct ct_tensors *w, struct ct_err *e)
 {
 	if (ct_unet_arch_to_meta(&n->arch, &w->meta, e))
-		goto fail;
+		return -1;
 	for (size_t i = 0; i < n->graph.n_param; i++) {
 		const struct ct_param *p = &n->graph.param[i];
 
 		if (ct_tensors_put(w, p->name, p->rank, p->dim, flat + p->offset, e))
-			goto fail;
+			return -1;
 	}
 	return 0;
-fail:
-	ct_tensors_free(w);
-	return -1;
 }

@@ -47,7 +47,8 @@ int ct_unet_init(
 void ct_unet_free(struct ct_unet *n);
 /* The parameters have been written to. No plan may run meanwhile. */
 int ct_unet_changed(struct ct_unet *n, struct ct_par *par, struct ct_err *e);
-/* A flat vector [graph.count] as named tensors with the architecture in their metadata; *w zero. */
+/* A flat vector [graph.count] as named tensors with the architecture in their metadata; *w zero:
+ * free it in any case. */
 int ct_unet_tensors(
 	const struct ct_unet *n, const float *flat, struct ct_tensors *w, struct ct_err *e);
 
