@@ -23,6 +23,12 @@ CT_INLINE ct_f32 ct_f32_exp(ct_f32 x)
 	return p * (ct_f32)(((ct_u32)t + 127u) << 23);
 }
 
+/* 1/(1 + e^-x). */
+CT_INLINE ct_f32 ct_f32_sigmoid(ct_f32 x)
+{
+	return 1.0f / (1.0f + ct_f32_exp(-x));
+}
+
 /* e^x, |x| <= 700 (as at the end beyond), to 4e-16 relative; likewise, up to r^13/13!. */
 CT_INLINE ct_f64 ct_f64_exp(ct_f64 x)
 {

@@ -67,15 +67,6 @@ int ct_superres_times(const struct ct_superres *p, int **t, size_t *n, struct ct
 		p->travel_repeat, e);
 }
 
-static size_t count_calls(const int *t, size_t n)
-{
-	size_t calls = 0;
-
-	for (size_t k = 0; k + 1 < n; k++)
-		calls += t[k + 1] < t[k];
-	return calls;
-}
-
 void ct_superres_normals(uint64_t seed, size_t view, size_t sample, size_t draw, size_t n, float *z)
 {
 	ct_rng_normals(
@@ -86,7 +77,7 @@ int ct_superres_calls(
 	const struct ct_superres *p, size_t *calls, size_t *gradients, struct ct_err *e)
 {
 	bool fits = p->how.rule == CT_SAMPLER_BIRD;
-	size_t n, chain;
+	size_t n, chain = 0;
 	int *t;
 
 	*calls = *gradients = 0;
@@ -94,7 +85,8 @@ int ct_superres_calls(
 		return 0;
 	if (ct_superres_times(p, &t, &n, e))
 		return -1;
-	chain = p->samples * count_calls(t, n);
+	for (size_t k = 0; k + 1 < n; k++)
+		chain += t[k + 1] < t[k] ? p->samples : 0;
 	*calls = chain * (fits ? p->how.iterations : 1);
 	*gradients = fits && !p->how.frozen ? chain * (p->how.iterations - 1) : 0;
 	free(t);

@@ -346,19 +346,10 @@ static const char *const vector_names[] = {"param", "ema", "adam.m", "adam.v"};
 
 enum { VECTORS = 4 };
 
-static void vectors_of(const struct ct_train *t, float *v[static VECTORS])
-{
-	v[0] = t->net->param;
-	v[1] = t->ema->param;
-	v[2] = t->m;
-	v[3] = t->v;
-}
-
 int ct_train_save(const struct ct_train *t, struct ct_tensors *w, struct ct_err *e)
 {
-	float *v[VECTORS];
+	const float *const v[VECTORS] = {t->net->param, t->ema->param, t->m, t->v};
 
-	vectors_of(t, v);
 	if (ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu", (unsigned long long)t->step))
 		return -1;
 	for (size_t i = 0; i < VECTORS; i++)
@@ -369,11 +360,10 @@ int ct_train_save(const struct ct_train *t, struct ct_tensors *w, struct ct_err 
 
 int ct_train_restore(struct ct_train *t, const struct ct_tensors *w, struct ct_err *e)
 {
+	float *const v[VECTORS] = {t->net->param, t->ema->param, t->m, t->v};
 	const float *from[VECTORS];
-	float *v[VECTORS];
 	double step;
 
-	vectors_of(t, v);
 	if (ct_meta_numbers(&w->meta, CT_META_STEP, 1, &step, e) || !(step >= 0 && step < 0x1p53))
 		return ct_fail(e, CT_EINPUT, "not the state of a training: no \"step\"");
 	for (size_t i = 0; i < VECTORS; i++) {

@@ -144,9 +144,8 @@ static int choose_slabs(struct ct_refine *r, const struct ct_vol *in, struct ct_
 }
 
 /* Only the inversion will be done. */
-static int leave(struct ct_refine *r, struct ct_err *e, const char *fmt, ...)
-	__attribute__((format(printf, 3, 4)));
-static int leave(struct ct_refine *r, struct ct_err *e, const char *fmt, ...)
+__attribute__((format(printf, 3, 4))) static int leave(
+	struct ct_refine *r, struct ct_err *e, const char *fmt, ...)
 {
 	va_list ap;
 

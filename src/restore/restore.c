@@ -87,10 +87,14 @@ static bool scene_of(struct ct_scene *s, const struct ct_degrade *d)
 	return coarse > 0;
 }
 
-/* Is slice network i for scans of that cell, and for such a pass? */
-static bool serves(const struct ct_slice_prior *p, size_t i, size_t cell, bool again)
+/* The axes, of those of `of`, across which slice network i takes slices of the scene, and how many;
+ * 0 if it is not for scans of that cell, or for such a pass. */
+static size_t serves(bool axes[static 3], const struct ct_slice_prior *p, size_t i, size_t cell,
+	bool again, const struct ct_scene *s, const bool *of)
 {
-	return p->r[i].shape.cell == cell && p->again[i] == again;
+	if (p->r[i].shape.cell != cell || p->again[i] != again)
+		return 0;
+	return ct_predict_axes(axes, &p->r[i], s, of);
 }
 
 size_t ct_slice_prior_knows(
@@ -114,7 +118,7 @@ size_t ct_slice_prior_knows(
 		}
 	}
 	for (size_t i = 0; i < p->n; i++)
-		if (serves(p, i, cell, again) && ct_predict_axes(can, &p->r[i], &s, NULL))
+		if (serves(can, p, i, cell, again, &s, NULL))
 			for (int a = 0; a < 3; a++)
 				axes[a] = axes[a] || can[a];
 	return cell;
@@ -149,15 +153,14 @@ static int expect(struct ct_guess *g, double *floor, const struct pass *s, struc
 	bool use[3];
 
 	for (size_t i = 0; i < s->prior->n; i++)
-		if (serves(s->prior, i, s->cell, s->again) &&
-			ct_predict_axes(use, &s->prior->r[i], &s->scene, of))
+		if (serves(use, s->prior, i, s->cell, s->again, &s->scene, of))
 			for (int a = 0; a < 3; a++)
 				g->slices += use[a] ? s->scene.n[a] : 0;
 	for (size_t i = 0; i < s->prior->n; i++) {
 		const struct ct_slice_network *r = &s->prior->r[i];
-		const size_t axes = ct_predict_axes(use, r, &s->scene, of);
+		const size_t axes = serves(use, s->prior, i, s->cell, s->again, &s->scene, of);
 
-		if (!serves(s->prior, i, s->cell, s->again) || axes == 0)
+		if (axes == 0)
 			continue;
 		if (ct_predict(g, &s->scene, r, of, &s->report->textured, &s->report->cells, s->env,
 			    e))

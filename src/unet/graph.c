@@ -4,7 +4,6 @@
 #include "unet/graph.h"
 #include "core/mem.h"
 
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -64,15 +63,6 @@ static size_t map(struct build *b, enum ct_graph_kind kind, size_t x, struct ct_
 	return op(b, (struct ct_graph_op){.kind = kind, .a = x, .b = CT_NONE, .param = CT_NONE}, s);
 }
 
-__attribute__((format(printf, 3, 4))) static void name(char *out, size_t size, const char *fmt, ...)
-{
-	va_list ap;
-
-	va_start(ap, fmt);
-	vsnprintf(out, size, fmt, ap);
-	va_end(ap);
-}
-
 /* The parameter PREFIX.SUB.WHAT, or PREFIX.WHAT if sub is "". */
 static void param(
 	struct build *b, const char *prefix, const char *sub, const char *what, struct ct_param p)
@@ -81,7 +71,7 @@ static void param(
 
 	if (!room(b, &g->param, &g->cap_param, g->n_param, sizeof *g->param))
 		return;
-	name(p.name, sizeof p.name, "%s%s%s.%s", prefix, *sub ? "." : "", sub, what);
+	snprintf(p.name, sizeof p.name, "%s%s%s.%s", prefix, *sub ? "." : "", sub, what);
 	p.count = 1;
 	for (size_t i = 0; i < p.rank; i++)
 		p.count *= p.dim[i];
@@ -250,16 +240,16 @@ static size_t down(struct build *b, size_t *stack, size_t *depth)
 	for (size_t level = 0; level < a->levels; level++) {
 		c = ct_unet_arch_channels(a, level);
 		for (size_t i = 0; i < a->num_res_blocks; i++) {
-			name(prefix, sizeof prefix, "input_blocks.%zu.0", entry);
+			snprintf(prefix, sizeof prefix, "input_blocks.%zu.0", entry);
 			x = resblock(b, prefix, x, c, 0);
 			if (ct_unet_arch_attends(a, level)) {
-				name(prefix, sizeof prefix, "input_blocks.%zu.1", entry);
+				snprintf(prefix, sizeof prefix, "input_blocks.%zu.1", entry);
 				x = attention(b, prefix, x);
 			}
 			stack[entry++] = x;
 		}
 		if (level + 1 < a->levels) {
-			name(prefix, sizeof prefix, "input_blocks.%zu.0", entry);
+			snprintf(prefix, sizeof prefix, "input_blocks.%zu.0", entry);
 			x = change(b, prefix, "op", x, -1);
 			stack[entry++] = x;
 		}
@@ -289,14 +279,16 @@ static size_t up(struct build *b, size_t x, const size_t *stack, size_t depth)
 			size_t sub = 0;
 
 			x = concat(b, x, stack[--depth]);
-			name(prefix, sizeof prefix, "output_blocks.%zu.%zu", entry, sub++);
+			snprintf(prefix, sizeof prefix, "output_blocks.%zu.%zu", entry, sub++);
 			x = resblock(b, prefix, x, ct_unet_arch_channels(a, level), 0);
 			if (ct_unet_arch_attends(a, level)) {
-				name(prefix, sizeof prefix, "output_blocks.%zu.%zu", entry, sub++);
+				snprintf(prefix, sizeof prefix, "output_blocks.%zu.%zu", entry,
+					sub++);
 				x = attention(b, prefix, x);
 			}
 			if (level > 0 && i == a->num_res_blocks) {
-				name(prefix, sizeof prefix, "output_blocks.%zu.%zu", entry, sub);
+				snprintf(
+					prefix, sizeof prefix, "output_blocks.%zu.%zu", entry, sub);
 				x = change(b, prefix, "conv", x, +1);
 			}
 		}

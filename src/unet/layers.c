@@ -1,7 +1,7 @@
 /* layers.c: see layers.h. */
 #include "config.h"
 #include "unet/layers.h"
-#include "unet/sigmoid.h"
+#include "core/vec-exp.h"
 
 #include <math.h>
 

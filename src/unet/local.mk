@@ -2,7 +2,7 @@
 libct_a_SOURCES += src/unet/dnn.c src/unet/dnn.h src/unet/dnn-impl.h
 libct_a_SOURCES += src/unet/conv.c src/unet/conv.h
 libct_a_SOURCES += src/unet/product.c src/unet/product.h
-SIMD_SOURCES += src/unet/layers.c src/unet/layers.h src/unet/sigmoid.h
+SIMD_SOURCES += src/unet/layers.c src/unet/layers.h
 SIMD_SOURCES += src/unet/norm.c src/unet/norm.h
 libct_a_SOURCES += src/unet/attention.c src/unet/attention.h
 libct_a_SOURCES += src/unet/arch.c src/unet/arch.h

@@ -1,7 +1,7 @@
 /* norm.c: see norm.h. */
 #include "config.h"
 #include "unet/norm.h"
-#include "unet/sigmoid.h"
+#include "core/vec-exp.h"
 
 #include <math.h>
 
@@ -98,6 +98,21 @@ void CT_SIMD_HERE(ct_norm_sums)(size_t hw, size_t c, double *sums, const float *
 	map_sums(hw, c, sums, x, x);
 }
 
+/* A channel: o, s of norm.h, and z = gain xhat + offset. */
+struct channel {
+	double o, s, gain, offset;
+};
+
+static struct channel channel_of(const struct ct_norm *n, size_t i)
+{
+	const double e = n->e ? (double)n->e[i] : 0.0;
+	const double s = n->scale_shift ? 1.0 + e : 1.0;
+	const double t = n->e && n->scale_shift ? (double)n->e[n->c + i] : 0.0;
+
+	return (struct channel){
+		n->scale_shift ? 0.0 : e, s, (double)n->gamma[i] * s, (double)n->beta[i] * s + t};
+}
+
 /* Mean of a group and 1/sqrt(var + eps), of x + o. */
 static void group_moments(
 	const struct ct_norm *n, size_t g, const double *sums, double *mean, double *r)
@@ -107,7 +122,7 @@ static void group_moments(
 	double s = 0, q = 0;
 
 	for (size_t i = g * per; i < (g + 1) * per; i++) {
-		double o = n->e && !n->scale_shift ? (double)n->e[i] : 0.0;
+		double o = channel_of(n, i).o;
 
 		s += sums[i] + hw * o;
 		q += sums[n->c + i] + o * (2 * sums[i] + hw * o);
@@ -116,31 +131,20 @@ static void group_moments(
 	*r = 1.0 / sqrt(fmax(q / count - *mean * *mean, 0.0) + 1e-5);
 }
 
-/* Gain and offset of a channel after the normalisation, z = gain xhat + offset. */
-static void channel_map(const struct ct_norm *n, size_t i, double *gain, double *offset)
-{
-	double s = n->e && n->scale_shift ? 1.0 + (double)n->e[i] : 1.0;
-	double t = n->e && n->scale_shift ? (double)n->e[n->c + i] : 0.0;
-
-	*gain = (double)n->gamma[i] * s;
-	*offset = (double)n->beta[i] * s + t;
-}
-
 /* z = a x + b. */
 static void fold(const struct ct_norm *n, float *ab, const double *sums)
 {
 	const size_t per = n->c / CT_NORM_GROUPS;
 
 	for (size_t g = 0; g < CT_NORM_GROUPS; g++) {
-		double mean, r, gain, offset;
+		double mean, r;
 
 		group_moments(n, g, sums, &mean, &r);
 		for (size_t i = g * per; i < (g + 1) * per; i++) {
-			double o = n->e && !n->scale_shift ? (double)n->e[i] : 0.0;
+			const struct channel k = channel_of(n, i);
 
-			channel_map(n, i, &gain, &offset);
-			ab[i] = (float)(gain * r);
-			ab[n->c + i] = (float)(gain * r * (o - mean) + offset);
+			ab[i] = (float)(k.gain * r);
+			ab[n->c + i] = (float)(k.gain * r * (k.o - mean) + k.offset);
 		}
 	}
 }
@@ -163,20 +167,18 @@ static void group_back(const struct ct_norm *n, size_t g, float *pqr, float *dga
 {
 	const size_t c = n->c, per = c / CT_NORM_GROUPS, end = (g + 1) * per;
 	const double hw = (double)n->hw, m = hw * (double)per;
-	double mean, r, gain, offset, s1 = 0, s2 = 0;
+	double mean, r, s1 = 0, s2 = 0;
 
 	group_moments(n, g, sums, &mean, &r);
 	for (size_t i = g * per; i < end; i++) {
-		double o = n->e && !n->scale_shift ? (double)n->e[i] : 0.0;
-		double s = n->e && n->scale_shift ? 1.0 + (double)n->e[i] : 1.0;
-		double dg = r * (d[c + i] + (o - mean) * d[i]);
+		const struct channel k = channel_of(n, i);
+		double dg = r * (d[c + i] + (k.o - mean) * d[i]);
 
-		channel_map(n, i, &gain, &offset);
-		s1 += gain * d[i];
-		s2 += gain * dg;
+		s1 += k.gain * d[i];
+		s2 += k.gain * dg;
 		if (dgamma) {
-			dgamma[i] += (float)(dg * s);
-			dbeta[i] += (float)(d[i] * s);
+			dgamma[i] += (float)(dg * k.s);
+			dbeta[i] += (float)(d[i] * k.s);
 		}
 		if (de && n->scale_shift) {
 			de[i] += (float)(dg * (double)n->gamma[i] + d[i] * (double)n->beta[i]);
@@ -184,11 +186,9 @@ static void group_back(const struct ct_norm *n, size_t g, float *pqr, float *dga
 		}
 	}
 	for (size_t i = g * per; i < end; i++) {
-		double o = n->e && !n->scale_shift ? (double)n->e[i] : 0.0;
-		double p, q = -r * r * s2 / m, r0 = -r * s1 / m - q * (mean - o);
+		const struct channel k = channel_of(n, i);
+		double p = r * k.gain, q = -r * r * s2 / m, r0 = -r * s1 / m - q * (mean - k.o);
 
-		channel_map(n, i, &gain, &offset);
-		p = r * gain;
 		if (de && !n->scale_shift)
 			de[i] += (float)(p * d[i] + q * sums[i] + r0 * hw);
 		pqr[i] = (float)p;
