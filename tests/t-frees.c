@@ -84,7 +84,6 @@ int main(void)
 	FREED(ct_separable, ct_separable_free);
 	FREED(ct_svd, ct_svd_free);
 	FREED(ct_example, ct_example_free);
-	FREED(ct_patch_turns, ct_patch_turns_free);
 	FREED(ct_slice_network, ct_slice_network_free);
 	FREED(ct_slice_network_work, ct_slice_network_work_free);
 	FREED(ct_slice_network_ready, ct_slice_network_ready_free);

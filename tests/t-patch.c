@@ -26,7 +26,7 @@ static double value(const float *x, const size_t n[3], int axis, const bool coar
 
 /* The largest error of a patch and its pose; NaN if the turn is another. */
 static double patch_error(const float *x, const size_t n[3], int axis, const bool coarse[3],
-	const struct ct_patch_shape *shape, const struct ct_patch_turns *t, const size_t at[3])
+	const struct ct_patch_shape *shape, const size_t at[3])
 {
 	const ptrdiff_t side = (ptrdiff_t)shape->side, depth = (ptrdiff_t)shape->depth;
 	const ptrdiff_t cell = (ptrdiff_t)shape->cell, margin = (side - cell) / 2;
@@ -66,7 +66,7 @@ static double patch_error(const float *x, const size_t n[3], int axis, const boo
 	turn = (x1 < 0) | (unsigned)(y1 < 0) << 1 | (unsigned)(z1 < 0) << 2 |
 	       (unsigned)(shape->swap && fabs(y1) > fabs(x1)) << 3;
 	ct_slicing_of(&s, x, n, axis, coarse);
-	if (!ct_patch_cut(got, &pose, &s, shape, t, at) || pose.turn != turn)
+	if (!ct_patch_cut(got, &pose, &s, shape, at) || pose.turn != turn)
 		return (double)NAN;
 	worst = fmax(fabs((double)pose.mu - mu), fabs((double)pose.s - sqrt(square)));
 	for (ptrdiff_t k = 0; k < depth; k++)
@@ -95,10 +95,7 @@ static void patches(void)
 	float *x = normals(13 * 17 * 11, 21, 0, 200);
 	double worst = 0;
 
-	for (size_t k = 0; k < 4; k++) {
-		struct ct_patch_turns t = {0};
-
-		must(ct_patch_turns_alloc(&t, &shapes[k], &err));
+	for (size_t k = 0; k < 4; k++)
 		for (int axis = 0; axis < 3; axis++)
 			for (uint64_t q = 0; q < 40; q++) {
 				struct ct_slicing s;
@@ -109,11 +106,9 @@ static void patches(void)
 				for (int a = 0; a < 3; a++)
 					at[a] = ct_rng_below(22, k, 3 * q + (uint64_t)a,
 						s.n[a] - (a < 2 ? shapes[k].cell - 1 : 0));
-				error = patch_error(x, n, axis, coarse[q % 4], &shapes[k], &t, at);
+				error = patch_error(x, n, axis, coarse[q % 4], &shapes[k], at);
 				worst = error <= worst ? worst : error;
 			}
-		ct_patch_turns_free(&t);
-	}
 	NEAR(worst, 0, 1e-3, "patches, levels, spreads and turns, inside and at borders");
 	free(x);
 }

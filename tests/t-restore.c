@@ -54,15 +54,13 @@ static void patches(void)
 	const struct ct_patch_shape shape = {4, 10, 3, true};
 	const size_t at[3] = {8, 12, 11};
 	float x[COUNT], y[COUNT], a[300], b[300], cell[16], lies[16] = {0}, back[COUNT] = {0};
-	struct ct_patch_turns t = {0};
 	struct ct_patch_pose pose, other;
 	struct ct_slicing s;
 	double worst = 0, mean = 0, mid = 0, square = 0;
 
 	texture(x, n3, 1);
-	must(ct_patch_turns_alloc(&t, &shape, &err));
 	ct_slicing_of(&s, x, n3, 2, all);
-	OK(ct_patch_cut(a, &pose, &s, &shape, &t, at), "a patch of a texture is not flat");
+	OK(ct_patch_cut(a, &pose, &s, &shape, at), "a patch of a texture is not flat");
 	for (size_t i = 0; i < 300; i++)
 		mean += (double)a[i] / 300;
 	for (size_t i = 0; i < 300; i++)
@@ -80,15 +78,15 @@ static void patches(void)
 		p[1] = turn & (turn & 8 ? 1 : 2) ? N - 4 - p[1] : p[1];
 		p[2] = turn & 4 ? N - 1 - p[2] : p[2];
 		ct_slicing_of(&s, y, n3, 2, all);
-		if (!ct_patch_cut(b, &other, &s, &shape, &t, p))
+		if (!ct_patch_cut(b, &other, &s, &shape, p))
 			worst = NAN;
 		worst = fmax(worst, farthest(a, b, 300));
 	}
 	OK(worst < 1e-5, "mirrored and swapped it looks the same (%g)", worst);
 	ct_slicing_of(&s, x, n3, 1, all);
-	OK(ct_patch_cut(a, &pose, &s, &shape, &t, at), "a slice across another axis");
-	ct_patch_cell(cell, &s, &shape, &t, &pose, at);
-	ct_patch_back(lies, cell, &shape, &t, &pose);
+	OK(ct_patch_cut(a, &pose, &s, &shape, at), "a slice across another axis");
+	ct_patch_cell(cell, &s, &shape, &pose, at);
+	ct_patch_back(lies, cell, &shape, &pose);
 	ct_patch_put(back, NULL, lies, &s, &shape, at);
 	worst = mid = 0;
 	for (size_t i = 0; i < COUNT; i++) {
@@ -102,13 +100,12 @@ static void patches(void)
 	for (size_t i = 0; i < COUNT; i++)
 		y[i] = 7 + x[i] / 1000;
 	ct_slicing_of(&s, y, n3, 0, all);
-	OK(!ct_patch_cut(a, &pose, &s, &shape, &t, at), "a patch of less than 10 HU is flat");
-	ct_patch_turns_free(&t);
+	OK(!ct_patch_cut(a, &pose, &s, &shape, at), "a patch of less than 10 HU is flat");
 	for (int k = 0; k < 5; k++) {
 		const struct ct_patch_shape bad[] = {{4, 11, 1, true}, {4, 10, 2, true},
 			{9, 19, 1, true}, {4, 42, 1, true}, {4, 4, 1, true}};
 
-		OK(ct_patch_turns_alloc(&t, &bad[k], &err) == -1 && err.code == CT_EINPUT,
+		OK(ct_patch_shape_check(&bad[k], &err) == -1 && err.code == CT_EINPUT,
 			"shape %d is refused", k);
 	}
 }

@@ -38,8 +38,8 @@ static void random_network(struct ct_slice_network *r, uint64_t seed, size_t cel
  * flat. */
 static size_t expect_cell(float *h, const struct ct_slice_network *r,
 	const struct ct_slice_network_ready *q, struct ct_slice_network_work *w,
-	const struct ct_slicing *of, const struct ct_patch_turns *t, const struct ct_regime *regime,
-	const size_t at[3], size_t phases)
+	const struct ct_slicing *of, const struct ct_regime *regime, const size_t at[3],
+	size_t phases)
 {
 	static float raw[CT_PATCH_MOST];
 	struct ct_patch_pose pose[CT_PATCH_POSES];
@@ -47,11 +47,11 @@ static size_t expect_cell(float *h, const struct ct_slice_network *r,
 	float cell[CT_PATCH_CELL * CT_PATCH_CELL] = {0};
 
 	for (size_t p = 0; p < count; p++) {
-		ct_patch_turn(w->patch, raw, &r->shape, t, &pose[p]);
+		ct_patch_turn(w->patch, raw, &r->shape, &pose[p]);
 		ct_slice_network_describe(
 			ct_slice_network_features(w, r, 0), &pose[p], regime, at[2], phases);
 		must(ct_slice_network_run(r, q, w, 1, &err));
-		ct_patch_back(cell, w->out, &r->shape, t, &pose[p]);
+		ct_patch_back(cell, w->out, &r->shape, &pose[p]);
 	}
 	if (count)
 		ct_patch_put(h, NULL, cell, of, &r->shape, at);
@@ -65,13 +65,11 @@ static size_t predict(float *h, const struct ct_scene *s, const struct ct_slice_
 	const size_t cell = r->shape.cell, all = s->n[0] * s->n[1] * s->n[2];
 	struct ct_slice_network_work w = {0};
 	struct ct_slice_network_ready q;
-	struct ct_patch_turns t = {0};
 	const int was = ct_dnn_enter();
 	size_t used = 0;
 
 	*textured = *cells = 0;
 	memset(h, 0, all * sizeof *h);
-	must(ct_patch_turns_alloc(&t, &r->shape, &err));
 	must(ct_slice_network_work_alloc(&w, r, 1, &err));
 	must(ct_slice_network_ready_alloc(&q, r, &err));
 	for (int axis = 0; axis < 3; axis++) {
@@ -91,13 +89,12 @@ static size_t predict(float *h, const struct ct_scene *s, const struct ct_slice_
 
 					++*cells;
 					*textured += expect_cell(
-						h, r, &q, &w, &of, &t, &s->regime, at, phases);
+						h, r, &q, &w, &of, &s->regime, at, phases);
 				}
 	}
 	for (size_t i = 0; i < all; i++)
 		h[i] /= (float)used;
 	ct_dnn_leave(was);
-	ct_patch_turns_free(&t);
 	ct_slice_network_ready_free(&q);
 	ct_slice_network_work_free(&w);
 	return used;

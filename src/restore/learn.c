@@ -51,8 +51,7 @@ int ct_learn_draw(const struct ct_learn *l, struct ct_learn_side *d, const struc
 		int axis;
 
 		if (!aim(&s, &p, &axis, at, l, pairs, n, stream, q) ||
-			!ct_patch_cut(
-				d->w.patch + row * count, &pose, &s, &l->r.shape, &l->turns, at))
+			!ct_patch_cut(d->w.patch + row * count, &pose, &s, &l->r.shape, at))
 			continue;
 		keep = fmin((double)pose.s / CT_LEARN_FULL, 1);
 		if (ct_rng_uniform(l->rule.seed, stream, DRAWS * q + 4) >= keep)
@@ -60,7 +59,7 @@ int ct_learn_draw(const struct ct_learn *l, struct ct_learn_side *d, const struc
 		ct_slice_network_describe(ct_slice_network_features(&d->w, &l->r, row), &pose,
 			&p->regime, at[2], p->coarse[axis] ? l->r.shape.cell : 1);
 		s.x = p->rest;
-		ct_patch_cell(d->target + row * cell, &s, &l->r.shape, &l->turns, &pose, at);
+		ct_patch_cell(d->target + row * cell, &s, &l->r.shape, &pose, at);
 		d->weight[row++] = (float)((double)pose.s * (double)pose.s / keep / p->variance);
 	}
 	if (row < PIECE)
@@ -259,7 +258,7 @@ int ct_learn_alloc(struct ct_learn **out, const struct ct_slice_network *r,
 	l->n = n;
 	l->r = (struct ct_slice_network){
 		.shape = r->shape, .components = r->components, .width = r->width};
-	if (ct_patch_turns_alloc(&l->turns, &r->shape, e) || ct_slice_network_alloc(&l->r, e))
+	if (ct_slice_network_alloc(&l->r, e))
 		goto fail;
 	all = l->r.at[CT_PARTS];
 	if (ct_alloc0(&l->all, (3 + pieces) * all, sizeof *l->all, e) ||
@@ -286,7 +285,6 @@ void ct_learn_free(struct ct_learn *l)
 		ct_slice_network_work_free(&l->side[t].w);
 		free(l->side[t].target);
 	}
-	ct_patch_turns_free(&l->turns);
 	ct_slice_network_free(&l->r);
 	free(l->all);
 	free(l->side);

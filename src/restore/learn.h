@@ -58,8 +58,7 @@ struct ct_learn {
 	struct ct_env env;
 	const struct ct_example *pairs;
 	size_t n, sides;
-	struct ct_slice_network r; /* all: the average of the weights, which is the result */
-	struct ct_patch_turns turns;
+	struct ct_slice_network r;  /* all: the average of the weights, which is the result */
 	float *all, *moment, *grad; /* the weights, their two moments, the gradients of pieces */
 	uint64_t steps;             /* that are done */
 	struct ct_learn_side *side; /* [sides] */

@@ -1,10 +1,8 @@
 /* patch.c: see patch.h. */
 #include "config.h"
-#include "core/mem.h"
 #include "restore/patch.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 enum { FLIP_U = 1, FLIP_V = 2, FLIP_W = 4, SWAP = 8 };
 #define NEARLY 0.01f /* a moment that is nearly 0 */
@@ -27,22 +25,6 @@ bool ct_patch_shape_fits(const struct ct_patch_shape *shape, int axis, const boo
 	return shape->swap ? a && b : a != b;
 }
 
-/* Places of a square of `side` in `depth` slices, turned: the inverse of the turn, since value
- * (i, j, k) of the alike patch comes from that place. */
-static void places(uint16_t *at, size_t side, size_t depth, unsigned turn)
-{
-	for (size_t k = 0; k < depth; k++)
-		for (size_t j = 0; j < side; j++)
-			for (size_t i = 0; i < side; i++) {
-				size_t u = turn & SWAP ? j : i, v = turn & SWAP ? i : j, w = k;
-
-				u = turn & FLIP_U ? side - 1 - u : u;
-				v = turn & FLIP_V ? side - 1 - v : v;
-				w = turn & FLIP_W ? depth - 1 - w : w;
-				*at++ = (uint16_t)((w * side + v) * side + u);
-			}
-}
-
 int ct_patch_shape_check(const struct ct_patch_shape *shape, struct ct_err *e)
 {
 	if (shape->side > CT_PATCH_SIDE || shape->depth > CT_PATCH_DEPTH || shape->depth % 2 == 0 ||
@@ -51,29 +33,6 @@ int ct_patch_shape_check(const struct ct_patch_shape *shape, struct ct_err *e)
 		return ct_fail(e, CT_EINPUT, "no patch has cell %zu, side %zu and depth %zu",
 			shape->cell, shape->side, shape->depth);
 	return 0;
-}
-
-int ct_patch_turns_alloc(
-	struct ct_patch_turns *t, const struct ct_patch_shape *shape, struct ct_err *e)
-{
-	const size_t count = ct_patch_count(shape), cell = shape->cell * shape->cell;
-
-	if (ct_patch_shape_check(shape, e))
-		return -1;
-	if (ct_alloc(&t->patch, CT_PATCH_POSES * (count + cell), sizeof *t->patch, e))
-		return -1;
-	t->cell = t->patch + CT_PATCH_POSES * count;
-	for (unsigned turn = 0; turn < CT_PATCH_POSES; turn++) {
-		places(t->patch + turn * count, shape->side, shape->depth, turn);
-		places(t->cell + turn * cell, shape->cell, 1, turn);
-	}
-	return 0;
-}
-
-void ct_patch_turns_free(struct ct_patch_turns *t)
-{
-	free(t->patch);
-	*t = (struct ct_patch_turns){0};
 }
 
 /* Steps from the first of n places on an axis of `size` samples, which are held at its borders. */
@@ -218,20 +177,47 @@ size_t ct_patch_look(float *raw, struct ct_patch_pose pose[static CT_PATCH_POSES
 	return poses(pose, &any, m, shape->swap);
 }
 
-void ct_patch_turn(float *out, const float *raw, const struct ct_patch_shape *shape,
-	const struct ct_patch_turns *t, const struct ct_patch_pose *pose)
+/* Where the first value of a turned square of `side` in `depth` slices lies, and the steps to the
+ * next ones along i, j and k, of values that lie stride[] apart along u, v and across. */
+struct turned {
+	ptrdiff_t first, step[3];
+};
+
+static struct turned turned(
+	size_t side, size_t depth, const size_t stride[static 3], const struct ct_patch_pose *pose)
 {
-	const size_t n = ct_patch_count(shape);
-	const uint16_t *place = t->patch + pose->turn * n;
+	const size_t n[3] = {side, side, depth};
+	struct turned t = {0};
+
+	for (int a = 0; a < 3; a++) { /* axis a of what lies is axis `to` of what is turned */
+		const bool flip = pose->turn >> a & 1;
+		const int to = a < 2 && pose->turn & SWAP ? 1 - a : a;
+
+		t.first += flip ? (ptrdiff_t)((n[a] - 1) * stride[a]) : 0;
+		t.step[to] = flip ? -(ptrdiff_t)stride[a] : (ptrdiff_t)stride[a];
+	}
+	return t;
+}
+
+void ct_patch_turn(float *out, const float *raw, const struct ct_patch_shape *shape,
+	const struct ct_patch_pose *pose)
+{
+	const ptrdiff_t side = (ptrdiff_t)shape->side, depth = (ptrdiff_t)shape->depth;
+	const size_t stride[3] = {1, shape->side, shape->side * shape->side};
+	const struct turned t = turned(shape->side, shape->depth, stride, pose);
 	const float scale = 1 / pose->s;
 
-	for (size_t i = 0; i < n; i++)
-		out[i] = (raw[place[i]] - pose->mu) * scale;
+	for (ptrdiff_t k = 0; k < depth; k++)
+		for (ptrdiff_t j = 0; j < side; j++) {
+			const float *from = raw + t.first + k * t.step[2] + j * t.step[1];
+
+			for (ptrdiff_t i = 0; i < side; i++)
+				*out++ = (from[i * t.step[0]] - pose->mu) * scale;
+		}
 }
 
 bool ct_patch_cut(float *out, struct ct_patch_pose *pose, const struct ct_slicing *s,
-	const struct ct_patch_shape *shape, const struct ct_patch_turns *t,
-	const size_t at[static 3])
+	const struct ct_patch_shape *shape, const size_t at[static 3])
 {
 	float raw[CT_PATCH_MOST];
 	struct ct_patch_pose all[CT_PATCH_POSES];
@@ -239,35 +225,33 @@ bool ct_patch_cut(float *out, struct ct_patch_pose *pose, const struct ct_slicin
 	if (ct_patch_look(raw, all, s, shape, at) == 0)
 		return false;
 	*pose = all[0];
-	ct_patch_turn(out, raw, shape, t, pose);
+	ct_patch_turn(out, raw, shape, pose);
 	return true;
 }
 
-/* Where value i of the turned cell at `at` is in the volume. */
-static size_t place_of(const struct ct_slicing *s, const struct ct_patch_shape *shape,
-	const uint16_t *place, const size_t at[static 3], size_t i)
-{
-	return (at[0] + place[i] % shape->cell) * s->stride[0] +
-	       (at[1] + place[i] / shape->cell) * s->stride[1] + at[2] * s->stride[2];
-}
-
 void ct_patch_cell(float *out, const struct ct_slicing *s, const struct ct_patch_shape *shape,
-	const struct ct_patch_turns *t, const struct ct_patch_pose *pose, const size_t at[static 3])
+	const struct ct_patch_pose *pose, const size_t at[static 3])
 {
-	const size_t n = shape->cell * shape->cell;
+	const ptrdiff_t cell = (ptrdiff_t)shape->cell;
+	const struct turned t = turned(shape->cell, 1, s->stride, pose);
+	const float *from =
+		s->x + at[0] * s->stride[0] + at[1] * s->stride[1] + at[2] * s->stride[2] + t.first;
 
-	for (size_t i = 0; i < n; i++)
-		out[i] = s->x[place_of(s, shape, t->cell + pose->turn * n, at, i)] / pose->s;
+	for (ptrdiff_t j = 0; j < cell; j++)
+		for (ptrdiff_t i = 0; i < cell; i++)
+			*out++ = from[j * t.step[1] + i * t.step[0]] / pose->s;
 }
 
 void ct_patch_back(float *cell, const float *in, const struct ct_patch_shape *shape,
-	const struct ct_patch_turns *t, const struct ct_patch_pose *pose)
+	const struct ct_patch_pose *pose)
 {
-	const size_t n = shape->cell * shape->cell;
-	const uint16_t *place = t->cell + pose->turn * n;
+	const ptrdiff_t n = (ptrdiff_t)shape->cell;
+	const struct turned t = turned(shape->cell, 1, (const size_t[]){1, shape->cell, 0}, pose);
 
-	for (size_t i = 0; i < n; i++)
-		cell[place[i]] += in[i] * pose->s * pose->share;
+	for (ptrdiff_t j = 0; j < n; j++)
+		for (ptrdiff_t i = 0; i < n; i++)
+			cell[t.first + j * t.step[1] + i * t.step[0]] +=
+				*in++ * pose->s * pose->share;
 }
 
 void ct_patch_put(float *to, float *square, const float *cell, const struct ct_slicing *s,

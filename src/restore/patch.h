@@ -22,7 +22,6 @@
 
 #include <stdbool.h>
 #include <stddef.h>
-#include <stdint.h>
 
 #define CT_PATCH_FLAT 10.0f /* HU */
 
@@ -59,33 +58,22 @@ bool ct_patch_shape_fits(const struct ct_patch_shape *shape, int axis, const boo
 /* Slices across `axis`. If only one of the other two is coarse, it is v. */
 void ct_slicing_of(struct ct_slicing *s, const float *x, const size_t n[static 3], int axis,
 	const bool coarse[static 3]);
-/* Where each value of a patch, and of a cell, is found in one that is turned: at[turn][i] is the
- * place in the slices of value i. */
-struct ct_patch_turns {
-	uint16_t *patch, *cell; /* [CT_PATCH_POSES][count]; owned, one block at patch */
-};
-int ct_patch_turns_alloc(
-	struct ct_patch_turns *t, const struct ct_patch_shape *shape, struct ct_err *e);
-void ct_patch_turns_free(struct ct_patch_turns *t);
-
 /* The patch, as it lies, about the cell whose first pixel is at[0], at[1] of slice at[2], and its
  * poses, that of the moments' signs first: how many, 0 if it is flat. */
 size_t ct_patch_look(float *raw, struct ct_patch_pose pose[static CT_PATCH_POSES],
 	const struct ct_slicing *s, const struct ct_patch_shape *shape, const size_t at[static 3]);
 /* Made alike in one of them. */
 void ct_patch_turn(float *out, const float *raw, const struct ct_patch_shape *shape,
-	const struct ct_patch_turns *t, const struct ct_patch_pose *pose);
+	const struct ct_patch_pose *pose);
 /* Both, in the first pose; false if it is flat, and out is then not written. */
 bool ct_patch_cut(float *out, struct ct_patch_pose *pose, const struct ct_slicing *s,
-	const struct ct_patch_shape *shape, const struct ct_patch_turns *t,
-	const size_t at[static 3]);
+	const struct ct_patch_shape *shape, const size_t at[static 3]);
 /* The values of a volume (of the same slicing) in the cell there, over s, in the pose. */
 void ct_patch_cell(float *out, const struct ct_slicing *s, const struct ct_patch_shape *shape,
-	const struct ct_patch_turns *t, const struct ct_patch_pose *pose,
-	const size_t at[static 3]);
+	const struct ct_patch_pose *pose, const size_t at[static 3]);
 /* Its inverse: add to a cell, as it lies, s times the values in the pose, times its share. */
 void ct_patch_back(float *cell, const float *in, const struct ct_patch_shape *shape,
-	const struct ct_patch_turns *t, const struct ct_patch_pose *pose);
+	const struct ct_patch_pose *pose);
 /* Add a cell, as it lies, to a volume of that slicing, and the squares to another, if it is not
  * NULL. Thread-safe for different cells. */
 void ct_patch_put(float *to, float *square, const float *cell, const struct ct_slicing *s,

@@ -20,7 +20,6 @@ struct side {
 struct predict_job {
 	const struct ct_slice_network *r;
 	const struct ct_scene *scene;
-	struct ct_patch_turns turns;
 	struct ct_slicing s;
 	struct ct_slice_network_ready ready;
 	struct side *side;
@@ -54,7 +53,7 @@ static void put(struct predict_job *j, const struct side *d, size_t i)
 		const struct ct_patch_pose *pose = &d->pose[i];
 		const float *said = d->w.out + i * out;
 
-		ct_patch_back(cell, said, shape, &j->turns, pose);
+		ct_patch_back(cell, said, shape, pose);
 		v += pose->share * pose->s * pose->s * expf(fminf(said[out - 1], 20));
 	}
 	ct_patch_put(j->g->h, j->g->square, cell, &j->s, shape, at);
@@ -92,8 +91,7 @@ static void look(struct predict_job *j, struct side *d, const size_t at[static 3
 	for (size_t p = 0; p < count; p++) {
 		const size_t i = d->rows++;
 
-		ct_patch_turn(
-			d->w.patch + i * ct_patch_count(shape), raw, shape, &j->turns, &pose[p]);
+		ct_patch_turn(d->w.patch + i * ct_patch_count(shape), raw, shape, &pose[p]);
 		ct_slice_network_describe(ct_slice_network_features(&d->w, j->r, i), &pose[p],
 			&j->scene->regime, at[2], j->coarse ? shape->cell : 1);
 		d->pose[i] = pose[p];
@@ -158,8 +156,7 @@ int ct_predict(struct ct_guess *g, const struct ct_scene *s, const struct ct_sli
 
 	if (used == 0)
 		return ct_fail(e, CT_EGEOM, "no axis has slices that the prior knows");
-	if (ct_patch_turns_alloc(&j.turns, &r->shape, e) || sides(&j, threads, e) ||
-		ct_slice_network_ready_alloc(&j.ready, r, e))
+	if (sides(&j, threads, e) || ct_slice_network_ready_alloc(&j.ready, r, e))
 		goto out;
 	for (int a = 0; a < 3; a++)
 		if (use[a] && across(&j, a, e))
@@ -177,6 +174,5 @@ out:
 		ct_slice_network_work_free(&j.side[t].w);
 	free(j.side);
 	ct_slice_network_ready_free(&j.ready);
-	ct_patch_turns_free(&j.turns);
 	return rc;
 }
