@@ -92,7 +92,6 @@ void ct_mixture_free(struct ct_mixture *v)
 {
 	free(v->item);
 	free(v->hit);
-	free(v->found);
 	*v = (struct ct_mixture){0};
 }
 
@@ -119,19 +118,17 @@ struct search {
 	double norm[3];
 };
 
-/* The Gaussians of a chunk that touch the block. */
+/* Which Gaussians of a chunk touch the block. */
 static void search_some(void *arg, size_t chunk, size_t worker)
 {
 	const struct search *s = arg;
-	size_t first = chunk * CT_GS_CHUNK, end = first + CT_GS_CHUNK, found = 0;
+	size_t first = chunk * CT_GS_CHUNK, end = first + CT_GS_CHUNK;
 	struct ct_voxel_gaussian o;
 
 	(void)worker;
 	for (size_t i = first; i < end && i < s->n; i++)
-		if (near(&s->v->block, s->norm, &s->b[i]) &&
-			ct_mixture_gaussian(&o, &s->v->block, &s->b[i]))
-			s->v->hit[first + found++] = (uint32_t)i;
-	s->v->found[chunk] = found;
+		s->v->hit[i] = near(&s->v->block, s->norm, &s->b[i]) &&
+			       ct_mixture_gaussian(&o, &s->v->block, &s->b[i]);
 }
 
 static void item_some(void *arg, size_t i, size_t worker)
@@ -140,35 +137,31 @@ static void item_some(void *arg, size_t i, size_t worker)
 	struct ct_voxel_gaussian *o = &s->v->item[i];
 
 	(void)worker;
-	ct_mixture_gaussian(o, &s->v->block, &s->b[s->v->hit[i]]);
-	o->index = s->v->hit[i];
+	ct_mixture_gaussian(o, &s->v->block, &s->b[o->index]);
 }
 
 int ct_mixture_plan(struct ct_mixture *v, const struct ct_block *k, size_t n,
 	const struct ct_gaussian *b, struct ct_par *par, struct ct_err *e)
 {
 	struct search s = {.v = v, .b = b, .n = n};
-	size_t chunks = (n + CT_GS_CHUNK - 1) / CT_GS_CHUNK, total = 0;
+	size_t total = 0;
 
-	if (n > UINT32_MAX)
-		return ct_fail(e, CT_EINPUT, "%zu Gaussians are too many", n);
-	if (ct_grow(&v->hit, &v->hits, n, sizeof *v->hit, e) ||
-		ct_grow(&v->found, &v->chunks, chunks, sizeof *v->found, e))
+	if (ct_grow(&v->hit, &v->hits, n, sizeof *v->hit, e))
 		return -1;
 	v->block = *k;
 	v->n = 0;
 	for (int r = 0; r < 3; r++)
 		s.norm[r] = sqrt(2 * CT_GS_CUT * ct_vec3_dot(k->inv[r], k->inv[r]));
 	if (n) /* where the loop is left off */
-		memset(v->found, 0, chunks * sizeof *v->found);
-	ct_par_for(par, chunks, search_some, &s);
-	for (size_t c = 0; c < chunks; c++) {
-		memmove(v->hit + total, v->hit + c * CT_GS_CHUNK, v->found[c] * sizeof *v->hit);
-		total += v->found[c];
-	}
+		memset(v->hit, 0, n * sizeof *v->hit);
+	ct_par_for(par, (n + CT_GS_CHUNK - 1) / CT_GS_CHUNK, search_some, &s);
+	for (size_t i = 0; i < n; i++)
+		total += v->hit[i];
 	if (ct_grow(&v->item, &v->cap, total, sizeof *v->item, e))
 		return -1;
-	v->n = total;
+	for (size_t i = 0; i < n; i++)
+		if (v->hit[i])
+			v->item[v->n++].index = i;
 	ct_par_for(par, total, item_some, &s);
 	return 0;
 }

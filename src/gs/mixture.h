@@ -43,10 +43,9 @@ struct ct_voxel_gaussian {
 
 struct ct_mixture {
 	struct ct_block block;
-	size_t n, cap, hits, chunks;
+	size_t n, cap, hits;
 	struct ct_voxel_gaussian *item;
-	uint32_t *hit; /* scratch of the search, and how many there are in each chunk */
-	size_t *found;
+	bool *hit; /* of every Gaussian: does it touch the block? */
 };
 
 /* False if the Gaussian does not touch the block. */

@@ -7,14 +7,13 @@
 #include <stdlib.h>
 
 enum direction { FORWARD, BACK_DATA, BACK_WEIGHTS, DIRECTIONS };
-enum role { SRC, DST, WEIGHTS, BIAS, ADD, SCRATCH, ROLES };
+enum role { SRC, DST, WEIGHTS, SCRATCH, BIAS, ADD, ROLES };
 
-/* A primitive and its memories; the pointers are set at each call. */
+/* A primitive and its memories, of the first n roles; the pointers are set at each call. */
 struct prim {
 	dnnl_primitive_t p;
 	int n;
 	dnnl_exec_arg_t arg[ROLES];
-	dnnl_memory_t mem[ROLES];
 	size_t scratch; /* bytes */
 	size_t weights; /* bytes of the weights in this direction's order */
 	struct ct_dnn_pack *pack;
@@ -72,20 +71,22 @@ static int conv_desc(dnnl_primitive_desc_t *pd, const struct ct_conv *c, enum di
 	return ct_dnn_check(s, "convolution", e);
 }
 
-static int prim_arg(
-	struct prim *p, enum role role, int id, ct_dnn_cdesc d, dnnl_engine_t eng, struct ct_err *e)
+/* The next role. */
+static int prim_arg(struct prim *p, int id, ct_dnn_cdesc d, dnnl_engine_t eng, struct ct_err *e)
 {
-	if (ct_dnn_check(dnnl_memory_create(&p->mem[role], d, eng, DNNL_MEMORY_NONE), "memory", e))
+	dnnl_exec_arg_t *a = &p->arg[p->n];
+
+	a->arg = id;
+	if (ct_dnn_check(dnnl_memory_create(&a->memory, d, eng, DNNL_MEMORY_NONE), "memory", e))
 		return -1;
-	p->arg[p->n++] = (dnnl_exec_arg_t){id, p->mem[role]};
+	p->n++;
 	return 0;
 }
 
 static void prim_free(struct prim *p)
 {
-	for (int i = 0; i < ROLES; i++)
-		if (p->mem[i])
-			dnnl_memory_destroy(p->mem[i]);
+	for (int i = 0; i < p->n; i++)
+		dnnl_memory_destroy(p->arg[i].memory);
 	if (p->p)
 		dnnl_primitive_destroy(p->p);
 	*p = (struct prim){0};
@@ -93,7 +94,7 @@ static void prim_free(struct prim *p)
 
 static int prim_set(struct prim *p, enum role role, const void *data, struct ct_err *e)
 {
-	return p->mem[role] ? ct_dnn_set(p->mem[role], data, e) : 0;
+	return (int)role < p->n ? ct_dnn_set(p->arg[role].memory, data, e) : 0;
 }
 
 static int prim_run(struct prim *p, dnnl_stream_t stream, struct ct_err *e)
@@ -117,10 +118,12 @@ static int attr_add(dnnl_primitive_attr_t attr, ct_dnn_cdesc add, struct ct_err 
 }
 
 static const int arg_id[DIRECTIONS][BIAS + 1] = {
-	[FORWARD] = {DNNL_ARG_SRC, DNNL_ARG_DST, DNNL_ARG_WEIGHTS, DNNL_ARG_BIAS},
-	[BACK_DATA] = {DNNL_ARG_DIFF_SRC, DNNL_ARG_DIFF_DST, DNNL_ARG_WEIGHTS, 0},
+	[FORWARD] = {DNNL_ARG_SRC, DNNL_ARG_DST, DNNL_ARG_WEIGHTS, DNNL_ARG_SCRATCHPAD,
+		DNNL_ARG_BIAS},
+	[BACK_DATA] = {DNNL_ARG_DIFF_SRC, DNNL_ARG_DIFF_DST, DNNL_ARG_WEIGHTS, DNNL_ARG_SCRATCHPAD,
+		0},
 	[BACK_WEIGHTS] = {DNNL_ARG_SRC, DNNL_ARG_DIFF_DST, DNNL_ARG_DIFF_WEIGHTS,
-		DNNL_ARG_DIFF_BIAS},
+		DNNL_ARG_SCRATCHPAD, DNNL_ARG_DIFF_BIAS},
 };
 
 /* The primitive of one direction from its descriptor, and its weights if it reads any. */
@@ -132,19 +135,15 @@ static int prim_new(struct ct_conv *c, enum direction dir, dnnl_primitive_desc_t
 	ct_dnn_cdesc w = dnnl_primitive_desc_query_md(
 		pd, dir == BACK_WEIGHTS ? dnnl_query_diff_weights_md : dnnl_query_weights_md, 0);
 	ct_dnn_cdesc scratch = dnnl_primitive_desc_query_md(pd, dnnl_query_scratchpad_md, 0);
-	const int *id = arg_id[dir];
+	const ct_dnn_cdesc desc[BIAS + 1] = {c->src, c->dst, w, scratch, c->bias};
+	const int *id = arg_id[dir], add = DNNL_ARG_ATTR_MULTIPLE_POST_OP(0) | DNNL_ARG_SRC_1;
 
-	if (ct_dnn_primitive(&p->p, pd, "convolution", e) ||
-		prim_arg(p, SRC, id[SRC], c->src, eng, e) ||
-		prim_arg(p, DST, id[DST], c->dst, eng, e) ||
-		prim_arg(p, WEIGHTS, id[WEIGHTS], w, eng, e) ||
-		prim_arg(p, SCRATCH, DNNL_ARG_SCRATCHPAD, scratch, eng, e))
+	if (ct_dnn_primitive(&p->p, pd, "convolution", e))
 		return -1;
-	if (id[BIAS] && prim_arg(p, BIAS, id[BIAS], c->bias, eng, e))
-		return -1;
-	if (dir == FORWARD && c->s.add &&
-		prim_arg(
-			p, ADD, DNNL_ARG_ATTR_MULTIPLE_POST_OP(0) | DNNL_ARG_SRC_1, c->dst, eng, e))
+	for (int role = SRC; role <= BIAS && id[role]; role++)
+		if (prim_arg(p, id[role], desc[role], eng, e))
+			return -1;
+	if (dir == FORWARD && c->s.add && prim_arg(p, add, c->dst, eng, e))
 		return -1;
 	p->scratch = dnnl_memory_desc_get_size(scratch);
 	p->weights = dnnl_memory_desc_get_size(w);
