@@ -33,10 +33,10 @@ static void predicted(float *h, const float *x, const void *of)
 
 static void kept(float *h, const float *x, const void *of)
 {
-	const struct ct_steps s = {x, {N, N, N}, 4, 0.5};
+	struct ct_steps s = {h, x, {N, N, N}, 4, 0.5};
 
 	memcpy(h, of, COUNT * sizeof *h);
-	ct_steps_keep(h, &s, NULL);
+	ct_steps_keep(&s, NULL);
 }
 
 /* The largest change of what is made between neighbours, of `steps` from `from` of the way from a

@@ -260,8 +260,8 @@ static void twin(float *out, double *added, const struct scan *s, const struct c
 	memcpy(out, s->x.data, ALL * sizeof *out);
 	memcpy(h + ALL, h, ALL * sizeof *h);
 	if (rule->steps > 0)
-		ct_steps_keep(h + ALL,
-			&(struct ct_steps){s->x.data, {24, 20, 16}, (size_t)most, rule->steps},
+		ct_steps_keep(&(struct ct_steps){h + ALL, s->x.data, {24, 20, 16}, (size_t)most,
+				      rule->steps},
 			NULL);
 	for (size_t i = 0; i < ALL; i++) {
 		const size_t at[3] = {i % 24, i / 24 % 20, i / 24 / 20};

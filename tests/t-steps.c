@@ -57,7 +57,7 @@ static double distance(size_t i, double dx, double dy, double dz)
 static double left(const double plane[3], shape_fn *was, shape_fn *is, double limit, double noise)
 {
 	float *x = malloc(2 * ALL * sizeof *x), *h = x + ALL;
-	struct ct_steps s = {x, {X, Y, Z}, 4, limit};
+	struct ct_steps s = {h, x, {X, Y, Z}, 4, limit};
 	double before = 0, after = 0;
 
 	if (!x)
@@ -69,7 +69,7 @@ static double left(const double plane[3], shape_fn *was, shape_fn *is, double li
 		h[i] = (float)(is(d) - was(d));
 		before += (double)h[i] * (double)h[i];
 	}
-	ct_steps_keep(h, &s, NULL);
+	ct_steps_keep(&s, NULL);
 	for (size_t i = 0; i < ALL; i++)
 		after += (double)h[i] * (double)h[i];
 	free(x);
@@ -113,10 +113,11 @@ static void threads(void)
 		a[i] = b[i] = (float)(100 * (double)ct_rng_normal(2, 0, i));
 	}
 	for (size_t k = 0; k < 4; k++) {
-		const struct ct_steps s = {x, {X, Y, Z}, cells[k], 0.05};
+		struct ct_steps s[] = {
+			{a, x, {X, Y, Z}, cells[k], 0.05}, {b, x, {X, Y, Z}, cells[k], 0.05}};
 
-		ct_steps_keep(a, &s, NULL);
-		ct_steps_keep(b, &s, par);
+		ct_steps_keep(&s[0], NULL);
+		ct_steps_keep(&s[1], par);
 		OK(memcmp(a, b, ALL * sizeof *a) == 0,
 			"blocks of %zu: any number of threads, the same bytes", cells[k]);
 	}

@@ -39,16 +39,8 @@ static void put(struct ct_gauss *g, const struct ct_vol *v, size_t i, const doub
 	g->n++;
 }
 
-static size_t candidates(const struct ct_vol *base)
-{
-	size_t n = ct_vol_count(base), found = 0;
-
-	for (size_t i = 0; i < n; i++)
-		found += base->data[i] > CT_PLACE_LEAST;
-	return found;
-}
-
-/* n of the candidates in the order of the grid, each with its chance (selection sampling). */
+/* n of the `left` voxels that qualify, in the order of the grid, each with its chance (selection
+ * sampling). */
 static void choose(struct ct_gauss *g, const struct ct_vol *base, size_t n, size_t left,
 	double gain, double shift, uint64_t seed)
 {
@@ -229,8 +221,11 @@ static int finish(struct ct_gauss *g, const struct ct_vol *grid, const double ln
 int ct_place_base(struct ct_gauss *g, const struct ct_vol *base, size_t n, double gain,
 	double shift, const double ln_s[static 2], const struct ct_env *env, struct ct_err *e)
 {
-	size_t found = candidates(base);
+	const size_t count = ct_vol_count(base);
+	size_t found = 0;
 
+	for (size_t i = 0; i < count; i++)
+		found += base->data[i] > CT_PLACE_LEAST;
 	if (found == 0)
 		return ct_fail(e, CT_EINPUT, "the base has no voxel of density above %g",
 			(double)CT_PLACE_LEAST);

@@ -20,12 +20,6 @@ struct refit {
 	struct ct_block block; /* of them */
 };
 
-static void set_density(const struct refit *s, const float *x)
-{
-	for (size_t i = 0; i < s->f->g.n; i++)
-		s->w->gaussian[i].rho = (double)x[i] * s->unit[i];
-}
-
 /* w->dimg = gain * (view k of what is drawn - want), want y without the base, or 0; times w. */
 static void view_error(const struct refit *s, size_t k, bool want, double gain)
 {
@@ -86,7 +80,8 @@ static int normal(const struct refit *s, double *out, const float *x, bool want,
 	double c = 2 / s->f->extent, gain = c * c / (s->f->mean_weight * (double)ct_stack_count(y));
 
 	memset(out, 0, s->f->g.n * sizeof *out);
-	set_density(s, x);
+	for (size_t i = 0; i < s->f->g.n; i++)
+		s->w->gaussian[i].rho = (double)x[i] * s->unit[i];
 	for (size_t k = 0; k < y->views; k++) {
 		if (ct_check_stop(s->env, e) ||
 			ct_loss_total_project(s->w, s->f, s->d, k, s->env, e))

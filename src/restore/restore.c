@@ -315,7 +315,7 @@ static int bring(const struct pass *s, float *x, const float *y, bool add, struc
 static int add(struct pass *s, struct ct_guess *g, struct ct_err *e)
 {
 	const size_t *n = s->scene.n, f = s->cell, all = n[0] * n[1] * n[2];
-	const struct ct_steps steps = {s->scene.x, {n[0], n[1], n[2]}, f, s->rule->steps};
+	struct ct_steps steps = {g->h, s->scene.x, {n[0], n[1], n[2]}, f, s->rule->steps};
 	float *w = s->w.w;
 	double square = 0;
 
@@ -328,7 +328,7 @@ static int add(struct pass *s, struct ct_guess *g, struct ct_err *e)
 				*w++ = (float)weight_of(&b, s->rule);
 			}
 	if (steps.limit > 0)
-		ct_steps_keep(g->h, &steps, s->env->par);
+		ct_steps_keep(&steps, s->env->par);
 	for (size_t k = 0; k < n[2]; k++)
 		for (size_t j = 0; j < n[1]; j++) {
 			weigh_row(&s->w, j, k);

@@ -9,11 +9,6 @@
 
 enum { CELL_VOXELS = CT_PATCH_CELL * CT_PATCH_CELL * CT_PATCH_CELL };
 
-struct steps_job {
-	const struct ct_steps *s;
-	float *h;
-};
-
 /* x at p, linear between the voxels. */
 static double look(const struct ct_steps *s, const double p[3])
 {
@@ -88,9 +83,9 @@ static double plain(double *u, const struct ct_steps *s, const size_t at[3])
 }
 
 /* The block of which the first voxel is `first`. */
-static void block(const struct steps_job *j, const size_t first[3])
+static void block(const struct ct_steps *of, const size_t first[3])
 {
-	const size_t *n = j->s->n, s = j->s->s;
+	const size_t *n = of->n, s = of->s;
 	const size_t end[3] = {first[0] + s < n[0] ? first[0] + s : n[0],
 		first[1] + s < n[1] ? first[1] + s : n[1],
 		first[2] + s < n[2] ? first[2] + s : n[2]};
@@ -100,10 +95,10 @@ static void block(const struct steps_job *j, const size_t first[3])
 	for (at[2] = first[2]; at[2] < end[2]; at[2]++)
 		for (at[1] = first[1]; at[1] < end[1]; at[1]++)
 			for (at[0] = first[0]; at[0] < end[0]; at[0]++) {
-				double u, p = plain(&u, j->s, at);
+				double u, p = plain(&u, of, at);
 
 				pu[count++] = p * u;
-				hu += p * u * (double)j->h[(at[2] * n[1] + at[1]) * n[0] + at[0]];
+				hu += p * u * (double)of->h[(at[2] * n[1] + at[1]) * n[0] + at[0]];
 				uu += p * u * u + LEAST_STEP * LEAST_STEP;
 			}
 	if (hu <= 0)
@@ -112,24 +107,23 @@ static void block(const struct steps_job *j, const size_t first[3])
 	for (at[2] = first[2]; at[2] < end[2]; at[2]++)
 		for (at[1] = first[1]; at[1] < end[1]; at[1]++)
 			for (at[0] = first[0]; at[0] < end[0]; at[0]++)
-				j->h[(at[2] * n[1] + at[1]) * n[0] + at[0]] -=
+				of->h[(at[2] * n[1] + at[1]) * n[0] + at[0]] -=
 					(float)(hu / uu * pu[count++]);
 }
 
 static void row(void *arg, size_t task, size_t worker)
 {
-	const struct steps_job *j = arg;
-	const size_t s = j->s->s, rows = (j->s->n[1] + s - 1) / s;
+	const struct ct_steps *of = arg;
+	const size_t s = of->s, rows = (of->n[1] + s - 1) / s;
 
 	(void)worker;
-	for (size_t i = 0; i < j->s->n[0]; i += s)
-		block(j, (const size_t[3]){i, task % rows * s, task / rows * s});
+	for (size_t i = 0; i < of->n[0]; i += s)
+		block(of, (const size_t[3]){i, task % rows * s, task / rows * s});
 }
 
-void ct_steps_keep(float *h, const struct ct_steps *steps, struct ct_par *par)
+void ct_steps_keep(struct ct_steps *of, struct ct_par *par)
 {
-	struct steps_job j = {steps, h};
-	const size_t s = steps->s;
+	const size_t s = of->s;
 
-	ct_par_for(par, (steps->n[1] + s - 1) / s * ((steps->n[2] + s - 1) / s), row, &j);
+	ct_par_for(par, (of->n[1] + s - 1) / s * ((of->n[2] + s - 1) / s), row, of);
 }

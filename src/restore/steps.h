@@ -17,12 +17,13 @@
 #include "core/par.h"
 
 struct ct_steps {
-	const float *x; /* n voxels */
+	float *h; /* n voxels */
+	const float *x;
 	size_t n[3], s; /* s: at most CT_PATCH_CELL */
 	double limit;
 };
 
-/* h, n voxels, becomes h - c p u. The same bytes for any number of threads. */
-void ct_steps_keep(float *h, const struct ct_steps *steps, struct ct_par *par);
+/* h becomes h - c p u. The same bytes for any number of threads. */
+void ct_steps_keep(struct ct_steps *of, struct ct_par *par);
 
 #endif
