@@ -3,10 +3,9 @@
  * From timestep t to j < t, with a, sig, x0, z, eps of sampler.h:
  *   x0h = x0 - V^T Lambda_t V (x0 - A+ y),   Lambda_t = diag(lambda_t)
  *   x   = a x0h + noise
- * The DDNM paper calls it Lambda_t, the CT super-resolution paper Sigma_t. With Lambda_t = I, x0h
- * is A+ y + (I - A+ A) x0, the range-null step (measurement.h).
- * eta is the fraction of the noise that is fresh (z), q = sqrt(1 - eta^2) the rest. eta = 0 is
- * the deterministic DDIM. It is not the eta of DDIM.
+ * The DDNM paper calls it Lambda_t, the CT super-resolution paper Sigma_t. With Lambda_t = I it is
+ * the range-null step. q = sqrt(1 - eta^2); eta = 0 is the deterministic DDIM. It is not the eta of
+ * DDIM.
  *
  * DDNM    Lambda_t = I, noise = sig (eta z + q eps). The last x agrees with y exactly.
  * PLUS    DDNM+: y has noise of standard deviation sy = 2 sigma_y. For a component of singular

@@ -9,16 +9,16 @@
  *
  * DDNM (Wang, Yu, Zhang: Zero-shot image restoration using denoising diffusion null-space model,
  * ICLR 2023), ddnm.c. Going back in time they noise the network's own x0, as their program does.
- *   CT_SAMPLER_DDNM    x = a x0h + sig (eta z + sqrt(1 - eta^2) eps): the program's eta, the
- *                      fraction of the noise that is fresh. The last x agrees with y exactly
+ *   CT_SAMPLER_DDNM    eta is the program's, the fraction of the noise that is fresh
  *   CT_SAMPLER_PLUS    DDNM+: the same within the noise sigma_y of y
  *   CT_SAMPLER_SIMPLE  DDNM+ as the authors' --simplified
  *
  * Step rules, ddim.c: x = some of x, some of x0h, some of z, where x0 is clipped to its range, [-1,
  * 1], before it is held, as guided diffusion does (Dhariwal, Nichol, 2021): where there is little
  * but noise a small error of eps is a large one of x0, and a chain that draws no noise anew does
- * not forget it. Going back in time they noise x0h. CT_SAMPLER_DDIM    Song, Meng, Ermon: Denoising
- * diffusion implicit models, ICLR 2021, eq. 12 with the deviation of eq. 16, eta times that of DDPM
+ * not forget it. Going back in time they noise x0h.
+ *   CT_SAMPLER_DDIM    Song, Meng, Ermon: Denoising diffusion implicit models, ICLR 2021, eq. 12
+ *                      with the deviation of eq. 16, eta times that of DDPM
  *   CT_SAMPLER_DDPM    Ho, Jain, Abbeel: Denoising diffusion probabilistic models, 2020, eq. 6
  *                      and 7, which is algorithm 1 of DDNM: CT_SAMPLER_DDIM with eta 1
  *   CT_SAMPLER_DPM     DPM-Solver++(2M), Lu et al., 2022, algorithm 2

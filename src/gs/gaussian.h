@@ -1,12 +1,7 @@
-/* gaussian.h: one Gaussian of the mixture, resolved to density, axes and lengths; in double.
- *
- * The density of a point is the sum over the mixture of
- *
- *   f(X) = rho exp(-1/2 (X - p)^T Sigma^-1 (X - p)),   Sigma = A diag(s^2) A^T
- *
- * A = rotation of the normalised quaternion (w,x,y,z), p and s in mm; rho is the activation
- * (prelu.h) of the raw density. The set with its raw parameters is core/gauss.h. The mixture
- * is summed in voxels by mixture.h, its line integrals by splat.h.
+/* gaussian.h: one Gaussian of the mixture (core/gauss.h), resolved to density, axes and lengths; in
+ * double: Sigma = A diag(s^2) A^T, A the rotation of the normalised quaternion, p and s in mm, rho
+ * the activation (prelu.h) of the raw density. The mixture is summed in voxels by mixture.h, its
+ * line integrals by splat.h.
  */
 #ifndef CT_GS_GAUSSIAN_H
 #define CT_GS_GAUSSIAN_H

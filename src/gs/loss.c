@@ -42,22 +42,6 @@ struct loss_image_job {
 	float scale, step;
 };
 
-/* A row; returns its sum of |x - y|. */
-static double row_of(const struct loss_image_job *j, size_t r)
-{
-	const struct ct_loss_image *l = j->l;
-	const size_t at = r * l->w;
-	const struct ct_loss_row row = {.x = l->x + at,
-		.y = l->y + at,
-		.g = l->g + at,
-		.img = j->img + r * j->pitch,
-		.base = j->base ? j->base + at : NULL,
-		.want = j->y + at,
-		.weight = j->weight ? j->weight + at : NULL};
-
-	return CT_SIMD(ct_loss_row_l1)(&row, l->w, j->scale, j->step);
-}
-
 static void rows(const struct ct_loss_image *l, size_t strip, size_t *first, size_t *end)
 {
 	*first = strip * STRIP;
@@ -72,8 +56,18 @@ static void l1_strip(void *arg, size_t strip, size_t worker)
 	size_t r, end;
 
 	(void)worker;
-	for (rows(l, strip, &r, &end); r < end; r++)
-		sum += row_of(j, r);
+	for (rows(l, strip, &r, &end); r < end; r++) {
+		const size_t at = r * l->w;
+		const struct ct_loss_row row = {.x = l->x + at,
+			.y = l->y + at,
+			.g = l->g + at,
+			.img = j->img + r * j->pitch,
+			.base = j->base ? j->base + at : NULL,
+			.want = j->y + at,
+			.weight = j->weight ? j->weight + at : NULL};
+
+		sum += CT_SIMD(ct_loss_row_l1)(&row, l->w, j->scale, j->step);
+	}
 	l->part[2 * strip] = sum;
 }
 

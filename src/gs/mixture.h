@@ -1,13 +1,10 @@
-/* mixture.h: the density of a mixture of Gaussians on a grid of voxels, or a block of it, and its
- * gradient.
- *
- *   f(X) = sum_i rho_i exp(-1/2 (X - p_i)^T Sigma_i^-1 (X - p_i))
- *
- * at voxel centres, each Gaussian cut at the ellipsoid of CT_GS_CUT. A block may be blurred by a
- * Gaussian of its own along its axes, of variances B in voxel^2: Sigma then is that of inv A plus
- * B, and rho is times sqrt(|Sigma| / |Sigma + B|), so that the mass stays. In every slice a
- * Gaussian is a 2-D one (rasterise.h), so the same kernels do projections and volumes. Any affine
- * that can be inverted. Sums in order of index; the same bytes for any number of threads.
+/* mixture.h: the density of a mixture of Gaussians (core/gauss.h) on a grid of voxels, or a block
+ * of it, and its gradient: at voxel centres, each Gaussian cut at the ellipsoid of CT_GS_CUT. A
+ * block may be blurred by a Gaussian of its own along its axes, of variances B in voxel^2: Sigma
+ * then is that of inv A plus B, and rho is times sqrt(|Sigma| / |Sigma + B|), so that the mass
+ * stays. In every slice a Gaussian is a 2-D one (rasterise.h), so the same kernels do projections
+ * and volumes. Any affine that can be inverted. Sums in order of index; the same bytes for any
+ * number of threads.
  */
 #ifndef CT_GS_MIXTURE_H
 #define CT_GS_MIXTURE_H

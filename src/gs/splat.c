@@ -196,16 +196,12 @@ static void draw_band(void *arg, size_t band, size_t worker)
 	for (bool more = false; item < last; more = true) {
 		size_t n = last - item < GROUP ? (size_t)(last - item) : GROUP;
 
-		if (!more) {
-			CT_SIMD(ct_rasterise_add)
-			(to, pitch, s->cam.w, first, end, n, item, s->footprint);
-		} else {
+		if (more)
 			memset(sum, 0, size * sizeof *sum);
-			CT_SIMD(ct_rasterise_add)
-			(sum, pitch, s->cam.w, first, end, n, item, s->footprint);
-			for (size_t i = 0; i < size; i++)
-				to[i] += sum[i];
-		}
+		CT_SIMD(ct_rasterise_add)
+		(more ? sum : to, pitch, s->cam.w, first, end, n, item, s->footprint);
+		for (size_t i = 0; more && i < size; i++)
+			to[i] += sum[i];
 		item += n;
 	}
 }
