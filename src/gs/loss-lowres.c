@@ -73,7 +73,6 @@ int ct_loss_lowres_alloc(struct ct_loss_lowres *o, const struct ct_vol *lr,
 	const struct ct_degrade *d, struct ct_par *par, struct ct_err *e)
 {
 	double more[3];
-	float *all = NULL;
 
 	for (int a = 0; a < 3; a++) {
 		o->blur[a] = variance(d, a, &more[a]);
@@ -83,18 +82,16 @@ int ct_loss_lowres_alloc(struct ct_loss_lowres *o, const struct ct_vol *lr,
 		o->n[a] = lr->n[a] - 2 * o->first[a];
 	}
 	memcpy(o->affine, lr->affine, sizeof o->affine);
-	if (ct_alloc(&all, ct_vol_count(lr), sizeof *all, e) || smooth(all, lr, more, par, e) ||
-		ct_alloc(&o->want, o->n[0] * o->n[1] * o->n[2], sizeof *all, e)) {
-		free(all);
+	if (ct_alloc(&o->want, ct_vol_count(lr), sizeof *o->want, e) ||
+		smooth(o->want, lr, more, par, e))
 		return -1;
-	}
 	for (size_t r = 0; r < o->n[1] * o->n[2]; r++) {
 		size_t j = o->first[1] + r % o->n[1], k = o->first[2] + r / o->n[1];
 
-		memcpy(o->want + r * o->n[0], all + (k * lr->n[1] + j) * lr->n[0] + o->first[0],
-			o->n[0] * sizeof *all);
+		memmove(o->want + r * o->n[0],
+			o->want + (k * lr->n[1] + j) * lr->n[0] + o->first[0],
+			o->n[0] * sizeof *o->want);
 	}
-	free(all);
 	return 0;
 }
 

@@ -28,7 +28,8 @@ struct ct_loss_lowres {
 	float *want; /* n[2] x n[1] x n[0] */
 };
 
-/* lr: l, density. Allocates; *o must be zero. CT_EGEOM if no voxel counts, CT_ENOMEM. */
+/* lr: l, density. Allocates; *o must be zero: free it in any case. CT_EGEOM if no voxel counts,
+ * CT_ENOMEM. */
 int ct_loss_lowres_alloc(struct ct_loss_lowres *o, const struct ct_vol *lr,
 	const struct ct_degrade *d, struct ct_par *par, struct ct_err *e);
 /* Also legal on a zeroed struct. */
