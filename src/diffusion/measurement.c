@@ -51,8 +51,6 @@ static int axis_alloc(struct ct_axis *a, size_t n, size_t fine, double sigma, st
 		return ct_fail(e, CT_EUSAGE, "a blur of %g pixels", sigma);
 	if (ct_alloc(&a->u, n * n + n * fine + n, sizeof *a->u, e))
 		return -1;
-	a->n = n;
-	a->fine = fine;
 	a->v = a->u + n * n;
 	a->g = a->v + n * fine;
 	cosines(n, n, a->u);

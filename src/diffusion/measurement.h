@@ -54,8 +54,7 @@ static inline enum ct_measurement_kind ct_pixel_measures(enum ct_pixel pixel)
 enum { CT_AXIS_MAX = 1024 }; /* largest n: the bases are stored */
 
 struct ct_axis {
-	size_t n, fine;    /* coarse and fine pixels, n <= fine */
-	double *u, *v, *g; /* (n, n), (n, fine), (n); owned, one block at u */
+	double *u, *v, *g; /* (n, n), (n, N), (n); owned, one block at u */
 };
 
 struct ct_measurement {

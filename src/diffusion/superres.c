@@ -16,9 +16,7 @@ struct superres_job {
 	const struct ct_superres *p;
 	const struct ct_stack *in, *init;
 	struct ct_stack *out, *deviation;
-	struct ct_measurement op;
-	size_t high, wide, channels; /* the network's picture */
-	size_t h, w;                 /* the result */
+	struct ct_measurement op; /* of the network's picture */
 	struct ct_waves waves;
 };
 
@@ -109,14 +107,14 @@ static void to_picture(const struct superres_job *j, size_t high, size_t wide, f
 	ct_waves_extend(high, wide, dst, h, w, src);
 	for (size_t i = 0; i < n; i++)
 		dst[i] = (float)(2.0 * range_of(j, (double)dst[i] / j->p->norm, HUGE_VAL) - 1.0);
-	for (size_t c = 1; c < j->channels; c++)
+	for (size_t c = 1; c < j->waves.channels; c++)
 		memcpy(dst + c * n, dst, n * sizeof *dst);
 }
 
 static void begin(void *ctx, struct ct_seat *s)
 {
 	const struct superres_job *j = ctx;
-	const size_t all = j->channels * j->high * j->wide;
+	const size_t all = j->waves.channels * j->op.high * j->op.wide;
 
 	s->x = s->room;
 	s->y = s->x + all;
@@ -124,23 +122,25 @@ static void begin(void *ctx, struct ct_seat *s)
 	if (!j->init)
 		return;
 	s->init = s->y + all / (j->p->scale * j->p->scale);
-	to_picture(j, j->high, j->wide, s->init, j->h, j->w, ct_stack_view(j->init, s->view));
+	to_picture(j, j->op.high, j->op.wide, s->init, j->init->h, j->init->w,
+		ct_stack_view(j->init, s->view));
 }
 
 /* The view of a picture, of the mean of its channels. */
 static void end(void *ctx, const struct ct_seat *s, float *result)
 {
 	const struct superres_job *j = ctx;
-	const size_t n = j->high * j->wide, channels = j->p->first ? 1 : j->channels;
+	const size_t n = j->op.high * j->op.wide, h = j->out->h, w = j->out->w;
+	const size_t channels = j->p->first ? 1 : j->waves.channels;
 
-	for (size_t y = 0; y < j->h; y++)
-		for (size_t k = 0; k < j->w; k++) {
+	for (size_t y = 0; y < h; y++)
+		for (size_t k = 0; k < w; k++) {
 			double sum = 0.0, v;
 
 			for (size_t c = 0; c < channels; c++)
-				sum += (double)s->x[c * n + y * j->wide + k];
+				sum += (double)s->x[c * n + y * j->op.wide + k];
 			v = 0.5 * ((double)(float)(sum / (double)channels) + 1.0);
-			result[y * j->w + k] = (float)(range_of(j, v, 1.05) * j->p->norm);
+			result[y * w + k] = (float)(range_of(j, v, 1.05) * j->p->norm);
 		}
 }
 
@@ -224,13 +224,9 @@ int ct_superres(const struct ct_superres *p, const struct ct_denoiser *net,
 	struct ct_stack *deviation, bool *done, const struct ct_env *env, struct ct_err *e)
 {
 	const size_t scale = p->scale;
-	struct superres_job j = {.p = p,
-		.in = in,
-		.init = init,
-		.h = in->h * scale,
-		.w = in->w * scale,
-		.out = out,
-		.deviation = deviation};
+	struct superres_job j = {
+		.p = p, .in = in, .init = init, .out = out, .deviation = deviation};
+	size_t high, wide;
 	int rc;
 
 	if (check(p, in, init, out, deviation, e))
@@ -239,10 +235,8 @@ int ct_superres(const struct ct_superres *p, const struct ct_denoiser *net,
 		start_pictures(p, in, init, out, done);
 		return 0;
 	}
-	j.channels = net->channels;
-	ct_superres_size(p, net->multiple, in->h, in->w, &j.high, &j.wide);
-	if (ct_measurement_alloc(
-		    &j.op, p->op, j.high / scale, j.wide / scale, scale, p->sigma_det, e))
+	ct_superres_size(p, net->multiple, in->h, in->w, &high, &wide);
+	if (ct_measurement_alloc(&j.op, p->op, high / scale, wide / scale, scale, p->sigma_det, e))
 		return -1;
 	j.waves = (struct ct_waves){.p = p,
 		.net = net,
@@ -251,9 +245,9 @@ int ct_superres(const struct ct_superres *p, const struct ct_denoiser *net,
 		.op = &j.op,
 		.eps = ct_waves_eps,
 		.views = in->views,
-		.channels = j.channels,
-		.room = j.channels * (2 * j.high * j.wide + j.op.h * j.op.w),
-		.pixels = j.h * j.w,
+		.channels = net->channels,
+		.room = net->channels * (2 * high * wide + j.op.h * j.op.w),
+		.pixels = out->h * out->w,
 		.parts = 1,
 		.begin = begin,
 		.end = end,
