@@ -54,7 +54,7 @@ struct ct_splat {
 	uint32_t *item;
 	size_t *start;
 	size_t *place; /* of chunk c in band k: place[c (bands) + k] */
-	size_t sums, threads;
+	size_t sums;
 	float *sum; /* a band of each thread */
 };
 void ct_splat_free(struct ct_splat *s);
