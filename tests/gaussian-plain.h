@@ -4,7 +4,7 @@
  */
 #ifndef CT_TESTS_GAUSSIAN_PLAIN_H
 #define CT_TESTS_GAUSSIAN_PLAIN_H
-#include "gs/gaussian.h"
+#include "gs/splat.h"
 #include "gs/mixture.h"
 
 #include <math.h>
