@@ -9,28 +9,7 @@
 int ct_cli_numbers(const char *option, const char *s, char sep, size_t n, bool spread, double *v,
 	struct ct_err *e)
 {
-	const char *at = s;
-	size_t got = 0;
-	bool bad = false;
-
-	while (got < n && !bad) {
-		char *end;
-		double x = strtod(at, &end);
-
-		bad = end == at || !isfinite(x) || (*end && *end != sep);
-		if (bad)
-			break;
-		v[got++] = x;
-		at = end;
-		if (!*end)
-			break;
-		if (got < n)
-			at = end + 1;
-	}
-	if (!bad && got == 1 && spread && !*at)
-		for (; got < n; got++)
-			v[got] = v[0];
-	if (bad || got != n || *at)
+	if (!ct_words_numbers(s, sep, n, spread, v))
 		return ct_fail(e, CT_EUSAGE, "--%s: '%s' is not %zu number%s%s", option, s, n,
 			n == 1 ? "" : "s", spread && n > 1 ? ", or one for all" : "");
 	return 0;

@@ -4,8 +4,8 @@
 #include "core/env.h"
 #include "core/mem.h"
 #include "core/stream.h"
+#include "core/words.h"
 
-#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -94,24 +94,14 @@ void ct_meta_drop(struct ct_meta *m, const char *key)
 
 int ct_meta_numbers(const struct ct_meta *m, const char *key, size_t n, double *v, struct ct_err *e)
 {
-	const char *s = ct_meta_get(m, key), *at = s; /* behind the last number */
-	size_t got = 0;
+	const char *s = ct_meta_get(m, key);
 
 	if (!s)
 		return 1;
-	for (char *end; got < n && (got == 0 || *at == ','); got++, at = end) {
-		const char *from = at + (got > 0);
-
-		v[got] = strtod(from, &end);
-		if (end == from || !isfinite(v[got]))
-			break;
-	}
-	if (got == 1 && !*at)
-		for (; got < n; got++)
-			v[got] = v[0];
-	if (got != n || *at)
-		return ct_fail(e, CT_EINPUT, "metadata %s: '%.60s' is not %zu numbers", key, s, n);
-	return 0;
+	return ct_words_numbers(s, ',', n, true, v)
+		       ? 0
+		       : ct_fail(e, CT_EINPUT, "metadata %s: '%.60s' is not %zu numbers", key, s,
+				 n);
 }
 
 int ct_meta_add(struct ct_meta *dst, const struct ct_meta *src, struct ct_err *e)

@@ -2,6 +2,8 @@
 #include "config.h"
 #include "core/words.h"
 
+#include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 int ct_words_find(const char *words, const char *word)
@@ -25,4 +27,22 @@ int ct_words_take(
 	return *place >= 0
 		       ? 0
 		       : ct_fail(e, CT_EINPUT, "%s '%.40s' is not one of %s", what, word, words);
+}
+
+bool ct_words_numbers(const char *text, char between, size_t n, bool spread, double *v)
+{
+	const char *at = text; /* behind the last number */
+	size_t got = 0;
+
+	for (char *end; got < n && (got == 0 || *at == between); got++, at = end) {
+		const char *from = at + (got > 0);
+
+		v[got] = strtod(from, &end);
+		if (end == from || !isfinite(v[got]))
+			return false;
+	}
+	if (got == 1 && spread)
+		for (; got < n; got++)
+			v[got] = v[0];
+	return got == n && !*at;
 }

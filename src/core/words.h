@@ -11,6 +11,9 @@
 #define CT_CORE_WORDS_H
 #include "core/err.h"
 
+#include <stdbool.h>
+#include <stddef.h>
+
 #define CT_WORD_VALUE(value, word) value,
 #define CT_WORD_TEXT(value, word) word,
 #define CT_WORD_BAR(value, word) "|" word
@@ -26,5 +29,8 @@ int ct_words_find(const char *words, const char *word);
 /* *place <- that; CT_EINPUT if `what` is none of them. */
 int ct_words_take(
 	int *place, const char *words, const char *what, const char *word, struct ct_err *e);
+/* v <- n finite numbers of "a,b,c", with `between` for the comma, or one number that stands for all
+ * if `spread`. Is the text that and no more? */
+bool ct_words_numbers(const char *text, char between, size_t n, bool spread, double *v);
 
 #endif
