@@ -61,26 +61,34 @@ static int mode(
 	return 0;
 }
 
-static int sizes(struct ct_geometry *s, const struct reader *r, double unit, struct ct_err *e)
+/* The n counts of key[0], which may be given before, and the size of each: of key[1] all together,
+ * or of key[2]. 0; 1 if there are no sizes; -1. */
+static int cells(const struct reader *r, const char *const key[3], size_t n, double *count,
+	double *mm, struct ct_err *e)
 {
-	double n[2] = {(double)s->h, (double)s->w}, size[2];
-	int got = numbers(r, "nDetector", 2, n, e);
+	int got = numbers(r, key[0], n, count, e);
 
 	if (got < 0)
 		return -1;
-	for (int a = 0; a < 2; a++)
-		if (!(n[a] >= 1 && n[a] <= 1e6) || n[a] != floor(n[a]))
-			return ct_fail(e, CT_EINPUT, "%s: nDetector of %g", r->path, n[a]);
-	s->h = s->beam == CT_FAN ? 1 : (size_t)n[0];
-	s->w = (size_t)n[1];
-	got = numbers(r, "sDetector", 2, size, e);
-	if (got == 0)
-		for (int a = 0; a < 2; a++)
-			size[a] /= n[a];
-	else if (got > 0)
-		got = numbers(r, "dDetector", 2, size, e);
+	for (size_t a = 0; a < n; a++)
+		if (!(count[a] >= 1 && count[a] <= 1e6) || count[a] != floor(count[a]))
+			return ct_fail(e, CT_EINPUT, "%s: %s of %g", r->path, key[0], count[a]);
+	got = numbers(r, key[1], n, mm, e);
+	for (size_t a = 0; a < n && got == 0; a++)
+		mm[a] /= count[a];
+	return got > 0 ? numbers(r, key[2], n, mm, e) : got;
+}
+
+static int detector(struct ct_geometry *s, const struct reader *r, double unit, struct ct_err *e)
+{
+	static const char *const key[] = {"nDetector", "sDetector", "dDetector"};
+	double n[2] = {(double)s->h, (double)s->w}, size[2];
+	const int got = cells(r, key, 2, n, size, e);
+
 	if (got)
 		return got < 0 ? -1 : ct_fail(e, CT_EINPUT, "%s: no sDetector", r->path);
+	s->h = s->beam == CT_FAN ? 1 : (size_t)n[0];
+	s->w = (size_t)n[1];
 	s->pitch[0] = size[1] * unit;
 	s->pitch[1] = size[0] * unit;
 	return 0;
@@ -89,22 +97,15 @@ static int sizes(struct ct_geometry *s, const struct reader *r, double unit, str
 /* The volume that the file names, in mm about the world's origin; none, n = 0, without nVoxel. */
 static int volume(struct ct_vol *v, const struct reader *r, struct ct_err *e)
 {
+	static const char *const key[] = {"nVoxel", "sVoxel", "dVoxel"};
 	double n[3], mm[3];
-	int got = numbers(r, "nVoxel", 3, n, e);
+	int got = numbers(r, key[0], 3, n, e);
 
-	if (got)
-		return got < 0 ? -1 : 0;
-	got = numbers(r, "sVoxel", 3, mm, e);
 	if (got == 0)
-		for (int a = 0; a < 3; a++)
-			mm[a] /= n[a];
-	else if (got > 0)
-		got = numbers(r, "dVoxel", 3, mm, e);
+		got = cells(r, key, 3, n, mm, e);
 	if (got)
 		return got < 0 ? -1 : 0;
 	for (int a = 0; a < 3; a++) {
-		if (!(n[a] >= 1 && n[a] <= 1e6) || n[a] != floor(n[a]))
-			return ct_fail(e, CT_EINPUT, "%s: nVoxel of %g", r->path, n[a]);
 		if (!(mm[a] > 0))
 			return ct_fail(e, CT_EINPUT, "%s: a voxel of %g mm", r->path, mm[a]);
 		v->n[a] = (size_t)n[a];
@@ -140,7 +141,7 @@ static int read_scan(
 		numbers(r, "offDetector", 2, shift, e) < 0 ||
 		numbers(r, "totalAngle", 1, &s->arc, e) < 0 ||
 		numbers(r, "startAngle", 1, &s->start, e) < 0 ||
-		numbers(r, "numTrain", 1, &views, e) < 0 || sizes(s, r, unit, e))
+		numbers(r, "numTrain", 1, &views, e) < 0 || detector(s, r, unit, e))
 		return -1;
 	if (views != 0 && !(views >= 1 && views <= CT_MAX_VIEWS && views == floor(views)))
 		return ct_fail(e, CT_EINPUT, "%s: numTrain of %g is not a number of views up to %d",
