@@ -40,9 +40,6 @@ NUMBER = re.compile(r'(?<![\w.\]])(\d+\.\d*(?:e-?\d+)?|\d+)(?=f?\b)(?![\w.]*x)')
 DELETE = re.compile(r'^\s*[\w>\[\].()*-]+(\s*[-+*/|&]?=\s.*|\+\+|--|\(.*\));$')
 DECLARATION = re.compile(r'^\s*(const |static |volatile |struct \w+ |enum \w+ |unsigned |\w+ )+[^=(]*;$')
 ROOM = re.compile(r'\b(?:ct_alloc0?|malloc|calloc|realloc)\(')
-# A row of an option table: the structure, the field, the least and the most.
-ROW = re.compile(r'CT_OPT(?:_IDLE)?\(\s*struct (\w+), (\w+),\s*(?:0|\'.\'),\s*(?:"[^"]*"|NULL),'
-                 r'\s*(?:"[^"]*"|NULL),\s*(\S+,\s\S+),')
 WAITS = re.compile(r'\b(sleep|kill|usleep|nanosleep|alarm|seconds)\b')  # a test that a busy machine may fail
 CONDITION = re.compile(r'\b(if|while) \((.*)\)(\s*\{)?$')
 
@@ -72,33 +69,9 @@ def roomy(code):
     return code
 
 
-def unasked(path):
-    """line -> columns of the ranges in rows of options that are no number."""
-    text, found = open(os.path.join(TOP, path)).read(), {}
-    for row in ROW.finditer(text):
-        body = struct(row.group(1), path)
-        declared = [d for d in body.split(';') if re.search(r'\b%s\b' % row.group(2), d)]
-        if declared and not re.match(r'\s*(int|double)\b', declared[0]):
-            for at in range(*row.span(3)):
-                line = text.count('\n', 0, at)
-                found.setdefault(line + 1, set()).add(at - text.rfind('\n', 0, at) - 1)
-    return found
-
-
-def struct(name, path):
-    """What is between the braces of a structure, of this file or a header."""
-    headers = subprocess.check_output(['git', 'ls-files', 'src/*.h'], cwd=TOP, text=True).split()
-    for p in [path] + headers:
-        m = re.search(r'\bstruct %s\s*\{(.*?)\n\}' % name, open(os.path.join(TOP, p)).read(), re.S)
-        if m:
-            return re.sub(r'/\*.*?\*/', '', m.group(1), flags=re.S)
-    return ''
-
-
-def mutants(line, still=()):
-    """All changed versions of a line of code, but for the columns of `still`."""
+def mutants(line):
+    """All changed versions of a line of code."""
     code, found = roomy(masked(line)), []
-    code = ''.join('#' if at in still else c for at, c in enumerate(code))
     if DECLARATION.match(code) and not re.match(r'\s*(return|goto|else)\b', code):
         return []
     code = re.sub(r'(= \{+)0|((?:\breturn|\brc =|[?:]) -)1\b', r'\1\2#', code)  # any other does as well
@@ -284,9 +257,8 @@ def candidates(o):
     names = subprocess.check_output(['git', 'ls-files', 'src', 'formats'], cwd=TOP).decode().split()
     for path in names:
         if re.search(r'\.(c|h|cc)$', path) and fnmatch.fnmatch(path, o.files):
-            still = unasked(path)
             for number, line in code_lines(os.path.join(TOP, path)):
-                found = mutants(line, still.get(number, ()))
+                found = mutants(line)
                 if found:
                     yield path, number, line, found
 

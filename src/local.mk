@@ -62,7 +62,7 @@ else
 ct_ddnm_LDADD = $(LDADD)
 endif
 bin_PROGRAMS += ct-sr
-ct_sr_SOURCES = src/tools/ct-sr.c src/tools/sr-chain.c src/tools/sr-say.c src/tools/sr.h src/tools/prior-file.c \
+ct_sr_SOURCES = src/tools/ct-sr.c src/tools/sr-chain.c src/tools/sr.h src/tools/prior-file.c \
 	src/tools/prior-file.h $(PAGE_SOURCES) src/tools/lib/libraries.cc
 ct_sr_LDADD = $(DICOM_LDADD)
 bin_PROGRAMS += ct-profile
@@ -71,8 +71,7 @@ ct_profile_LDADD = $(DICOM_LDADD)
 bin_PROGRAMS += ct-info
 ct_info_SOURCES = src/tools/ct-info.c
 ct_info_LDADD = $(DICOM_LDADD)
-VIEW_SOURCES = src/tools/ct-view.c src/tools/cuts.c src/tools/cuts.h src/tools/hu-window.c \
-	src/tools/hu-window.h
+VIEW_SOURCES = src/tools/ct-view.c
 if HAVE_OIIO
 bin_PROGRAMS += ct-view
 ct_view_SOURCES = $(VIEW_SOURCES) src/tools/lib/libraries.cc

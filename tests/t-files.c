@@ -20,16 +20,17 @@ struct params {
 	bool resume, dry;
 };
 #define P struct params
+#define CT_PARAMS P
 static const struct ct_opt opts[] = {
-	CT_ARG(P, in, CT_READS, "IN", ""),
-	CT_OPT(P, resume, 0, "resume", NULL, 0, 0, ""),
-	CT_INPUT(P, in2, 0, "in2", "FILE", ""),
-	CT_OUTPUT(P, out, 'o', "out", "FILE", CT_ENDS_STACK, ""),
-	CT_OUTPUT(P, out2, 0, "out2", "FILE", CT_ENDS_IF(CT_IF(P, in2), "csv", CT_ENDS_VOLUME), ""),
-	CT_OUTPUT_BESIDE(P, beside, 0, "beside", "FILE", "json", ""),
-	CT_OPT(P, dry, 0, "dry-run", NULL, 0, 0, ""),
-	CT_ARG_OUT(P, again, CT_REWRITES, "AGAIN", CT_ENDS_GAUSS, ""),
-	CT_ARG_OUT(P, list, CT_READS_WRITES, "FILES", CT_ENDS_VOLUME "|mha", ""),
+	CT_ARG(in, CT_READS, "IN", ""),
+	CT_FLAG(resume, 0, "resume", ""),
+	CT_INPUT(in2, 0, "in2", "FILE", ""),
+	CT_OUTPUT(out, 'o', "out", "FILE", CT_ENDS_STACK, ""),
+	CT_OUTPUT(out2, 0, "out2", "FILE", CT_ENDS_IF(CT_IF(in2), "csv", CT_ENDS_VOLUME), ""),
+	CT_OUTPUT_BESIDE(beside, 0, "beside", "FILE", "json", ""),
+	CT_FLAG(dry, 0, "dry-run", ""),
+	CT_ARG_OUT(again, CT_REWRITES, "AGAIN", CT_ENDS_GAUSS, ""),
+	CT_ARG_OUT(list, CT_READS_WRITES, "FILES", CT_ENDS_VOLUME "|mha", ""),
 	CT_OPT_END,
 };
 static struct ct_err e;

@@ -12,6 +12,7 @@
 #define COLOURS(X) X(RED, "red") X(GREEN, "green") X(BLUE, "blue")
 enum colour { COLOURS(CT_WORD_VALUE) };
 
+#define CT_PARAMS struct params
 struct params {
 	bool alpha, deep;
 	int n, any, word;
@@ -21,19 +22,18 @@ struct params {
 };
 static const struct params defaults = {.n = 5, .word = 1, .x = 0.5};
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, in, CT_NO_FILE, "IN", ""),
-	CT_OPT(struct params, alpha, 'a', "alpha", NULL, 0, 0, ""),
-	CT_OPT(struct params, text, 0, "alphabet", "S", 0, 0, ""),
-	CT_OPT(struct params, n, 'n', "number", "N", 1, 9, ""),
-	CT_OPT(struct params, any, 0, "any", "N", 0, 0, ""),
-	CT_OPT(struct params, x, 'x', "xray", "X", -1.5, 2.5, ""),
-	CT_OPT(struct params, real, 0, "real", "X", 0, 0, ""),
-	CT_CHOICE(struct params, word, 'w', "word", CT_WORDS(COLOURS), ""),
-	CT_EXPERT(struct params, gate, "gate", "HU", 0, 10, ""),
-	CT_EXPERT(
-		struct params, deep, "deep", NULL, 0, 0, "", CT_WHEN(CT_IF(struct params, alpha))),
-	CT_EXPERT(struct params, rates, "rates", "A,B", 0, 0, ""),
-	CT_ARG(struct params, rest, CT_NO_FILE, "REST", ""),
+	CT_ARG(in, CT_NO_FILE, "IN", ""),
+	CT_FLAG(alpha, 'a', "alpha", ""),
+	CT_TEXT(text, 0, "alphabet", "S", ""),
+	CT_OPT(n, 'n', "number", "N", 1, 9, ""),
+	CT_OPT(any, 0, "any", "N", 0, 0, ""),
+	CT_OPT(x, 'x', "xray", "X", -1.5, 2.5, ""),
+	CT_OPT(real, 0, "real", "X", 0, 0, ""),
+	CT_CHOICE(word, 'w', "word", CT_WORDS(COLOURS), ""),
+	CT_EXPERT(gate, "gate", "HU", 0, 10, ""),
+	CT_EXPERT(deep, "deep", NULL, 0, 0, "", CT_WHEN(CT_IF(alpha))),
+	CT_EXPERT(rates, "rates", "A,B", 0, 0, ""),
+	CT_ARG(rest, CT_NO_FILE, "REST", ""),
 	CT_OPT_END,
 };
 static struct capture shown;
@@ -304,8 +304,8 @@ static void test_history(void)
 
 /* Operands that are a choice, and that may be missing. */
 static const struct ct_opt few_opts[] = {
-	CT_ARG_CHOICE(struct params, word, "COLOUR", CT_WORDS(COLOURS), ""),
-	CT_ARG_MAYBE(struct params, in, CT_NO_FILE, "IN", ""),
+	CT_ARG_CHOICE(word, "COLOUR", CT_WORDS(COLOURS), ""),
+	CT_ARG_MAYBE(in, CT_NO_FILE, "IN", ""),
 	CT_OPT_END,
 };
 static struct ct_tool few_tool = {"ct-t", "Test.", few_opts, &defaults, sizeof defaults, note, 0};

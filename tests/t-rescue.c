@@ -12,12 +12,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#define CT_PARAMS struct params
 struct params {
 	const char *in;
 	int n;
 };
-static const struct ct_opt opts[] = {CT_ARG(struct params, in, CT_READS, "IN", ""),
-	CT_OPT(struct params, n, 'n', "n", "N", 0, 9, ""), CT_OPT_END};
+static const struct ct_opt opts[] = {
+	CT_ARG(in, CT_READS, "IN", ""), CT_OPT(n, 'n', "n", "N", 0, 9, ""), CT_OPT_END};
 static const struct params params = {"in", 3};
 
 static int pack(struct ct_tensors *t, const void *work, struct ct_err *e)

@@ -151,7 +151,7 @@ static void ran(void)
 	struct ct_chain c;
 	struct ct_err e;
 
-	if (ct_chain_open(&c, "chain", false, &env, &e) ||
+	if (ct_chain_open(&c, "chain", false, &e) ||
 		ct_chain_add(&c, &e, false, "-", "true", NULL) || ct_chain_run(&c, &env, &e))
 		_exit(1);
 	waits();

@@ -20,16 +20,17 @@ struct params {
 	bool flag, idle;
 };
 #define P struct params
+#define CT_PARAMS P
 static const struct ct_opt opts[] = {
-	CT_ARG(P, in, CT_READS, "IN", ""),
-	CT_INPUT(P, mask, 0, "mask", "FILE", ""),
-	CT_OPT(P, name, 0, "name", "S", 0, 0, ""),
-	CT_OPT(P, n, 'n', "n", "N", 0, 9, ""),
-	CT_OPT(P, x, 'x', "x", "X", 0, 0, ""),
-	CT_CHOICE(P, word, 0, "word", CT_WORDS(COLOURS), ""),
-	CT_OPT(P, flag, 0, "flag", NULL, 0, 0, ""),
-	CT_OPT_IDLE(P, idle, 0, "idle", NULL, 0, 0, ""),
-	CT_ARG_OUT(P, out, CT_WRITES, "OUT", CT_ENDS_STACK, ""),
+	CT_ARG(in, CT_READS, "IN", ""),
+	CT_INPUT(mask, 0, "mask", "FILE", ""),
+	CT_TEXT(name, 0, "name", "S", ""),
+	CT_OPT(n, 'n', "n", "N", 0, 9, ""),
+	CT_OPT(x, 'x', "x", "X", 0, 0, ""),
+	CT_CHOICE(word, 0, "word", CT_WORDS(COLOURS), ""),
+	CT_FLAG(flag, 0, "flag", ""),
+	CT_FLAG(idle, 0, "idle", "", CT_IDLE),
+	CT_ARG_OUT(out, CT_WRITES, "OUT", CT_ENDS_STACK, ""),
 	CT_OPT_END,
 };
 static const P params = {.in = "in", .out = "o", .n = 3, .word = 1, .x = 0.1};

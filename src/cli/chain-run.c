@@ -1,7 +1,6 @@
 /* chain-run.c: the commands of a chain, run; see chain.h. */
 #include "config.h"
 #include "cli/chain.h"
-#include "cli/called.h"
 #include "cli/content.h"
 #include "cli/resume.h"
 #include "cli/stop.h"
@@ -145,7 +144,7 @@ static void call(const struct ct_chain *c, const struct ct_step *s)
 static void become(const struct ct_chain *c, const struct ct_step *s, char **argv, pid_t parent,
 	const struct ct_env *env)
 {
-	char path[4096];
+	char path[sizeof c->tools + 100];
 
 	ct_stop_uncatch();
 	prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -166,15 +165,16 @@ static int spawn(const struct ct_chain *c, struct ct_step *s, bool again, const 
 {
 	char *argv[CT_CHAIN_ARGS + 8];
 	char force[] = "--force", quiet[] = "--quiet", verbose[] = "--verbose",
-	     threads[] = "--threads", resume[] = "--resume";
+	     threads[] = "--threads", number[24], resume[] = "--resume";
 	const pid_t parent = getpid();
 	size_t n = 0;
 
+	snprintf(number, sizeof number, "%zu", ct_par_threads(env->par));
 	for (; n < s->argc; n++)
 		argv[n] = s->argv[n];
 	argv[n++] = force;
 	argv[n++] = threads;
-	argv[n++] = c->threads;
+	argv[n++] = number;
 	if (env->verbose < 0)
 		argv[n++] = quiet;
 	if (env->verbose > 0)

@@ -16,20 +16,14 @@
 #define SCRIPT "commands.sh"
 
 /* Where this program lies: the other commands lie beside it. */
-static char *own_folder(void)
+static void find_tools(char *folder, size_t room)
 {
-	char path[4096];
-	ssize_t n = readlink("/proc/self/exe", path, sizeof path - 1);
+	const ssize_t n = readlink("/proc/self/exe", folder, room - 1);
 	char *slash;
 
-	if (n <= 0)
-		return strdup("");
-	path[n] = '\0';
-	slash = strrchr(path, '/');
-	if (!slash)
-		return strdup("");
-	slash[1] = '\0';
-	return strdup(path);
+	folder[n > 0 ? n : 0] = '\0';
+	slash = strrchr(folder, '/');
+	folder[slash ? slash + 1 - folder : 0] = '\0';
 }
 
 char *ct_chain_path(const struct ct_chain *c, const char *name)
@@ -44,21 +38,15 @@ char *ct_chain_step_path(const struct ct_chain *c, size_t i)
 	return asprintf(&s, "%s/step-%zu", c->folder.path, i + 1) < 0 ? NULL : s;
 }
 
-int ct_chain_open(struct ct_chain *c, const char *folder, bool dry, const struct ct_env *env,
-	struct ct_err *e)
+int ct_chain_open(struct ct_chain *c, const char *folder, bool dry, struct ct_err *e)
 {
-	int rc = 0;
-
-	*c = (struct ct_chain){.resume = folder != NULL, .tools = own_folder()};
+	*c = (struct ct_chain){.resume = folder != NULL};
 	if (ct_folder_open(&c->folder, folder, dry, e))
 		return -1;
+	find_tools(c->tools, sizeof c->tools);
 	if (!dry)
 		ct_stop_hold();
-	if (!c->tools || asprintf(&c->threads, "%zu", ct_par_threads(env->par)) < 0) {
-		c->threads = NULL;
-		rc = ct_fail(e, CT_ENOMEM, "no memory");
-	}
-	return rc;
+	return 0;
 }
 
 void ct_chain_source(struct ct_chain *c, const char *path)
@@ -300,7 +288,5 @@ void ct_chain_close(struct ct_chain *c)
 		for (size_t k = 0; k < c->step[i].argc; k++)
 			free(c->step[i].argv[k]);
 	free(c->step);
-	free(c->tools);
-	free(c->threads);
 	*c = (struct ct_chain){.folder.lock = -1};
 }

@@ -22,20 +22,18 @@ struct ct_step {
 
 struct ct_chain {
 	struct ct_folder folder; /* of the intermediate files */
-	char *tools;             /* where the commands are */
+	char tools[4096];        /* where the commands are: a folder and a slash, or empty */
 	bool resume;
 	size_t left_out; /* steps that were done before */
 	size_t n, cap;
 	struct ct_step *step;
 	size_t sources;
 	const char *source[CT_CHAIN_SOURCES];
-	char *threads; /* value of --threads handed down */
 };
 
 /* Work in `folder` (made if missing; a chain that it holds goes on), or in a temporary one that is
  * removed if NULL. A dry one is only to be printed. */
-int ct_chain_open(struct ct_chain *c, const char *folder, bool dry, const struct ct_env *env,
-	struct ct_err *e);
+int ct_chain_open(struct ct_chain *c, const char *folder, bool dry, struct ct_err *e);
 /* FOLDER/name, owned by the caller; NULL if no memory. */
 char *ct_chain_path(const struct ct_chain *c, const char *name);
 /* `path`, borrowed, is a file that commands read and none makes. */

@@ -1,14 +1,11 @@
 /* cli.c: see cli.h. Only src/cli and src/tools print, exit or read the environment. */
 #include "config.h"
 #include "cli/cli.h"
-#include "cli/called.h"
-#include "cli/complete.h"
-#include "cli/describe.h"
 #include "cli/files.h"
-#include "cli/help.h"
 #include "cli/journal.h"
 #include "cli/modes.h"
 #include "cli/progress.h"
+#include "cli/show.h"
 #include "cli/stop.h"
 #include "cli/table.h"
 #include "core/clock.h"
@@ -33,8 +30,10 @@ struct parser {
 	size_t nlist;
 	struct ct_given given;
 	bool *row;      /* of given */
+	bool *idle;     /* of each word: it says how to work, not what to make */
 	char **experts; /* the texts of --expert, cut into values */
 	size_t nexperts;
+	int (*show)(const struct ct_tool *t, struct ct_err *e); /* in place of the run; or NULL */
 };
 
 static int set_operand(struct parser *s, const char *a, struct ct_err *e)
@@ -91,29 +90,41 @@ static int take_experts(struct parser *s, const char *text, struct ct_err *e)
 	return 0;
 }
 
-enum { SAID = 2048 }; /* bytes of what is said at once, at the most */
-
 /* What make asks of each command, for its man page and for the shells, and what other programs do.
  * Not of an option behind that. */
 static bool parse_hidden(struct parser *s, const char *a)
 {
-	s->common->mdoc |= strcmp(a, "--mdoc-options") == 0;
-	s->common->describe |= strcmp(a, "--describe") == 0;
-	s->common->slicer |= strcmp(a, "--xml") == 0;
-	if (strncmp(a, "--complete=", 11) == 0)
-		s->common->complete = ct_words_find(CT_WORDS(CT_SHELLS), a + 11);
-	return s->common->mdoc || s->common->describe || s->common->slicer ||
-	       s->common->complete >= 0;
+	static const struct {
+		const char *word;
+		int (*show)(const struct ct_tool *t, struct ct_err *e);
+	} hidden[] = {{"--mdoc-options", ct_show_mdoc}, {"--describe", ct_show_json},
+		{"--xml", ct_show_xml}, {"--complete=bash", ct_show_bash},
+		{"--complete=zsh", ct_show_zsh}, {"--complete=fish", ct_show_fish}};
+
+	for (size_t k = 0; k < sizeof hidden / sizeof *hidden; k++)
+		if (strcmp(a, hidden[k].word) == 0)
+			s->show = hidden[k].show;
+	return s->show != NULL;
+}
+
+static bool is_idle(const struct ct_opt *o)
+{
+	static const char *const names[] = {
+		"quiet", "verbose", "force", "threads", "resume", "expand", "memory"};
+
+	for (size_t k = 0; k < sizeof names / sizeof *names; k++)
+		if (strcmp(o->name, names[k]) == 0)
+			return true;
+	return false;
 }
 
 static int parse_option(struct parser *s, char **argv, int *i, struct ct_err *e)
 {
 	const char *a = argv[*i], *val = NULL;
+	const int first = *i;
 	const struct ct_opt *o;
-	bool more;
+	bool idle = true, more;
 
-	if (parse_hidden(s, a))
-		return 0;
 	if (a[1] == '-') {
 		const char *eq = strchr(a, '=');
 
@@ -127,6 +138,7 @@ static int parse_option(struct parser *s, char **argv, int *i, struct ct_err *e)
 			return ct_fail(e, CT_EUSAGE, "option '%s' needs a value", a);
 		if (o->common && strcmp(o->name, "expert") == 0)
 			return take_experts(s, val, e);
+		s->idle[first] = s->idle[*i] = is_idle(o);
 		return take(s, o, val, e);
 	}
 	do { /* -fq is -f -q; -x4 is -x 4 */
@@ -139,9 +151,18 @@ static int parse_option(struct parser *s, char **argv, int *i, struct ct_err *e)
 			if (!val)
 				return ct_fail(e, CT_EUSAGE, "option '-%c' needs a value", *a);
 		}
+		idle &= is_idle(o);
 		if (take(s, o, val, e))
 			return -1;
 	} while (more);
+	s->idle[first] = s->idle[*i] = idle;
+	return 0;
+}
+
+static int version(const struct ct_tool *t, struct ct_err *e)
+{
+	(void)e;
+	printf("%s (%s) %s\n", t->name, PACKAGE_NAME, PACKAGE_VERSION);
 	return 0;
 }
 
@@ -158,11 +179,14 @@ static int parse(struct parser *s, int argc, char **argv, struct ct_err *e)
 		else if (only_operands || a[0] != '-' || a[1] == '\0') {
 			if (set_operand(s, a, e))
 				return -1;
-		} else if (parse_option(s, argv, &i, e))
+		} else if (!parse_hidden(s, a) && parse_option(s, argv, &i, e))
 			return -1;
 	}
-	if (s->common->help || s->common->version || s->common->describe || s->common->slicer ||
-		s->common->mdoc || s->common->complete >= 0)
+	if (s->common->version)
+		s->show = version;
+	if (s->common->help)
+		s->show = ct_show_help;
+	if (s->show)
 		return 0;
 	while (s->operand->type != CT_T_END && (s->operand->name || s->operand->optional ||
 						       (s->operand->type == CT_T_LIST && s->nlist)))
@@ -194,48 +218,42 @@ static size_t threads_wanted(int flag)
 	return 1;
 }
 
+enum { SAID = 2048 }; /* bytes of what is said at once, at the most */
+
+/* out <- text, cut off if it is too long, with what CT_CALLED calls a file in the place of that. */
+static void put_said(char out[SAID], const char *text)
+{
+	const char *file = getenv(CT_CALLED), *end = file ? strchr(file, '\n') : NULL, *from = text;
+	const size_t len = end ? (size_t)(end - file) : 0;
+	size_t at = 0;
+
+	while (*text && at + 1 < SAID) {
+		const bool begins = text == from || strchr(" '(", text[-1]);
+
+		if (len > 0 && begins && strncmp(text, file, len) == 0) {
+			const int put = snprintf(out + at, SAID - at, "%s", end + 1);
+
+			at = at + (size_t)put < SAID ? at + (size_t)put : SAID - 1;
+			text += len;
+		} else
+			out[at++] = *text++;
+	}
+	out[at] = '\0';
+}
+
 static void say(const struct ct_env *env, enum ct_level level, const char *said)
 {
 	char text[SAID];
 
-	ct_called_put(text, sizeof text, said);
+	put_said(text, said);
 	if (level == CT_WARN)
 		ct_journal_warn(env, text);
+	if (level == CT_WARN && env->notes)
+		fprintf(env->notes, "%s: warning: %s\n", env->tool, text);
 	if ((int)level > env->verbose)
 		return;
 	ct_progress_clear(env->ctx);
 	fprintf(stderr, "%s: %s%s\n", env->tool, level == CT_WARN ? "warning: " : "", text);
-}
-
-static bool is_idle(const struct ct_opt *o)
-{
-	static const char *const names[] = {
-		"quiet", "verbose", "force", "threads", "resume", "expand", "memory"};
-
-	for (size_t k = 0; o && k < sizeof names / sizeof *names; k++)
-		if (strcmp(o->name, names[k]) == 0)
-			return true;
-	return false;
-}
-
-/* How many words, from the argument `a` on, are options that say how to work, not what to make, and
- * so stay out of the history. */
-static int idle_words(const struct ct_tool *t, const char *a)
-{
-	const struct ct_opt *o;
-
-	if (a[0] != '-' || a[1] == '\0')
-		return 0;
-	if (a[1] == '-') {
-		o = ct_table_find(t, a + 2, strcspn(a + 2, "="), 0);
-		return !is_idle(o) ? 0 : o->type == CT_T_FLAG || strchr(a, '=') ? 1 : 2;
-	}
-	do { /* -fq, -t2, -ft 2 */
-		o = ct_table_find(t, NULL, 0, *++a);
-		if (!is_idle(o))
-			return 0;
-	} while (o->type == CT_T_FLAG && a[1]);
-	return o->type == CT_T_FLAG || a[1] ? 1 : 2;
 }
 
 /* A word of the command, files by their names alone: where they lay is nobody's business and would
@@ -257,22 +275,15 @@ static void put_history(FILE *f, const struct parser *s, const char *word)
 
 static int put_command(char **text, const struct parser *s, int argc, char **argv, struct ct_err *e)
 {
-	bool only_operands = false;
 	size_t n;
 	FILE *f;
 
 	if (ct_stream_open(&f, text, &n, e))
 		return -1;
 	fprintf(f, "%s %s", s->t->name, PACKAGE_VERSION);
-	for (int i = 1; i < argc; i++) {
-		int skip = only_operands ? 0 : idle_words(s->t, argv[i]);
-
-		only_operands |= strcmp(argv[i], "--") == 0;
-		if (skip == 0)
+	for (int i = 1; i < argc; i++)
+		if (!s->idle[i])
 			put_history(f, s, argv[i]);
-		else
-			i += skip - 1;
-	}
 	return ct_stream_close(f, text, e);
 }
 
@@ -344,29 +355,19 @@ int ct_cli_main(const struct ct_tool *t, int argc, char **argv)
 	s.params = malloc(t->size ? t->size : 1);
 	s.list = malloc(((size_t)argc + 1) * sizeof *s.list);
 	s.row = calloc(rows_of(t), sizeof *s.row);
+	s.idle = calloc((size_t)argc + 1, sizeof *s.idle);
 	s.experts = malloc(((size_t)argc + 1) * sizeof *s.experts);
 	s.given = (struct ct_given){t, s.row};
-	if (!s.params || !s.list || !s.row || !s.experts)
+	if (!s.params || !s.list || !s.row || !s.idle || !s.experts)
 		rc = ct_fail(&e, CT_ENOMEM, "no memory");
 	else
 		rc = parse(&s, argc, argv, &e) || ct_simd_use(getenv("CTSR_CPU"), &e) ? -1 : 0;
-	if (rc == 0 && common.help)
-		ct_help_print(t);
-	else if (rc == 0 && common.version)
-		printf("%s (%s) %s\n", t->name, PACKAGE_NAME, PACKAGE_VERSION);
-	else if (rc == 0 && common.describe)
-		rc = ct_describe_print(t, &e);
-	else if (rc == 0 && common.slicer)
-		ct_describe_slicer(t);
-	else if (rc == 0 && common.mdoc)
-		ct_help_mdoc(t);
-	else if (rc == 0 && common.complete >= 0)
-		ct_complete_print(t, (enum ct_shell)common.complete);
-	else if (rc == 0)
-		rc = run(&s, argc, argv, &e);
+	if (rc == 0)
+		rc = s.show ? s.show(t, &e) : run(&s, argc, argv, &e);
 	free(s.params);
 	free(s.list);
 	free(s.row);
+	free(s.idle);
 	while (s.nexperts)
 		free(s.experts[--s.nexperts]);
 	free(s.experts);
@@ -374,7 +375,7 @@ int ct_cli_main(const struct ct_tool *t, int argc, char **argv)
 		rc = ct_fail(&e, CT_EOUTPUT, "standard output: %s", strerror(errno));
 	if (rc == 0)
 		return 0;
-	ct_called_put(said, sizeof said, e.msg);
+	put_said(said, e.msg);
 	fprintf(stderr, "%s: %s\n", t->name, said);
 	if (e.code == CT_EUSAGE)
 		fprintf(stderr, "Try '%s --help'.\n", t->name);

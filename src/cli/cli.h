@@ -50,11 +50,11 @@ struct ct_when {
 		__VA_ARGS__                                                                        \
 	}
 #define CT_ALWAYS CT_CONDITION_(CT_WHEN_ALWAYS, 0, 0)
-#define CT_IF(S, f) CT_CONDITION_(CT_WHEN_SET, offsetof(S, f), 0)
-#define CT_IF_WORD(S, f, bits) CT_CONDITION_(CT_WHEN_WORD, offsetof(S, f), bits)
-#define CT_IF_FILE(S, f) CT_CONDITION_(CT_WHEN_FILE, offsetof(S, f), 0)
-#define CT_UNLESS(S, f) CT_CONDITION_(CT_WHEN_UNSET, offsetof(S, f), 0)
-#define CT_UNLESS_WORD(S, f, bits) CT_CONDITION_(CT_WHEN_OTHER, offsetof(S, f), bits)
+#define CT_IF(f) CT_CONDITION_(CT_WHEN_SET, offsetof(CT_PARAMS, f), 0)
+#define CT_IF_WORD(f, bits) CT_CONDITION_(CT_WHEN_WORD, offsetof(CT_PARAMS, f), bits)
+#define CT_IF_FILE(f) CT_CONDITION_(CT_WHEN_FILE, offsetof(CT_PARAMS, f), 0)
+#define CT_UNLESS(f) CT_CONDITION_(CT_WHEN_UNSET, offsetof(CT_PARAMS, f), 0)
+#define CT_UNLESS_WORD(f, bits) CT_CONDITION_(CT_WHEN_OTHER, offsetof(CT_PARAMS, f), bits)
 #define CT_BIT(index) (1u << (index))
 enum { CT_WHENS = 4 };
 /* What a run does with the file that a row names: files.h. */
@@ -100,56 +100,53 @@ struct ct_opt {
 	const char *dicom;
 };
 
-#define CT_TYPE_(S, f)                                                                             \
-	_Generic(((S *)0)->f, bool: CT_T_FLAG, int: CT_T_INT, double: CT_T_REAL, \
-		const char *: CT_T_STR, struct ct_list: CT_T_LIST)
-#define CT_ROW_(S, f, ch, nm, what, ...)                                                           \
+/* The rows of a table. f is a field of CT_PARAMS, the struct that the file defines it as. */
+#define CT_TYPE_(f)                                                                                \
+	_Generic(((CT_PARAMS *)0)->f, bool: CT_T_FLAG, int: CT_T_INT, double: CT_T_REAL, const char *: CT_T_STR, struct ct_list: CT_T_LIST)
+#define CT_ROW_(f, ch, nm, what, ...)                                                              \
 	{                                                                                          \
-		.c = ch, .name = nm, .type = CT_TYPE_(S, f), .at = offsetof(S, f), .arg = what,    \
-		__VA_ARGS__                                                                        \
+		.c = ch, .name = nm, .type = CT_TYPE_(f), .at = offsetof(CT_PARAMS, f),            \
+		.arg = what, __VA_ARGS__                                                           \
 	}
-/* Behind its help a row may say what modes take it: CT_WHEN(CT_IF(...), ...). */
+/* Behind its help a row may say what modes take it, CT_WHEN(CT_IF(...), ...), and that it decides
+ * nothing that is computed, CT_IDLE. */
 #define CT_WHEN(...) .when = {__VA_ARGS__}
-#define CT_OPT(S, f, c, name, arg, from, to, ...)                                                  \
-	CT_ROW_(S, f, c, name, arg, .lo = from, .hi = to, .help = __VA_ARGS__)
-/* One that decides nothing that is computed. */
-#define CT_OPT_IDLE(S, f, c, name, arg, from, to, ...)                                             \
-	CT_ROW_(S, f, c, name, arg, .lo = from, .hi = to, .counts = CT_COUNTS_NOT,                 \
-		.help = __VA_ARGS__)
-/* A constant of the method that only its developers change: a key of --expert KEY=VALUE, whose
- * value is text, a number, or for a bool yes or no. */
-#define CT_EXPERT(S, f, name, arg, from, to, ...)                                                  \
-	CT_ROW_(S, f, 0, name, arg, .expert = true, .lo = from, .hi = to, .help = __VA_ARGS__)
-#define CT_EXPERT_CHOICE(S, f, name, words, ...)                                                   \
-	CT_ROW_(S, f, 0, name, words, .choice = true, .expert = true, .help = __VA_ARGS__)
-/* The name of an input, of one that decides nothing that is computed, and of an output, with how
- * it ends: a list of ends, or CT_ENDS_IF. */
-#define CT_INPUT(S, f, c, name, arg, ...)                                                          \
-	CT_ROW_(S, f, c, name, arg, .counts = CT_COUNTS_CONTENT, .role = CT_READS,                 \
-		.help = __VA_ARGS__)
-#define CT_INPUT_IDLE(S, f, c, name, arg, ...)                                                     \
-	CT_ROW_(S, f, c, name, arg, .counts = CT_COUNTS_NOT, .role = CT_READS, .help = __VA_ARGS__)
-#define CT_OUTPUT(S, f, c, name, arg, end, ...)                                                    \
-	CT_ROW_(S, f, c, name, arg, .counts = CT_COUNTS_NOT, .role = CT_WRITES, .ends = {{end}},   \
-		.help = __VA_ARGS__)
-#define CT_OUTPUT_BESIDE(S, f, c, name, arg, end, ...)                                             \
-	CT_ROW_(S, f, c, name, arg, .counts = CT_COUNTS_NOT, .role = CT_WRITES_BESIDE,             \
-		.ends = {{end}}, .help = __VA_ARGS__)
-/* One that may be there when a run goes on: its own. */
-#define CT_OUTPUT_OWN(S, f, c, name, arg, end, ...)                                                \
-	CT_ROW_(S, f, c, name, arg, .counts = CT_COUNTS_NOT, .role = CT_REWRITES, .ends = {{end}}, \
-		.help = __VA_ARGS__)
+#define CT_IDLE .counts = CT_COUNTS_NOT
+/* A number, a text, a flag. */
+#define CT_OPT(f, c, name, arg, from, to, ...)                                                     \
+	CT_ROW_(f, c, name, arg, .lo = from, .hi = to, .help = __VA_ARGS__)
+#define CT_TEXT(f, c, name, arg, ...) CT_ROW_(f, c, name, arg, .help = __VA_ARGS__)
+#define CT_FLAG(f, c, name, ...) CT_ROW_(f, c, name, NULL, .help = __VA_ARGS__)
 /* An int field that takes one of the words "a|b|c" (CT_WORDS of the list of an enum) and holds its
  * index. */
-#define CT_CHOICE(S, f, c, name, words, ...)                                                       \
-	CT_ROW_(S, f, c, name, words, .choice = true, .help = __VA_ARGS__)
-/* An operand; a struct ct_list takes all that are left. */
-#define CT_ARG(S, f, what, arg, ...)                                                               \
-	CT_ROW_(S, f, 0, NULL, arg, .counts = CT_COUNTS_NOT, .role = what, .help = __VA_ARGS__)
-/* One that is written, the last of a list if that is CT_READS_WRITES. */
-#define CT_ARG_OUT(S, f, what, arg, end, ...)                                                      \
-	CT_ROW_(S, f, 0, NULL, arg, .counts = CT_COUNTS_NOT, .role = what, .ends = {{end}},        \
+#define CT_CHOICE(f, c, name, words, ...)                                                          \
+	CT_ROW_(f, c, name, words, .choice = true, .help = __VA_ARGS__)
+/* A constant of the method that only its developers change: a key of --expert KEY=VALUE, whose
+ * value is text, a number, or for a bool yes or no. */
+#define CT_EXPERT(f, name, arg, from, to, ...)                                                     \
+	CT_ROW_(f, 0, name, arg, .expert = true, .lo = from, .hi = to, .help = __VA_ARGS__)
+#define CT_EXPERT_CHOICE(f, name, words, ...)                                                      \
+	CT_ROW_(f, 0, name, words, .choice = true, .expert = true, .help = __VA_ARGS__)
+/* The name of an input, of one that decides nothing that is computed, and of an output, with how
+ * it ends: a list of ends, or CT_ENDS_IF. */
+#define CT_INPUT(f, c, name, arg, ...)                                                             \
+	CT_ROW_(f, c, name, arg, .counts = CT_COUNTS_CONTENT, .role = CT_READS, .help = __VA_ARGS__)
+#define CT_INPUT_IDLE(f, c, name, arg, ...)                                                        \
+	CT_ROW_(f, c, name, arg, CT_IDLE, .role = CT_READS, .help = __VA_ARGS__)
+#define CT_OUTPUT(f, c, name, arg, end, ...)                                                       \
+	CT_ROW_(f, c, name, arg, CT_IDLE, .role = CT_WRITES, .ends = {{end}}, .help = __VA_ARGS__)
+#define CT_OUTPUT_BESIDE(f, c, name, arg, end, ...)                                                \
+	CT_ROW_(f, c, name, arg, CT_IDLE, .role = CT_WRITES_BESIDE, .ends = {{end}},               \
 		.help = __VA_ARGS__)
+/* One that may be there when a run goes on: its own. */
+#define CT_OUTPUT_OWN(f, c, name, arg, end, ...)                                                   \
+	CT_ROW_(f, c, name, arg, CT_IDLE, .role = CT_REWRITES, .ends = {{end}}, .help = __VA_ARGS__)
+/* An operand; a struct ct_list takes all that are left. */
+#define CT_ARG(f, what, arg, ...)                                                                  \
+	CT_ROW_(f, 0, NULL, arg, CT_IDLE, .role = what, .help = __VA_ARGS__)
+/* One that is written, the last of a list if that is CT_READS_WRITES. */
+#define CT_ARG_OUT(f, what, arg, end, ...)                                                         \
+	CT_ROW_(f, 0, NULL, arg, CT_IDLE, .role = what, .ends = {{end}}, .help = __VA_ARGS__)
 /* For `end`: one list under a condition, else another. */
 #define CT_ENDS_IF(condition, then, other)                                                         \
 	then, condition                                                                            \
@@ -158,13 +155,11 @@ struct ct_opt {
 	{                                                                                          \
 		other
 /* One that is a choice. */
-#define CT_ARG_CHOICE(S, f, lab, words, ...)                                                       \
-	CT_ROW_(S, f, 0, NULL, words, .label = lab, .choice = true, .counts = CT_COUNTS_NOT,       \
-		.help = __VA_ARGS__)
+#define CT_ARG_CHOICE(f, lab, words, ...)                                                          \
+	CT_ROW_(f, 0, NULL, words, .label = lab, .choice = true, CT_IDLE, .help = __VA_ARGS__)
 /* The last one, that may be missing. */
-#define CT_ARG_MAYBE(S, f, what, arg, ...)                                                         \
-	CT_ROW_(S, f, 0, NULL, arg, .optional = true, .counts = CT_COUNTS_NOT, .role = what,       \
-		.help = __VA_ARGS__)
+#define CT_ARG_MAYBE(f, what, arg, ...)                                                            \
+	CT_ROW_(f, 0, NULL, arg, .optional = true, CT_IDLE, .role = what, .help = __VA_ARGS__)
 #define CT_OPT_END                                                                                 \
 	{                                                                                          \
 		.type = CT_T_END                                                                   \
@@ -186,8 +181,20 @@ struct ct_tool {
 	unsigned flags;
 };
 
+/* Of the environment, for a step of a chain (chain.h): the name of a file between the steps, and on
+ * the next line what messages call it, the user's own name of what it was made of. */
+#define CT_CALLED "CTSR_CALLED"
+
 /* Parse, run, report; the value to return from main. */
 int ct_cli_main(const struct ct_tool *t, int argc, char **argv);
+/* The main of a command, whose file has its `opts`, `defaults` and `run`. */
+#define CT_CLI_MAIN(tool_name, tool_brief, tool_flags)                                             \
+	int main(int argc, char **argv)                                                            \
+	{                                                                                          \
+		static const struct ct_tool tool = {                                               \
+			tool_name, tool_brief, opts, &defaults, sizeof defaults, run, tool_flags}; \
+		return ct_cli_main(&tool, argc, argv);                                             \
+	}
 
 /* Values of options that are more than one number. CT_EUSAGE naming the option. */
 /* "a,b,c" (also "axbxc" with sep 'x'): exactly n numbers, or one that stands for all if spread. */
@@ -198,10 +205,11 @@ int ct_cli_dims(const char *option, const char *s, size_t n, size_t *v, struct c
 /* "LO:HI", LO < HI. */
 int ct_cli_range(const char *option, const char *s, double v[2], struct ct_err *e);
 /* The option --memory. */
-#define CT_MEMORY(S, f, ...)                                                                       \
-	CT_OPT_IDLE(S, f, 0, "memory", "SIZE", 0, 0,                                               \
+#define CT_MEMORY(f, ...)                                                                          \
+	CT_TEXT(f, 0, "memory", "SIZE",                                                            \
 		"use at most this much memory, such as 600M or 2G; default: what is free. A CT "   \
-		"that does not fit is refined in slabs" __VA_OPT__(, ) __VA_ARGS__)
+		"that does not fit is refined in slabs",                                           \
+		CT_IDLE __VA_OPT__(, ) __VA_ARGS__)
 /* Bytes of its value, "600M", "1.5G": a number and K, M, G or T, powers of 1024; 0 for NULL. */
 int ct_cli_memory(double *bytes, const char *text, struct ct_err *e);
 

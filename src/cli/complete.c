@@ -1,11 +1,11 @@
-/* complete.c: see complete.h.
+/* complete.c: what a shell offers when a tab is pressed behind a command: see show.h.
  *
  * A value is one of the words of a choice, a file, or a folder; of the files that are written those
  * are offered that end as the row says, and folders on the way to them. What is read is told by its
  * content, so that any file may be meant. An option is not offered beside itself, nor beside one
  * that excludes it. */
 #include "config.h"
-#include "cli/complete.h"
+#include "cli/show.h"
 #include "cli/table.h"
 
 #include <stdio.h>
@@ -191,7 +191,7 @@ static const char bash_body[] =
 	"		COMPREPLY=(\"${COMPREPLY[@]#\"${cur%\"${cur##*:}\"}\"}\")\n"
 	"	return 0\n";
 
-static void put_bash(const struct ct_tool *t)
+int ct_show_bash(const struct ct_tool *t, struct ct_err *e)
 {
 	static const struct values values = {"words='", "' ;;\n", "files=file ends='' ;;\n",
 		"files=file ends='", "' ;;\n", "files=folder ;;\n", ";;\n"};
@@ -199,6 +199,7 @@ static void put_bash(const struct ct_tool *t)
 	const struct ct_opt *o;
 	size_t operand = 0;
 
+	(void)e;
 	printf("# %s in bash, made by %s --complete=bash\n%s_value()\n{\n\tcase $1 in\n", t->name,
 		t->name, self);
 	for (size_t k = 0; (o = ct_table_row(t, k)); k++) {
@@ -231,6 +232,7 @@ static void put_bash(const struct ct_tool *t)
 			fputs(o->type == CT_T_FLAG ? "" : "=", stdout);
 		}
 	printf("'\n%s}\ncomplete -F %s %s\n", bash_body, self, t->name);
+	return 0;
 }
 
 static const struct values zsh_values = {"(", ")' \\\n", "_files' \\\n", "_files -g \"*.(#i)(",
@@ -270,11 +272,12 @@ static void zsh_option(const struct ct_tool *t, const struct ct_opt *o, bool let
 	put_value(&zsh_values, o);
 }
 
-static void put_zsh(const struct ct_tool *t)
+int ct_show_zsh(const struct ct_tool *t, struct ct_err *e)
 {
 	const struct ct_opt *o;
 	size_t operand = 0;
 
+	(void)e;
 	printf("#compdef %s\n# %s in zsh, made by %s --complete=zsh\n_arguments -s -S \\\n",
 		t->name, t->name, t->name);
 	for (size_t k = 0; (o = ct_table_row(t, k)); k++) {
@@ -293,6 +296,7 @@ static void put_zsh(const struct ct_tool *t)
 		put_value(&zsh_values, o);
 	}
 	puts("\t&& return 0");
+	return 0;
 }
 
 /* Of fish: the number of the operand that stands at the cursor; is one of these options given; the
@@ -378,11 +382,12 @@ static void fish_option(const struct ct_tool *t, const struct ct_opt *o)
 		putchar('\n');
 }
 
-static void put_fish(const struct ct_tool *t)
+int ct_show_fish(const struct ct_tool *t, struct ct_err *e)
 {
 	const struct ct_opt *o;
 	size_t operand = 0;
 
+	(void)e;
 	printf("# %s in fish, made by %s --complete=fish\n", t->name, t->name);
 	fish_functions(t);
 	printf("complete -c %s -f\n", t->name);
@@ -396,13 +401,5 @@ static void put_fish(const struct ct_tool *t)
 		operand++;
 		fish_value(t, o);
 	}
-}
-
-void ct_complete_print(const struct ct_tool *t, enum ct_shell shell)
-{
-	switch (shell) {
-	case CT_BASH: put_bash(t); break;
-	case CT_ZSH: put_zsh(t); break;
-	case CT_FISH: put_fish(t); break;
-	}
+	return 0;
 }

@@ -1,8 +1,8 @@
-/* describe.c: see describe.h. */
+/* describe.c: a command for programs: see show.h. */
 #include "config.h"
-#include "cli/describe.h"
 #include "cli/json.h"
 #include "cli/modes.h"
+#include "cli/show.h"
 #include "cli/table.h"
 
 #include <errno.h>
@@ -151,7 +151,7 @@ static json_t *row_of(const struct ct_tool *t, const struct ct_opt *o)
 	return x;
 }
 
-int ct_describe_print(const struct ct_tool *t, struct ct_err *e)
+int ct_show_json(const struct ct_tool *t, struct ct_err *e)
 {
 	json_t *arguments = json_array(), *options = json_array(), *keys = json_array(),
 	       *exits = json_object(), *all;
@@ -279,11 +279,12 @@ static void put_option(const struct ct_tool *t, const struct ct_opt *o)
 	printf("</%s>\n", tag);
 }
 
-void ct_describe_slicer(const struct ct_tool *t)
+int ct_show_xml(const struct ct_tool *t, struct ct_err *e)
 {
 	const struct ct_opt *o;
 	int place = 0;
 
+	(void)e;
 	puts("<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<executable>");
 	put_text("category", "CT super-resolution");
 	put_text("title", t->name);
@@ -305,4 +306,5 @@ void ct_describe_slicer(const struct ct_tool *t)
 		if (o->name && !o->common)
 			put_option(t, o);
 	puts("</parameters>\n</executable>");
+	return 0;
 }

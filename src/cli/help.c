@@ -1,7 +1,7 @@
-/* help.c: see help.h. */
+/* help.c: --help and the man page: see show.h. */
 #include "config.h"
-#include "cli/help.h"
 #include "cli/modes.h"
+#include "cli/show.h"
 #include "cli/table.h"
 
 #include <ctype.h>
@@ -80,12 +80,13 @@ static void put_row(const struct ct_tool *t, const struct ct_opt *o, const char 
 	put_default(t, o);
 }
 
-void ct_help_print(const struct ct_tool *t)
+int ct_show_help(const struct ct_tool *t, struct ct_err *e)
 {
 	const struct ct_table_exits *x;
 	const struct ct_opt *o;
 	char left[80], text[400];
 
+	(void)e;
 	synopsis(t);
 	printf("\n%s\n\n", t->brief);
 	for (size_t k = 0; (o = ct_table_row(t, k)); k++) {
@@ -113,6 +114,7 @@ void ct_help_print(const struct ct_tool *t)
 	for (size_t k = 0; (x = ct_table_exit(k)); k++)
 		printf("%s%d %s%s", k == 5 ? "\n" : " ", x->code, x->words,
 			ct_table_exit(k + 1) ? "," : ".\n");
+	return 0;
 }
 
 /* mdoc wants a line a sentence. */
@@ -153,11 +155,12 @@ static void mdoc_experts(const struct ct_tool *t)
 	puts(".El");
 }
 
-void ct_help_mdoc(const struct ct_tool *t)
+int ct_show_mdoc(const struct ct_tool *t, struct ct_err *e)
 {
 	const struct ct_opt *o;
 	char text[400];
 
+	(void)e;
 	puts(".Bl -tag -width Ds");
 	for (size_t k = 0; (o = ct_table_row(t, k)); k++) {
 		if (!o->name)
@@ -178,4 +181,5 @@ void ct_help_mdoc(const struct ct_tool *t)
 			mdoc_experts(t);
 	}
 	puts(".El");
+	return 0;
 }

@@ -69,27 +69,17 @@ int ct_keep_stack(
 	return keep(path, NULL, s, env, e);
 }
 
-int ct_keep_error(const struct ct_keep_error *error, const struct ct_env *env, struct ct_err *e)
-{
-	return ct_meta_set(&error->vol->meta, CT_META_QUANTITY, CT_QUANTITY_ERROR, e) ||
-			       ct_vol_write(error->path, error->vol, env, e)
-		       ? -1
-		       : 0;
-}
-
-int ct_keep_vols(const char *path, const struct ct_vol *v, const struct ct_keep_error *error,
-	const struct ct_env *env, struct ct_err *e)
+int ct_keep_vols(const char *path, const struct ct_vol *v, const char *more_path,
+	const struct ct_vol *more, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_out_set both = {0};
 	struct ct_env own = *env;
 	int rc = -1;
 
-	own.together = error->path ? &both : NULL;
-	if (error->path && ct_keep_error(error, &own, e))
-		goto out;
-	if (ct_keep_vol(path, v, &own, e) == 0)
+	own.together = more_path ? &both : NULL;
+	if ((!more_path || ct_vol_write(more_path, more, &own, e) == 0) &&
+		ct_keep_vol(path, v, &own, e) == 0)
 		rc = ct_out_set_commit(&both, e);
-out:
 	ct_out_set_drop(&both);
 	return rc;
 }

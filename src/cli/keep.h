@@ -12,16 +12,9 @@ int ct_keep_vol(
 	const char *path, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e);
 int ct_keep_stack(
 	const char *path, const struct ct_stack *s, const struct ct_env *env, struct ct_err *e);
-/* The predicted error that belongs to a volume, and where it goes; path NULL: there is none. */
-struct ct_keep_error {
-	const char *path;
-	struct ct_vol *vol; /* gets its quantity */
-};
-/* The predicted error alone. */
-int ct_keep_error(const struct ct_keep_error *error, const struct ct_env *env, struct ct_err *e);
-/* The volume and its predicted error: both, or neither. */
-int ct_keep_vols(const char *path, const struct ct_vol *v, const struct ct_keep_error *error,
-	const struct ct_env *env, struct ct_err *e);
+/* The volume, and unless the path is NULL `more`, which belongs to it: both, or neither. */
+int ct_keep_vols(const char *path, const struct ct_vol *v, const char *more_path,
+	const struct ct_vol *more, const struct ct_env *env, struct ct_err *e);
 /* A new name for the file `path` in the folder for temporary files (TMPDIR), of a file that is
  * made, for its owner alone; to be freed. NULL if it cannot be. */
 char *ct_keep_name(const char *path);

@@ -1,7 +1,7 @@
 libct_a_SOURCES += src/cli/cli.c src/cli/cli.h
-libct_a_SOURCES += src/cli/table.c src/cli/table.h src/cli/help.c src/cli/help.h
-libct_a_SOURCES += src/cli/json.c src/cli/json.h src/cli/describe.c src/cli/describe.h
-libct_a_SOURCES += src/cli/complete.c src/cli/complete.h
+libct_a_SOURCES += src/cli/table.c src/cli/table.h src/cli/help.c src/cli/show.h
+libct_a_SOURCES += src/cli/json.c src/cli/json.h src/cli/describe.c
+libct_a_SOURCES += src/cli/complete.c
 libct_a_SOURCES += src/cli/files.c src/cli/files.h
 libct_a_SOURCES += src/cli/resume.c src/cli/resume.h
 libct_a_SOURCES += src/cli/keep.c src/cli/keep.h
@@ -12,5 +12,4 @@ libct_a_SOURCES += src/cli/stop.c src/cli/stop.h
 libct_a_SOURCES += src/cli/folder.c src/cli/folder.h src/cli/content.c src/cli/content.h
 libct_a_SOURCES += src/cli/chain.c src/cli/chain.h src/cli/chain-run.c
 libct_a_SOURCES += src/cli/journal.c src/cli/journal.h
-libct_a_SOURCES += src/cli/called.c src/cli/called.h
 libct_a_SOURCES += src/cli/cost.c src/cli/cost.h

@@ -11,13 +11,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-const struct ct_common ct_common_defaults = {
-	.expand = CT_INFLATE_TIMES, .seed = "0", .complete = -1};
+const struct ct_common ct_common_defaults = {.expand = CT_INFLATE_TIMES, .seed = "0"};
 
 enum { KEYED = 0x100, DRY_JSON = 0x200 }; /* has keys of --expert; --json of --dry-run alone */
 
-#define COMMON(f, c, name, arg, to, ...)                                                           \
-	CT_OPT(struct ct_common, f, c, name, arg, 0, to, __VA_ARGS__, .common = true)
+#define CT_PARAMS struct ct_common
+#define COMMON(f, c, name, arg, to, ...) CT_OPT(f, c, name, arg, 0, to, __VA_ARGS__, .common = true)
 static const struct {
 	unsigned flags; /* of the tools that have it; 0: all */
 	struct ct_opt opt;
@@ -30,7 +29,7 @@ static const struct {
 	{CT_LONG, COMMON(dry_run, 0, "dry-run", NULL, 0,
 			  "print the time, memory and disk expected, and do nothing")},
 	{CT_IN_HU,
-		CT_CHOICE(struct ct_common, units, 0, "units", CT_WORDS(CT_UNITS_LIST),
+		CT_CHOICE(units, 0, "units", CT_WORDS(CT_UNITS_LIST),
 			"what the values of a CT are: what its file says, and what cannot be HU is "
 			"refused; HU, whatever it says; or others, which are taken as they are",
 			.common = true)},

@@ -6,11 +6,9 @@
 
 /* Where the options that every tool has are put. */
 struct ct_common {
-	bool help, version, describe, slicer, mdoc, quiet, verbose, force, json, dry_run;
+	bool help, version, quiet, verbose, force, json, dry_run;
 	int threads, expand, units;
-	const char *seed;
-	int complete; /* enum ct_shell, or -1 */
-	const char *expert;
+	const char *seed, *expert;
 };
 extern const struct ct_common ct_common_defaults;
 

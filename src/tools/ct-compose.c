@@ -25,23 +25,21 @@ struct params {
 
 static const struct params defaults = {.floor = NAN, .gain = 1, .spacing = NAN};
 
+#define CT_PARAMS struct params
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, base, CT_READS, "BASE", "CT in HU, NIfTI, or -"),
-	CT_ARG(struct params, res, CT_READS, "RESIDUAL",
-		"Gaussians, PLY, or HU to add, NIfTI, or -"),
-	CT_ARG_OUT(
-		struct params, out, CT_WRITES, "OUT", CT_ENDS_VOLUME, "the CT in HU, NIfTI, or -"),
-	CT_OPT(struct params, floor, 0, "floor", "HU", -1e6, 1e6,
-		"least value of OUT (LO of the window)"),
-	CT_OPT(struct params, gain, 'g', "gain", "X", -1e3, 1e3, "multiply the residual by this"),
-	CT_OPT(struct params, spacing, 's', "spacing", "MM", 1e-3, 1e6,
+	CT_ARG(base, CT_READS, "BASE", "CT in HU, NIfTI, or -"),
+	CT_ARG(res, CT_READS, "RESIDUAL", "Gaussians, PLY, or HU to add, NIfTI, or -"),
+	CT_ARG_OUT(out, CT_WRITES, "OUT", CT_ENDS_VOLUME, "the CT in HU, NIfTI, or -"),
+	CT_OPT(floor, 0, "floor", "HU", -1e6, 1e6, "least value of OUT (LO of the window)"),
+	CT_OPT(gain, 'g', "gain", "X", -1e3, 1e3, "multiply the residual by this"),
+	CT_OPT(spacing, 's', "spacing", "MM", 1e-3, 1e6,
 		"render on voxels of MM in the box of BASE, which is interpolated (its own grid)"),
-	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
+	CT_TEXT(window, 'w', "window", "LO:HI",
 		"HU of density 0 and 1 (-1024:3071, or what RESIDUAL or else BASE says)"),
-	CT_INPUT(struct params, consistent, 0, "consistent", "LR",
+	CT_INPUT(consistent, 0, "consistent", "LR",
 		"change OUT as little as makes it agree with this low-resolution CT, NIfTI; it, or "
 		"else BASE, says what operator made it"),
-	CT_OUTPUT(struct params, res_out, 0, "residual-out", "FILE", CT_ENDS_VOLUME,
+	CT_OUTPUT(res_out, 0, "residual-out", "FILE", CT_ENDS_VOLUME,
 		"write the residual too, in HU, before gain and floor"),
 	CT_OPT_END,
 };
@@ -76,8 +74,6 @@ static int residual(struct ct_vol *out, struct ct_any *res, const struct ct_vol 
 static int read_all(struct ct_vol *base, struct ct_any *res, const struct params *p,
 	const struct ct_env *env, struct ct_err *e)
 {
-	if (strcmp(p->base, "-") == 0 && strcmp(p->res, "-") == 0)
-		return ct_fail(e, CT_EUSAGE, "BASE and RESIDUAL cannot both be standard input");
 	if (ct_evidence_base(base, p->base, env, e) ||
 		ct_evidence_quantity(&base->meta, CT_QUANTITY_HU, p->base, e) ||
 		ct_any_read(p->res, res, e))
@@ -133,16 +129,16 @@ static void add(struct ct_vol *base, const struct ct_vol *res, const struct ct_m
 	ct_window_add(n, base->data, res->data, p->gain, floor, whole ? open : window);
 }
 
-static int write_residual(struct ct_vol *res, const struct ct_any *from, const struct params *p,
+static int describe(struct ct_vol *base, struct ct_vol *res, const struct ct_any *from,
 	const struct ct_env *env, struct ct_err *e)
 {
-	const struct ct_meta *in = ct_any_meta(from);
+	const struct ct_meta *in = ct_any_meta(from), *const both[] = {&base->meta, in};
 
-	if (ct_meta_copy(&res->meta, in, e) ||
-		ct_meta_set(&res->meta, CT_META_QUANTITY, CT_QUANTITY_RESIDUAL, e) ||
-		ct_meta_step(&res->meta, env, 1, &in, e))
-		return -1;
-	return ct_vol_write(p->res_out, res, env, e);
+	return ct_meta_step(&base->meta, env, 2, both, e) || ct_meta_copy(&res->meta, in, e) ||
+			       ct_meta_set(&res->meta, CT_META_QUANTITY, CT_QUANTITY_RESIDUAL, e) ||
+			       ct_meta_step(&res->meta, env, 1, &in, e)
+		       ? -1
+		       : 0;
 }
 
 /* The nearest volume that the operator of --consistent maps to it. */
@@ -172,8 +168,6 @@ out:
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct params *p = params;
-	struct ct_out_set both = {0};
-	struct ct_env own = *env;
 	struct ct_vol base = {0}, res = {0};
 	struct ct_any from = {0};
 	double window[2];
@@ -191,32 +185,13 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	add(&base, &res, ct_any_meta(&from), window, p, env);
 	if (p->consistent && make_consistent(&base, p, env, e))
 		goto out;
-	own.together = p->res_out ? &both : NULL;
-	if (ct_meta_step(&base.meta, env, 2,
-		    (const struct ct_meta *const[]){&base.meta, ct_any_meta(&from)}, e) ||
-		(p->res_out && write_residual(&res, &from, p, &own, e)) ||
-		ct_keep_vol(p->out, &base, &own, e))
-		goto out;
-	rc = ct_out_set_commit(&both, e);
+	if (describe(&base, &res, &from, env, e) == 0)
+		rc = ct_keep_vols(p->out, &base, p->res_out, &res, env, e);
 out:
-	ct_out_set_drop(&both);
 	ct_vol_free(&base);
 	ct_vol_free(&res);
 	ct_any_free(&from);
 	return rc;
 }
 
-static const struct ct_tool tool = {
-	.name = "ct-compose",
-	.brief = "Add a residual, of Gaussians or voxels, to a CT.",
-	.opts = opts,
-	.defaults = &defaults,
-	.size = sizeof defaults,
-	.run = run,
-	.flags = CT_IN_HU,
-};
-
-int main(int argc, char **argv)
-{
-	return ct_cli_main(&tool, argc, argv);
-}
+CT_CLI_MAIN("ct-compose", "Add a residual, of Gaussians or voxels, to a CT.", CT_IN_HU)

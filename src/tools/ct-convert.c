@@ -18,67 +18,57 @@
 
 static const struct convert defaults = {.orient = "LPS", .rescale = "1", .iso = (double)NAN};
 
+#define CT_PARAMS struct convert
 /* What reads DICOM; what works on a volume. */
-#define OF_DICOM                                                                                   \
-	CT_WHEN(CT_UNLESS(struct convert, raw), CT_UNLESS(struct convert, scanner),                \
-		CT_UNLESS(struct convert, radiograph))
-#define OF_VOLUME CT_WHEN(CT_UNLESS(struct convert, radiograph), CT_UNLESS(struct convert, scanner))
+#define OF_DICOM CT_WHEN(CT_UNLESS(raw), CT_UNLESS(scanner), CT_UNLESS(radiograph))
+#define OF_VOLUME CT_WHEN(CT_UNLESS(radiograph), CT_UNLESS(scanner))
 
 static const struct ct_opt opts[] = {
-	CT_OPT(struct convert, series, 0, "series", "UID|N", 0, 0,
+	CT_TEXT(series, 0, "series", "UID|N",
 		"read this DICOM series: its UID, or its number in the list of ct-info", OF_DICOM),
-	CT_CHOICE(struct convert, tilt, 0, "tilt", CT_WORDS(CT_TILT_LIST),
+	CT_CHOICE(tilt, 0, "tilt", CT_WORDS(CT_TILT_LIST),
 		"tilted gantry: resample, shear the affine, or refuse", OF_DICOM),
-	CT_CHOICE(struct convert, gaps, 0, "gaps", CT_WORDS(CT_GAPS_LIST),
+	CT_CHOICE(gaps, 0, "gaps", CT_WORDS(CT_GAPS_LIST),
 		"uneven slices: resample, also fill missing ones, or refuse", OF_DICOM),
-	CT_OPT(struct convert, skip_damaged, 0, "skip-damaged", NULL, 0, 0,
-		"skip damaged DICOM files, and list them", OF_DICOM),
-	CT_CHOICE(struct convert, units, 0, "units", CT_WORDS(CT_UNITS_LIST),
+	CT_FLAG(skip_damaged, 0, "skip-damaged", "skip damaged DICOM files, and list them",
+		OF_DICOM),
+	CT_CHOICE(units, 0, "units", CT_WORDS(CT_UNITS_LIST),
 		"unit of the values: as IN says, HU, or another one", OF_VOLUME),
-	CT_OPT(struct convert, raw, 0, "raw", "WxHxD:TYPE:X,Y,Z", 0, 0,
+	CT_TEXT(raw, 0, "raw", "WxHxD:TYPE:X,Y,Z",
 		"IN is voxels without a header: number (W fastest), type of" CT_RAW_LIST(
 			CT_WORD_SPACE) " (append :be if big-endian), size in mm",
-		CT_WHEN(CT_UNLESS(struct convert, scanner))),
-	CT_OPT(struct convert, orient, 0, "orient", "AXES", 0, 0,
-		"directions of the axes of IN; of radiographs RIP",
-		CT_WHEN(CT_IF(struct convert, raw), CT_IF(struct convert, radiograph))),
-	CT_OPT(struct convert, rescale, 0, "rescale", "A[,B]", 0, 0,
-		"the value is A times the stored number, plus B",
-		CT_WHEN(CT_IF(struct convert, raw), CT_IF(struct convert, scanner),
-			CT_IF(struct convert, radiograph))),
-	CT_INPUT(struct convert, scanner, 0, "scanner", "FILE",
+		CT_WHEN(CT_UNLESS(scanner))),
+	CT_TEXT(orient, 0, "orient", "AXES", "directions of the axes of IN; of radiographs RIP",
+		CT_WHEN(CT_IF(raw), CT_IF(radiograph))),
+	CT_TEXT(rescale, 0, "rescale", "A[,B]", "the value is A times the stored number, plus B",
+		CT_WHEN(CT_IF(raw), CT_IF(scanner), CT_IF(radiograph))),
+	CT_INPUT(scanner, 0, "scanner", "FILE",
 		"geometry of a numpy array of projections, in JSON; write a stack"),
-	CT_CHOICE(struct convert, radiograph, 0, "radiograph", CT_WORDS(CONVERT_RADIOGRAPH_LIST),
+	CT_CHOICE(radiograph, 0, "radiograph", CT_WORDS(CONVERT_RADIOGRAPH_LIST),
 		"read pictures or DICOM radiographs; write a stack of grey values or line integrals",
-		CT_WHEN(CT_UNLESS(struct convert, scanner))),
-	CT_OPT(struct convert, pitch, 0, "pitch", "MM[,MM]", 0, 0,
-		"pixel size of a radiograph, if its file has none",
-		CT_WHEN(CT_IF(struct convert, radiograph))),
-	CT_OPT(struct convert, reorient, 0, "reorient", "AXES", 0, 0,
+		CT_WHEN(CT_UNLESS(scanner))),
+	CT_TEXT(pitch, 0, "pitch", "MM[,MM]", "pixel size of a radiograph, if its file has none",
+		CT_WHEN(CT_IF(radiograph))),
+	CT_TEXT(reorient, 0, "reorient", "AXES",
 		"permute and flip the axes towards AXES, such as RAS", OF_VOLUME),
-	CT_OPT(struct convert, crop, 0, "crop", "auto|LO:HI,LO:HI,LO:HI[mm]", 0, 0,
+	CT_TEXT(crop, 0, "crop", "auto|LO:HI,LO:HI,LO:HI[mm]",
 		"keep a box, in voxels (HI excluded) or RAS+ mm; auto: the body and 10 mm",
 		OF_VOLUME),
-	CT_OPT(struct convert, iso, 0, "iso", "MM", 1e-4, 1000, "resample to cubic voxels of MM",
-		OF_VOLUME),
-	CT_OPT(struct convert, cube, 0, "cube", "N", 0, 4096, "crop or pad to NxNxN voxels",
-		OF_VOLUME),
-	CT_CHOICE(struct convert, type, 0, "type", CT_WORDS(CT_NIFTI_LIST),
+	CT_OPT(iso, 0, "iso", "MM", 1e-4, 1000, "resample to cubic voxels of MM", OF_VOLUME),
+	CT_OPT(cube, 0, "cube", "N", 0, 4096, "crop or pad to NxNxN voxels", OF_VOLUME),
+	CT_CHOICE(type, 0, "type", CT_WORDS(CT_NIFTI_LIST),
 		"voxel type of OUT; auto is i16 if that is exact", OF_VOLUME),
-	CT_OPT(struct convert, compress, 0, "compress", NULL, 0, 0,
-		"compress the voxels of MetaImage or NRRD", OF_VOLUME),
-	CT_OUTPUT_BESIDE(struct convert, sidecar, 0, "sidecar", "FILE", CT_ENDS_REPORT,
+	CT_FLAG(compress, 0, "compress", "compress the voxels of MetaImage or NRRD", OF_VOLUME),
+	CT_OUTPUT_BESIDE(sidecar, 0, "sidecar", "FILE", CT_ENDS_REPORT,
 		"also write scan parameters and slices as JSON", OF_VOLUME),
-	CT_INPUT(struct convert, template, 0, "template", "DICOM",
+	CT_INPUT(template, 0, "template", "DICOM",
 		"take patient and study of DICOM output from this series", OF_VOLUME),
-	CT_OPT(struct convert, other_patient, 0, "template-other-patient", NULL, 0, 0,
-		"take it even if IN is of another patient or space",
-		CT_WHEN(CT_IF(struct convert, template))),
-	CT_OPT(struct convert, deid, 0, "deid", NULL, 0, 0,
-		"write DICOM without the patient's identity", OF_VOLUME),
-	CT_ARG_OUT(struct convert, files, CT_READS_WRITES, "FILE",
-		CT_ENDS_IF(CT_IF(struct convert, scanner), CT_ENDS_STACK,
-			CT_ENDS_IF(CT_IF(struct convert, radiograph), CT_ENDS_STACK,
+	CT_FLAG(other_patient, 0, "template-other-patient",
+		"take it even if IN is of another patient or space", CT_WHEN(CT_IF(template))),
+	CT_FLAG(deid, 0, "deid", "write DICOM without the patient's identity", OF_VOLUME),
+	CT_ARG_OUT(files, CT_READS_WRITES, "FILE",
+		CT_ENDS_IF(CT_IF(scanner), CT_ENDS_STACK,
+			CT_ENDS_IF(CT_IF(radiograph), CT_ENDS_STACK,
 				CT_ENDS_VOLUME "|" CT_ENDS_HEADED "|" CT_ENDS_DICOM)),
 		"the inputs, then OUT: NIfTI, MetaImage or NRRD by its name; - for NIfTI; DICOM as a folder of slices or one .dcm file; EXR with --scanner or --radiograph",
 		.dicom = CT_DICOM_OWN),
@@ -97,15 +87,12 @@ static int reorient(struct ct_vol *v, const char *word, struct ct_err *e)
 
 static void say(const struct ct_vol *v, const struct ct_env *env)
 {
-	const size_t plane = v->n[0] * v->n[1];
 	float lo = v->data[0], hi = lo;
 	double mm[3];
 
-	for (size_t k = 0; k < v->n[2]; k++) {
-		for (size_t i = k * plane; i < (k + 1) * plane; i++) {
-			lo = v->data[i] < lo ? v->data[i] : lo;
-			hi = v->data[i] > hi ? v->data[i] : hi;
-		}
+	for (size_t i = 0; i < ct_vol_count(v); i++) {
+		lo = v->data[i] < lo ? v->data[i] : lo;
+		hi = v->data[i] > hi ? v->data[i] : hi;
 	}
 	ct_vol_spacing(v, mm);
 	ct_log(env, CT_INFO, "%zux%zux%zu voxels of %.6gx%.6gx%.6g mm, %g to %g HU", v->n[0],
@@ -204,11 +191,6 @@ out:
 	return rc;
 }
 
-int main(int argc, char **argv)
-{
-	static const struct ct_tool tool = {"ct-convert",
-		"convert volumes: DICOM, NIfTI, MetaImage, NRRD, raw voxels; stacks of numpy; radiographs",
-		opts, &defaults, sizeof defaults, run, 0};
-
-	return ct_cli_main(&tool, argc, argv);
-}
+CT_CLI_MAIN("ct-convert",
+	"convert volumes: DICOM, NIfTI, MetaImage, NRRD, raw voxels; stacks of numpy; radiographs",
+	0)

@@ -51,88 +51,88 @@ static const struct params defaults = {.scale = 0,
 	.sigma_det = NAN,
 	.norm = 0};
 
+#define CT_PARAMS struct params
 /* Samplers that draw noise anew or not, that ask a network, and that are fitted; and what is drawn
  * as a whole, not as what projections lack. */
 #define STOCHASTIC (NOISY | CT_BIT(CT_SAMPLER_DDNM) | CT_BIT(CT_SAMPLER_DDIM))
-#define WITH_NETWORK CT_UNLESS_WORD(struct params, sampler, CT_BIT(CT_SAMPLER_NONE))
-#define FROM_NOTHING CT_UNLESS(struct params, base)
-#define FITTED CT_WHEN(CT_IF_WORD(struct params, sampler, CT_BIT(CT_SAMPLER_BIRD)))
+#define WITH_NETWORK CT_UNLESS_WORD(sampler, CT_BIT(CT_SAMPLER_NONE))
+#define FROM_NOTHING CT_UNLESS(base)
+#define FITTED CT_WHEN(CT_IF_WORD(sampler, CT_BIT(CT_SAMPLER_BIRD)))
 /* Samplers that know noise, operators that may be one with a blur. */
 #define NOISY (CT_BIT(CT_SAMPLER_PLUS) | CT_BIT(CT_SAMPLER_SIMPLE))
 #define BLURRED (CT_BIT(FILE_SAYS) | CT_BIT(FIRST_OPERATOR + CT_MEASUREMENT_MATCHED))
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, in, CT_READS, "IN",
+	CT_ARG(in, CT_READS, "IN",
 		"low-resolution projections, EXR, or -; or one picture (PNG, TIFF)"),
-	CT_ARG_OUT(struct params, out, CT_WRITES, "OUT", CT_ENDS_STACK "|" CT_ENDS_PICTURE,
+	CT_ARG_OUT(out, CT_WRITES, "OUT", CT_ENDS_STACK "|" CT_ENDS_PICTURE,
 		"super-resolved projections, EXR, or -; of a picture also FILE.png"),
-	CT_OPT(struct params, scale, 'x', "factor", "S", 2, 64,
+	CT_OPT(scale, 'x', "factor", "S", 2, 64,
 		"times finer, along rows and columns; by default what IN says it was coarsened by, "
 		"else 4"),
-	CT_INPUT(struct params, prior, 'p', "prior", "FILE",
+	CT_INPUT(prior, 'p', "prior", "FILE",
 		"diffusion prior, safetensors or PyTorch; by default the one that is installed",
 		CT_WHEN(WITH_NETWORK)),
-	CT_OPT(struct params, arch, 'a', "arch", "KEY=VALUE,...", 0, 0,
+	CT_TEXT(arch, 'a', "arch", "KEY=VALUE,...",
 		"what the prior is, where its file does not say it, in the words of ct-train "
 		"--arch; see DESCRIPTION",
-		CT_WHEN(CT_IF(struct params, prior))),
-	CT_OPT(struct params, label, 0, "class", "N", -1, 65535,
+		CT_WHEN(CT_IF(prior))),
+	CT_OPT(label, 0, "class", "N", -1, 65535,
 		"class to draw, of a prior that is conditioned on classes; -1: it is not",
-		CT_WHEN(CT_IF(struct params, prior), FROM_NOTHING)),
-	CT_OPT(struct params, steps, 'n', "steps", "N", 1, 1000,
+		CT_WHEN(CT_IF(prior), FROM_NOTHING)),
+	CT_OPT(steps, 'n', "steps", "N", 1, 1000,
 		"calls of the network a chain; by default 50, of gdp 1000 and of bird 10, and with "
 		"--base-projections 10",
 		CT_WHEN(WITH_NETWORK)),
-	CT_EXPERT(struct params, eta, "eta", "X", 0, 1,
+	CT_EXPERT(eta, "eta", "X", 0, 1,
 		"of the ddnm samplers the fraction of the noise that is drawn anew in every step "
 		"(0.99 unless given); of ddim the noise, ddpm having 1 (0 unless given)",
-		CT_WHEN(CT_IF_WORD(struct params, sampler, STOCHASTIC))),
-	CT_OPT(struct params, sigma_y, 0, "sigma-y", "X", 0, 1,
+		CT_WHEN(CT_IF_WORD(sampler, STOCHASTIC))),
+	CT_OPT(sigma_y, 0, "sigma-y", "X", 0, 1,
 		"noise of IN where its largest value is 1 (0.0015, as published)",
-		CT_WHEN(CT_IF_WORD(struct params, sampler, NOISY))),
-	CT_EXPERT_CHOICE(struct params, op, "operator", CT_WORDS_TWO(BY_FILE, CT_MEASUREMENT_LIST),
+		CT_WHEN(CT_IF_WORD(sampler, NOISY))),
+	CT_EXPERT_CHOICE(op, "operator", CT_WORDS_TWO(BY_FILE, CT_MEASUREMENT_LIST),
 		"what IN measures of the fine projections: what it says of its pixels, and else "
 		"mean; means of S x S pixels; or what a blur and the coarse grid leave of them "
 		"(see DESCRIPTION)",
 		CT_WHEN(WITH_NETWORK, FROM_NOTHING)),
-	CT_EXPERT(struct params, sigma_det, "sigma-det", "PX", 0, 1000,
+	CT_EXPERT(sigma_det, "sigma-det", "PX", 0, 1000,
 		"blur of the matched operator, fine pixels; by default from the metadata of IN",
-		CT_WHEN(CT_IF_WORD(struct params, op, BLURRED), WITH_NETWORK, FROM_NOTHING)),
-	CT_CHOICE(struct params, sampler, 0, "sampler", CT_WORDS(CT_SAMPLER_LIST),
+		CT_WHEN(CT_IF_WORD(op, BLURRED), WITH_NETWORK, FROM_NOTHING)),
+	CT_CHOICE(sampler, 0, "sampler", CT_WORDS(CT_SAMPLER_LIST),
 		"how the prior is drawn from, and held to IN (see SAMPLERS)"),
-	CT_EXPERT(struct params, guidance, "guidance", "X", 0, 1e9,
+	CT_EXPERT(guidance, "guidance", "X", 0, 1e9,
 		"of gdp: how far a step follows the gradient of the error, as published",
-		CT_WHEN(CT_IF_WORD(struct params, sampler, CT_BIT(CT_SAMPLER_GDP)))),
-	CT_EXPERT(struct params, iterations, "iterations", "N", 1, 1000000,
+		CT_WHEN(CT_IF_WORD(sampler, CT_BIT(CT_SAMPLER_GDP)))),
+	CT_EXPERT(iterations, "iterations", "N", 1, 1000000,
 		"of bird: chains, after each of which but the last the noise is fitted", FITTED),
-	CT_EXPERT(struct params, rate, "rate", "X", 0, 1000,
+	CT_EXPERT(rate, "rate", "X", 0, 1000,
 		"of bird: how far a value of the noise goes in a chain, about", FITTED),
-	CT_EXPERT_CHOICE(struct params, gradient, "gradient", CT_WORDS(GRADIENTS),
+	CT_EXPERT_CHOICE(gradient, "gradient", CT_WORDS(GRADIENTS),
 		"of bird: through the network too, or its output taken for constant", FITTED),
-	CT_INPUT(struct params, init, 'i', "init", "FILE",
+	CT_INPUT(init, 'i', "init", "FILE",
 		"begin from these projections, of the geometry of OUT, instead of pure noise",
 		CT_WHEN(FROM_NOTHING)),
-	CT_INPUT(struct params, base, 'b', "base-projections", "STACK",
+	CT_INPUT(base, 'b', "base-projections", "STACK",
 		"projections of a refined CT, of the geometry of OUT: add what a prior that is "
 		"conditional on them expects them to lack (see DESCRIPTION)",
 		CT_WHEN(WITH_NETWORK)),
-	CT_EXPERT(struct params, t_start, "t-start", "T", -1, 999,
+	CT_EXPERT(t_start, "t-start", "T", -1, 999,
 		"noise level to begin from, a timestep of 1000; -1 takes 60",
-		CT_WHEN(CT_IF(struct params, init), WITH_NETWORK)),
-	CT_EXPERT(struct params, travel, "travel", "L,R", 0, 0,
-		"after every L steps go back, R times in all", CT_WHEN(WITH_NETWORK)),
-	CT_OPT(struct params, samples, 'k', "samples", "K", 1, 65535, "mean of K samples a view",
+		CT_WHEN(CT_IF(init), WITH_NETWORK)),
+	CT_EXPERT(travel, "travel", "L,R", 0, 0, "after every L steps go back, R times in all",
 		CT_WHEN(WITH_NETWORK)),
-	CT_OUTPUT(struct params, std, 0, "std", "FILE", CT_ENDS_STACK,
-		"also write the standard deviation of the samples, EXR",
-		CT_WHEN(CT_IF(struct params, samples))),
-	CT_EXPERT(struct params, norm, "norm", "X", 0, 1e30,
+	CT_OPT(samples, 'k', "samples", "K", 1, 65535, "mean of K samples a view",
+		CT_WHEN(WITH_NETWORK)),
+	CT_OUTPUT(std, 0, "std", "FILE", CT_ENDS_STACK,
+		"also write the standard deviation of the samples, EXR", CT_WHEN(CT_IF(samples))),
+	CT_EXPERT(norm, "norm", "X", 0, 1e30,
 		"value that the network sees as 1; 0: the largest of IN, and 1 of a picture",
 		CT_WHEN(WITH_NETWORK, FROM_NOTHING)),
-	CT_EXPERT_CHOICE(struct params, channels, "channel-reduce", CT_WORDS(REDUCES),
-		"of a prior with colours", CT_WHEN(WITH_NETWORK, FROM_NOTHING)),
-	CT_OPT_IDLE(struct params, resume, 'r', "resume", NULL, 0, 0,
-		"go on from OUT.state, as if there had been no interruption"),
+	CT_EXPERT_CHOICE(channels, "channel-reduce", CT_WORDS(REDUCES), "of a prior with colours",
+		CT_WHEN(WITH_NETWORK, FROM_NOTHING)),
+	CT_FLAG(resume, 'r', "resume", "go on from OUT.state, as if there had been no interruption",
+		CT_IDLE),
 	CT_OPT_END,
 };
 
@@ -449,17 +449,5 @@ out:
 	return rc;
 }
 
-static const struct ct_tool tool = {
-	.name = "ct-ddnm",
-	.brief = "Super-resolve projections with a diffusion prior under a data constraint.",
-	.opts = opts,
-	.defaults = &defaults,
-	.size = sizeof defaults,
-	.run = run,
-	.flags = CT_SEEDED | CT_LONG,
-};
-
-int main(int argc, char **argv)
-{
-	return ct_cli_main(&tool, argc, argv);
-}
+CT_CLI_MAIN("ct-ddnm", "Super-resolve projections with a diffusion prior under a data constraint.",
+	CT_SEEDED | CT_LONG)

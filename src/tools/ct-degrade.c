@@ -34,31 +34,31 @@ struct params {
 static const struct params defaults = {
 	.decimate = -1, .noise = (double)NAN, .thickness = (double)NAN};
 
+#define CT_PARAMS struct params
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, in, CT_READS, "IN", "CT, NIfTI, or -"),
-	CT_ARG_OUT(struct params, out, CT_WRITES, "OUT", CT_ENDS_VOLUME,
-		"low-resolution CT, NIfTI, or -"),
-	CT_OPT(struct params, factor, 'x', "factor", "S|X,Y,Z", 0, 0,
+	CT_ARG(in, CT_READS, "IN", "CT, NIfTI, or -"),
+	CT_ARG_OUT(out, CT_WRITES, "OUT", CT_ENDS_VOLUME, "low-resolution CT, NIfTI, or -"),
+	CT_TEXT(factor, 'x', "factor", "S|X,Y,Z",
 		"reduce every axis S times, or the three axes X, Y, Z times; need not be whole "
 		"(needed)"),
-	CT_CHOICE(struct params, protocol, 'p', "protocol", CT_WORDS(PROTOCOLS),
+	CT_CHOICE(protocol, 'p', "protocol", CT_WORDS(PROTOCOLS),
 		"blur and sampling: P1 sigma = S/2.3548, sinc; P2 sigma = S/4, sinc; P3 sigma = "
 		"S/8, point; P1n and P3n: with --noise=15"),
-	CT_OPT(struct params, sigma, 0, "sigma", "V|X,Y,Z", 0, 0,
+	CT_TEXT(sigma, 0, "sigma", "V|X,Y,Z",
 		"standard deviation of the Gaussian blur in voxels of IN, in place of the "
 		"protocol's; one number is for the axes that are reduced"),
-	CT_CHOICE(struct params, decimate, 0, "decimate", CT_WORDS(CT_DECIMATE_LIST),
+	CT_CHOICE(decimate, 0, "decimate", CT_WORDS(CT_DECIMATE_LIST),
 		"how samples are taken at cell centres, in place of the protocol's: after the "
 		"ideal low-pass, as they are, or as means of cells"),
-	CT_OPT(struct params, profile, 0, "profile", "SHAPE|FILE", 0, 0,
+	CT_TEXT(profile, 0, "profile", "SHAPE|FILE",
 		"slice profile: gaussian, box, triangle, trapezoid, or a file of lines MM WEIGHT; in "
 		"place of blur and sampling along the axis that is reduced most, or the third"),
-	CT_OPT(struct params, thickness, 0, "slice-thickness", "MM", 0, 1e6,
+	CT_OPT(thickness, 0, "slice-thickness", "MM", 0, 1e6,
 		"how thick the slices are; without --profile a Gaussian, as scanners have; "
 		"default: the spacing of OUT"),
-	CT_OPT(struct params, clip, 0, "clip", "LO:HI", 0, 0,
+	CT_TEXT(clip, 0, "clip", "LO:HI",
 		"clip IN to [LO, HI] HU first; -512:3071 is the protocol of the published tables"),
-	CT_OPT(struct params, noise, 0, "noise", "HU", 0, 1e6,
+	CT_OPT(noise, 0, "noise", "HU", 0, 1e6,
 		"add normal noise of this standard deviation to OUT, in place of the protocol's"),
 	CT_OPT_END,
 };
@@ -123,17 +123,14 @@ static int add_profile(struct ct_degrade *d, const struct params *p, const struc
 
 static int clip(struct ct_vol *v, const char *range, struct ct_err *e)
 {
-	const size_t plane = v->n[0] * v->n[1];
 	double r[2];
 
 	if (!range)
 		return 0;
 	if (ct_cli_range("clip", range, r, e))
 		return -1;
-	for (size_t k = 0; k < v->n[2]; k++) {
-		for (size_t i = k * plane; i < (k + 1) * plane; i++)
-			v->data[i] = fminf(fmaxf(v->data[i], (float)r[0]), (float)r[1]);
-	}
+	for (size_t i = 0; i < ct_vol_count(v); i++)
+		v->data[i] = fminf(fmaxf(v->data[i], (float)r[0]), (float)r[1]);
 	return ct_meta_setf(&v->meta, e, CT_META_CLIP, "%.10g:%.10g", r[0], r[1]);
 }
 
@@ -167,17 +164,5 @@ out:
 	return rc;
 }
 
-static const struct ct_tool tool = {
-	.name = "ct-degrade",
-	.brief = "Make a low-resolution CT of a CT by a stated blur, sampling and noise.",
-	.opts = opts,
-	.defaults = &defaults,
-	.size = sizeof defaults,
-	.run = run,
-	.flags = CT_SEEDED | CT_IN_HU,
-};
-
-int main(int argc, char **argv)
-{
-	return ct_cli_main(&tool, argc, argv);
-}
+CT_CLI_MAIN("ct-degrade", "Make a low-resolution CT of a CT by a stated blur, sampling and noise.",
+	CT_SEEDED | CT_IN_HU)

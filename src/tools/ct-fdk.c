@@ -17,9 +17,9 @@
 
 struct params {
 	const char *in, *out, *grid, *window;
-	int method, filter, projector, quantity, iterations;
-	double cutoff, tolerance, tv;
-	bool parker, nonnegative;
+	struct ct_reconstruct_rule rule; /* what is not said below */
+	int method, filter, quantity, iterations;
+	double tv;
 };
 
 /* Behind these the methods that iterate: ITERATE + enum ct_solver. */
@@ -39,44 +39,44 @@ enum quantity { QUANTITIES(CT_WORD_VALUE) };
 
 static const struct params defaults = {.tv = 10};
 
+#define CT_PARAMS struct params
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, in, CT_READS, "IN", "projections, EXR, or -"),
-	CT_ARG_OUT(struct params, out, CT_WRITES, "OUT", CT_ENDS_VOLUME, "the volume, NIfTI, or -"),
-	CT_CHOICE(struct params, method, 'm', "method", CT_WORDS_TWO(METHODS, CT_SOLVER_LIST),
+	CT_ARG(in, CT_READS, "IN", "projections, EXR, or -"),
+	CT_ARG_OUT(out, CT_WRITES, "OUT", CT_ENDS_VOLUME, "the volume, NIfTI, or -"),
+	CT_CHOICE(method, 'm', "method", CT_WORDS_TWO(METHODS, CT_SOLVER_LIST),
 		"how: fdk for a cone or a fan, fbp for parallel rays, either by auto; or iterate, "
 		"for any geometry"),
-	CT_INPUT(struct params, grid, 0, "grid", "N|FILE",
+	CT_INPUT(grid, 0, "grid", "N|FILE",
 		"N voxels along the longest side of the region, or the grid of this volume (that "
 		"of the projected volume, or the cube that all views see)"),
-	CT_CHOICE(struct params, filter, 0, "filter", CT_WORDS(CT_RAMP_LIST),
+	CT_CHOICE(filter, 0, "filter", CT_WORDS(CT_RAMP_LIST),
 		"window of the ramp filter; none "
 		"leaves the ramp out too, and needs --quantity density",
-		CT_WHEN(CT_IF_WORD(struct params, method, FILTERS))),
-	CT_EXPERT(struct params, cutoff, "cutoff", "X", 0, 1,
+		CT_WHEN(CT_IF_WORD(method, FILTERS))),
+	CT_EXPERT(rule.cutoff, "cutoff", "X", 0, 1,
 		"end of the filter, as a part of the highest frequency of the detector; 0 stands "
 		"for "
 		"that of the voxels",
-		CT_WHEN(CT_IF_WORD(struct params, method, FILTERS),
-			CT_UNLESS_WORD(struct params, filter, CT_BIT(CT_RAMP_NONE)))),
-	CT_OPT(struct params, parker, 0, "parker", NULL, 0, 0,
+		CT_WHEN(CT_IF_WORD(method, FILTERS), CT_UNLESS_WORD(filter, CT_BIT(CT_RAMP_NONE)))),
+	CT_FLAG(rule.parker, 0, "parker",
 		"weigh the rays of a short scan so that those seen twice count once",
-		CT_WHEN(CT_IF_WORD(struct params, method, FILTERS))),
-	CT_OPT(struct params, iterations, 'n', "iterations", "N", 0, 1000000,
+		CT_WHEN(CT_IF_WORD(method, FILTERS))),
+	CT_OPT(iterations, 'n', "iterations", "N", 0, 1000000,
 		"at most so many iterations; 0 stands for 30 of cgls, 100 of sirt and tv",
-		CT_WHEN(CT_IF_WORD(struct params, method, ITERATES))),
-	CT_EXPERT_CHOICE(struct params, projector, "projector", CT_WORDS(CT_METHOD_LIST),
+		CT_WHEN(CT_IF_WORD(method, ITERATES))),
+	CT_EXPERT_CHOICE(rule.projector, "projector", CT_WORDS(CT_METHOD_LIST),
 		"voxels as boxes, or linear between their centres",
-		CT_WHEN(CT_IF_WORD(struct params, method, ITERATES))),
-	CT_EXPERT(struct params, tolerance, "tolerance", "X", 0, 1,
+		CT_WHEN(CT_IF_WORD(method, ITERATES))),
+	CT_EXPERT(rule.rule.tolerance, "tolerance", "X", 0, 1,
 		"stop when the residual |A x - b| / |b| is below",
-		CT_WHEN(CT_IF_WORD(struct params, method, ITERATES))),
-	CT_OPT(struct params, nonnegative, 0, "nonnegative", NULL, 0, 0, "no density below 0",
-		CT_WHEN(CT_IF_WORD(struct params, method, SOLVER(CT_SIRT) | SOLVER(CT_TV)))),
-	CT_OPT(struct params, tv, 0, "tv", "HU", 0, 1e6, "weight of the total variation",
-		CT_WHEN(CT_IF_WORD(struct params, method, SOLVER(CT_TV)))),
-	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
+		CT_WHEN(CT_IF_WORD(method, ITERATES))),
+	CT_FLAG(rule.rule.nonnegative, 0, "nonnegative", "no density below 0",
+		CT_WHEN(CT_IF_WORD(method, SOLVER(CT_SIRT) | SOLVER(CT_TV)))),
+	CT_OPT(tv, 0, "tv", "HU", 0, 1e6, "weight of the total variation",
+		CT_WHEN(CT_IF_WORD(method, SOLVER(CT_TV)))),
+	CT_TEXT(window, 'w', "window", "LO:HI",
 		"HU of density 0 and 1 (what IN says, or -1024:3071)"),
-	CT_CHOICE(struct params, quantity, 0, "quantity", CT_WORDS(QUANTITIES), "what OUT holds"),
+	CT_CHOICE(quantity, 0, "quantity", CT_WORDS(QUANTITIES), "what OUT holds"),
 	CT_OPT_END,
 };
 
@@ -129,18 +129,14 @@ static int choose(struct ct_reconstruct_rule *how, const struct params *p,
 
 	if (ct_geometry_opts_window(window, p->window, &in->meta, e))
 		return -1;
-	*how = (struct ct_reconstruct_rule){.iterate = p->method >= ITERATE,
-		.filter = (enum ct_ramp_kind)p->filter,
-		.cutoff = p->cutoff,
-		.parker = p->parker,
-		.projector = p->projector};
+	*how = p->rule;
+	how->iterate = p->method >= ITERATE;
+	how->filter = (enum ct_ramp_kind)p->filter;
 	if (!how->iterate)
 		return 0;
-	how->rule = (struct ct_iterative_rule){.solver = (enum ct_solver)(p->method - ITERATE),
-		.iterations = (size_t)p->iterations,
-		.tolerance = p->tolerance,
-		.nonnegative = p->nonnegative,
-		.mu = p->tv / (window[1] - window[0])};
+	how->rule.solver = (enum ct_solver)(p->method - ITERATE);
+	how->rule.iterations = (size_t)p->iterations;
+	how->rule.mu = p->tv / (window[1] - window[0]);
 	if (p->iterations == 0)
 		how->rule.iterations = iterations[how->rule.solver];
 	return 0;
@@ -222,17 +218,4 @@ out:
 	return rc;
 }
 
-static const struct ct_tool tool = {
-	.name = "ct-fdk",
-	.brief = "Reconstruct a volume from projections.",
-	.opts = opts,
-	.defaults = &defaults,
-	.size = sizeof defaults,
-	.run = run,
-	.flags = CT_LONG,
-};
-
-int main(int argc, char **argv)
-{
-	return ct_cli_main(&tool, argc, argv);
-}
+CT_CLI_MAIN("ct-fdk", "Reconstruct a volume from projections.", CT_LONG)

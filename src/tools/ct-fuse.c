@@ -27,33 +27,31 @@ struct params {
 
 static const struct params defaults = {.iterations = 15};
 
+#define CT_PARAMS struct params
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, base, CT_READS, "BASE", "the upsampled CT in HU, NIfTI, or -"),
-	CT_ARG(struct params, lr, CT_READS, "LR",
+	CT_ARG(base, CT_READS, "BASE", "the upsampled CT in HU, NIfTI, or -"),
+	CT_ARG(lr, CT_READS, "LR",
 		"the low-resolution CT in HU, NIfTI, or -; it, or else BASE, says what operator "
 		"made it"),
-	CT_ARG(struct params, in, CT_READS, "PROJECTIONS", "of what OUT should be, EXR, or -"),
-	CT_ARG_OUT(
-		struct params, out, CT_WRITES, "OUT", CT_ENDS_VOLUME, "the CT in HU, NIfTI, or -"),
-	CT_INPUT(struct params, projections, 0, "base-projections", "STACK",
+	CT_ARG(in, CT_READS, "PROJECTIONS", "of what OUT should be, EXR, or -"),
+	CT_ARG_OUT(out, CT_WRITES, "OUT", CT_ENDS_VOLUME, "the CT in HU, NIfTI, or -"),
+	CT_INPUT(projections, 0, "base-projections", "STACK",
 		"projections of BASE in the geometry of PROJECTIONS, EXR (computed if not given)"),
-	CT_INPUT(struct params, std, 0, "uncertainty", "STACK",
+	CT_INPUT(std, 0, "uncertainty", "STACK",
 		"standard deviation of PROJECTIONS, EXR, as ct-ddnm --std writes it: the less "
 		"certain a pixel, the less it counts"),
-	CT_EXPERT(struct params, lambda, "lambda-projections", "W", 0, 1e9,
+	CT_EXPERT(lambda, "lambda-projections", "W", 0, 1e9,
 		"weight of PROJECTIONS against the variation, 1/HU; 0 chooses it by how well the "
 		"views predict each other"),
-	CT_OPT(struct params, iterations, 'n', "iterations", "N", 1, 10000000,
-		"iterations, of all views each"),
-	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
+	CT_OPT(iterations, 'n', "iterations", "N", 1, 10000000, "iterations, of all views each"),
+	CT_TEXT(window, 'w', "window", "LO:HI",
 		"HU of density 0 and 1 (-1024:3071, or what BASE or else PROJECTIONS says)"),
-	CT_OUTPUT(struct params, residual, 0, "residual-out", "FILE", CT_ENDS_VOLUME,
+	CT_OUTPUT(residual, 0, "residual-out", "FILE", CT_ENDS_VOLUME,
 		"write what is added to BASE too, in HU, NIfTI"),
-	CT_OPT_IDLE(struct params, every, 0, "checkpoint-every", "N", 0, 10000000,
+	CT_OPT(every, 0, "checkpoint-every", "N", 0, 10000000,
 		"iterations between states in OUT.state; 0 writes one only when stopped",
-		CT_WHEN(CT_IF_FILE(struct params, out))),
-	CT_OPT_IDLE(struct params, resume, 0, "resume", NULL, 0, 0,
-		"continue from OUT.state if it is there"),
+		CT_WHEN(CT_IF_FILE(out)), CT_IDLE),
+	CT_FLAG(resume, 0, "resume", "continue from OUT.state if it is there", CT_IDLE),
 	CT_OPT_END,
 };
 
@@ -220,17 +218,5 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	return rc;
 }
 
-static const struct ct_tool tool = {
-	.name = "ct-fuse",
-	.brief = "Make one CT of an upsampled one, the scan it was made of, and projections.",
-	.opts = opts,
-	.defaults = &defaults,
-	.size = sizeof defaults,
-	.run = run,
-	.flags = CT_REPORTS | CT_LONG | CT_IN_HU,
-};
-
-int main(int argc, char **argv)
-{
-	return ct_cli_main(&tool, argc, argv);
-}
+CT_CLI_MAIN("ct-fuse", "Make one CT of an upsampled one, the scan it was made of, and projections.",
+	CT_REPORTS | CT_LONG | CT_IN_HU)

@@ -28,16 +28,17 @@ struct params {
 
 static const struct params defaults = {0};
 
+#define CT_PARAMS struct params
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, files, CT_READS, "FILE",
+	CT_ARG(files, CT_READS, "FILE",
 		"NIfTI, MetaImage, NRRD, EXR, PLY, safetensors or PyTorch, DICOM (folder, archive or file), or -"),
-	CT_OPT(struct params, series, 0, "series", "UID|N", 0, 0,
+	CT_TEXT(series, 0, "series", "UID|N",
 		"of DICOM: the series that -e measures, or that decides the exit status"),
-	CT_OPT(struct params, measures, 'e', "operator", NULL, 0, 0,
+	CT_FLAG(measures, 'e', "operator",
 		"estimate blur, sampling and noise of each CT, whatever ct-degrade says in its header"),
-	CT_OPT(struct params, factor, 'x', "factor", "S|X,Y,Z", 0, 0,
+	CT_TEXT(factor, 'x', "factor", "S|X,Y,Z",
 		"how many times finer the grid is that the blur is wanted for; default: as ct-sr",
-		CT_WHEN(CT_IF(struct params, measures))),
+		CT_WHEN(CT_IF(measures))),
 	CT_OPT_END,
 };
 
@@ -155,17 +156,4 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	return rc;
 }
 
-static const struct ct_tool tool = {
-	.name = "ct-info",
-	.brief = "Print size, geometry, range and history of our files.",
-	.opts = opts,
-	.defaults = &defaults,
-	.size = sizeof defaults,
-	.run = run,
-	.flags = CT_REPORTS,
-};
-
-int main(int argc, char **argv)
-{
-	return ct_cli_main(&tool, argc, argv);
-}
+CT_CLI_MAIN("ct-info", "Print size, geometry, range and history of our files.", CT_REPORTS)

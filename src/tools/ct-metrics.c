@@ -16,9 +16,9 @@ struct params {
 	const char *first, *second, *window, *mask, *consistency, *map, *per_slice, *std, *blob,
 		*factor, *min, *max;
 	const char *ref, *test; /* the operands by their role; ref may be NULL */
-	bool edges, harm, structures, tissues, csv;
+	struct ct_compare_rule rule;
+	bool csv;
 	int ssim, deep;
-	double range, step, contrast, flat_step;
 };
 
 /* The last words of --ssim. */
@@ -27,72 +27,73 @@ struct params {
 	X(NONE, "none")
 enum { ALL = CT_SSIM_KINDS };
 
-static const struct params defaults = {
-	.ssim = -1, .step = 300, .contrast = 15, .flat_step = 1, .deep = 4};
+static const struct params defaults = {.ssim = -1,
+	.rule = {.edge_step = 300,
+		.contrast = 15,
+		.flat_step = 1,
+		.metrics = {.lo = -512, .hi = 3071}},
+	.deep = 4};
 
-#define WITH_REF CT_WHEN(CT_IF(struct params, second))
-#define WITH_BLOBS CT_WHEN(CT_IF(struct params, structures), CT_IF(struct params, harm))
+#define CT_PARAMS struct params
+#define WITH_REF CT_WHEN(CT_IF(second))
+#define WITH_BLOBS CT_WHEN(CT_IF(rule.structures), CT_IF(rule.harm))
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, first, CT_READS, "REF",
+	CT_ARG(first, CT_READS, "REF",
 		"the true CT, or - for standard input; with --consistency it may be left out"),
-	CT_ARG_MAYBE(
-		struct params, second, CT_READS, "TEST", "the CT to judge, on the same grid, or -"),
-	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
+	CT_ARG_MAYBE(second, CT_READS, "TEST", "the CT to judge, on the same grid, or -"),
+	CT_TEXT(window, 'w', "window", "LO:HI",
 		"clip both volumes to LO:HI HU for PSNR and SSIM (default: -512:3071)",
-		CT_WHEN(CT_IF(struct params, second), CT_UNLESS(struct params, range))),
-	CT_OPT(struct params, range, 0, "range", "R", 0, 1e9,
+		CT_WHEN(CT_IF(second), CT_UNLESS(rule.metrics.range))),
+	CT_OPT(rule.metrics.range, 0, "range", "R", 0, 1e9,
 		"do not clip; use the data range R for PSNR and SSIM (0: use the window)",
 		WITH_REF),
-	CT_INPUT(struct params, mask, 0, "mask", "FILE",
+	CT_INPUT(mask, 0, "mask", "FILE",
 		"count only voxels where FILE, on the same grid, is not zero; the word padding: that "
 		"are no padding in REF",
 		WITH_REF),
-	CT_CHOICE(struct params, ssim, 0, "ssim", CT_WORDS_TWO(CT_SSIM_LIST, ALL_OR_NONE),
+	CT_CHOICE(ssim, 0, "ssim", CT_WORDS_TWO(CT_SSIM_LIST, ALL_OR_NONE),
 		"use this definition of SSIM (default: r2); none leaves it out", WITH_REF),
-	CT_OUTPUT(struct params, per_slice, 0, "per-slice", "CSV", CT_ENDS_TABLE,
+	CT_OUTPUT(per_slice, 0, "per-slice", "CSV", CT_ENDS_TABLE,
 		"write a table with a line for each slice across each axis", WITH_REF),
-	CT_OPT(struct params, harm, 0, "harm", NULL, 0, 0,
+	CT_FLAG(rule.harm, 0, "harm",
 		"report false structures, texture, sharpness and errors by tissue", WITH_REF),
-	CT_OPT(struct params, edges, 0, "edges", NULL, 0, 0,
-		"report sharpness: the rise of edges and the MTF", WITH_REF),
-	CT_OPT(struct params, structures, 0, "structures", NULL, 0, 0,
+	CT_FLAG(rule.edges, 0, "edges", "report sharpness: the rise of edges and the MTF",
+		WITH_REF),
+	CT_FLAG(rule.structures, 0, "structures",
 		"count the false and the missed structures in soft tissue", WITH_REF),
-	CT_OPT(struct params, factor, 'x', "factor", "S|X,Y,Z", 0, 0,
+	CT_TEXT(factor, 'x', "factor", "S|X,Y,Z",
 		"length of a low-resolution voxel in voxels, which sets the size of structures "
 		"(default: from the header of TEST)",
-		CT_WHEN(CT_IF(struct params, structures), CT_IF(struct params, harm),
-			CT_UNLESS(struct params, blob))),
-	CT_OPT(struct params, tissues, 0, "tissues", NULL, 0, 0,
+		CT_WHEN(CT_IF(rule.structures), CT_IF(rule.harm), CT_UNLESS(blob))),
+	CT_FLAG(rule.tissues, 0, "tissues",
 		"report errors by tissue: air, lung, fat, soft, brain, bone, inside soft tissue",
 		WITH_REF),
-	CT_INPUT(struct params, std, 0, "uncertainty", "FILE",
+	CT_INPUT(std, 0, "uncertainty", "FILE",
 		"compare the error with the predicted error in FILE (one standard deviation, HU)",
 		WITH_REF),
-	CT_INPUT(struct params, consistency, 0, "consistency", "LR",
+	CT_INPUT(consistency, 0, "consistency", "LR",
 		"report the data consistency: degrade TEST as the header of LR says, and compare "
 		"it with LR"),
-	CT_OUTPUT(struct params, map, 0, "map", "OUT", CT_ENDS_VOLUME,
-		"write the residual of --consistency as a volume, HU",
-		CT_WHEN(CT_IF(struct params, consistency))),
-	CT_OPT(struct params, min, 0, "min", "NAME=X,...", 0, 0,
+	CT_OUTPUT(map, 0, "map", "OUT", CT_ENDS_VOLUME,
+		"write the residual of --consistency as a volume, HU", CT_WHEN(CT_IF(consistency))),
+	CT_TEXT(min, 0, "min", "NAME=X,...",
 		"exit with status 3 if a reported figure is lower, as psnr=30,ssim-r2=0.9"),
-	CT_OPT(struct params, max, 0, "max", "NAME=X,...", 0, 0,
+	CT_TEXT(max, 0, "max", "NAME=X,...",
 		"exit with status 3 if a reported figure is higher, as rmse-hu=20"),
-	CT_OPT(struct params, csv, 0, "csv", NULL, 0, 0,
-		"report as two lines of CSV: names and values"),
-	CT_EXPERT(struct params, step, "edge-step", "HU", 1e-6, 1e6, "least step of an edge",
-		CT_WHEN(CT_IF(struct params, edges), CT_IF(struct params, harm))),
-	CT_EXPERT(struct params, blob, "blob-sigma", "V,...", 0, 0,
+	CT_FLAG(csv, 0, "csv", "report as two lines of CSV: names and values"),
+	CT_EXPERT(rule.edge_step, "edge-step", "HU", 1e-6, 1e6, "least step of an edge",
+		CT_WHEN(CT_IF(rule.edges), CT_IF(rule.harm))),
+	CT_EXPERT(blob, "blob-sigma", "V,...", 0, 0,
 		"sizes of structures: one to four standard deviations in voxels", WITH_BLOBS),
-	CT_EXPERT(struct params, contrast, "blob-step", "HU", 1e-3, 1e6,
-		"least contrast of a structure", WITH_BLOBS),
-	CT_EXPERT(struct params, flat_step, "flat-step", "HU", 1e-6, 1e6,
+	CT_EXPERT(rule.contrast, "blob-step", "HU", 1e-3, 1e6, "least contrast of a structure",
+		WITH_BLOBS),
+	CT_EXPERT(rule.flat_step, "flat-step", "HU", 1e-6, 1e6,
 		"tissue is flat where all steps to neighbours are smaller",
-		CT_WHEN(CT_IF(struct params, harm))),
-	CT_EXPERT(struct params, deep, "deep", "V", 0, 1000,
+		CT_WHEN(CT_IF(rule.harm))),
+	CT_EXPERT(deep, "deep", "V", 0, 1000,
 		"distance of the inside of soft tissue from its surface, voxels",
-		CT_WHEN(CT_IF(struct params, tissues), CT_IF(struct params, harm))),
+		CT_WHEN(CT_IF(rule.tissues), CT_IF(rule.harm))),
 	CT_OPT_END,
 };
 
@@ -154,24 +155,17 @@ static int parse_sizes(struct ct_compare_rule *r, const struct params *p, struct
 	return 0;
 }
 
-static int parse_rule(struct ct_compare_rule *r, const struct params *p, struct ct_err *e)
+static int parse_rule(struct params *p, struct ct_err *e)
 {
-	double lohi[2] = {-512, 3071};
+	struct ct_compare_rule *r = &p->rule;
+	double lohi[2] = {r->metrics.lo, r->metrics.hi};
 
 	if (p->window && ct_cli_range("window", p->window, lohi, e))
 		return -1;
-	*r = (struct ct_compare_rule){.edges = p->edges,
-		.structures = p->structures,
-		.tissues = p->tissues,
-		.harm = p->harm,
-		.edge_step = p->step,
-		.contrast = p->contrast,
-		.flat_step = p->flat_step,
-		.deep = (size_t)p->deep,
-		.metrics = {.window = !(p->range > 0),
-			.lo = lohi[0],
-			.hi = lohi[1],
-			.range = p->range}};
+	r->metrics.window = !(r->metrics.range > 0);
+	r->metrics.lo = lohi[0];
+	r->metrics.hi = lohi[1];
+	r->deep = (size_t)p->deep;
 	return parse_sizes(r, p, e);
 }
 
@@ -204,7 +198,8 @@ static int check_quantity(const struct ct_vol *ref, const struct ct_vol *test,
 {
 	const char *r = ct_meta_get(&ref->meta, CT_META_QUANTITY),
 		   *t = ct_meta_get(&test->meta, CT_META_QUANTITY);
-	const bool other = r && strcasecmp(r, CT_QUANTITY_HU) != 0, any = p->window || p->range > 0;
+	const bool other = r && strcasecmp(r, CT_QUANTITY_HU) != 0,
+		   any = p->window || p->rule.metrics.range > 0;
 
 	if (other && !any)
 		return ct_fail(e, CT_EUSAGE, "%s: holds %.40s, not HU: give --range or --window",
@@ -240,8 +235,8 @@ static int mask_padding(
 }
 
 /* Everything that needs REF. */
-static int compare(struct ct_figures *f, const struct params *p, struct ct_compare_rule *rule,
-	const struct ct_vol *test, const struct ct_env *env, struct ct_err *e)
+static int compare(struct ct_figures *f, struct params *p, const struct ct_vol *test,
+	const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_metrics_slice *slice[3] = {0};
 	struct ct_vol ref = {0}, mask = {0}, std = {0};
@@ -259,10 +254,10 @@ static int compare(struct ct_figures *f, const struct params *p, struct ct_compa
 							     : read_checked(&mask, p->mask, e))) ||
 		(p->std && ct_vol_read(p->std, &std, e)))
 		goto out;
-	choose_ssim(&rule->metrics, p, ref.n, env);
-	rc = ct_compare(f, p->per_slice ? slice : NULL, &in, rule, env, e);
+	choose_ssim(&p->rule.metrics, p, ref.n, env);
+	rc = ct_compare(f, p->per_slice ? slice : NULL, &in, &p->rule, env, e);
 	if (rc == 0 && p->per_slice)
-		rc = metrics_per_slice(p->per_slice, slice, ref.n, &rule->metrics, env, e);
+		rc = metrics_per_slice(p->per_slice, slice, ref.n, &p->rule.metrics, env, e);
 out:
 	for (int a = 0; a < 3; a++)
 		free(slice[a]);
@@ -361,15 +356,14 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct params p = *(const struct params *)params;
 	struct ct_vol test = {0}, lr = {0};
 	struct ct_figures f = {0};
-	struct ct_compare_rule rule;
 	int rc = -1;
 
 	p.ref = p.second ? p.first : NULL;
 	p.test = p.second ? p.second : p.first;
-	if (check(&p, env->json, e) || parse_rule(&rule, &p, e) ||
+	if (check(&p, env->json, e) || parse_rule(&p, e) ||
 		(p.ref ? ct_vol_read(p.test, &test, e) : read_checked(&test, p.test, e)))
 		goto out;
-	if ((p.ref && compare(&f, &p, &rule, &test, env, e)) ||
+	if ((p.ref && compare(&f, &p, &test, env, e)) ||
 		(p.consistency && consistency(&f, &lr, &p, &test, env, e)) ||
 		report(&f, &p, env, e))
 		goto out;
@@ -380,17 +374,6 @@ out:
 	return rc;
 }
 
-static const struct ct_tool tool = {
-	.name = "ct-metrics",
-	.brief = "Compare a CT with a reference, or with the low-resolution CT it was made from.",
-	.opts = opts,
-	.defaults = &defaults,
-	.size = sizeof defaults,
-	.run = run,
-	.flags = CT_REPORTS,
-};
-
-int main(int argc, char **argv)
-{
-	return ct_cli_main(&tool, argc, argv);
-}
+CT_CLI_MAIN("ct-metrics",
+	"Compare a CT with a reference, or with the low-resolution CT it was made from.",
+	CT_REPORTS)

@@ -44,71 +44,67 @@ static const struct params defaults = {.iterations = 5000,
 	.rate = NAN,
 	.init = NAN};
 
+#define CT_PARAMS struct params
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, in, CT_READS, "IN", "projections to fit, EXR, or -"),
-	CT_ARG_OUT(struct params, out, CT_WRITES, "OUT", CT_ENDS_GAUSS, "the Gaussians, PLY, or -"),
-	CT_INPUT(struct params, base, 'b', "base", "VOLUME",
+	CT_ARG(in, CT_READS, "IN", "projections to fit, EXR, or -"),
+	CT_ARG_OUT(out, CT_WRITES, "OUT", CT_ENDS_GAUSS, "the Gaussians, PLY, or -"),
+	CT_INPUT(base, 'b', "base", "VOLUME",
 		"the upsampled CT in HU, NIfTI, or -: what the residual is added to, and where "
 		"Gaussians begin; required"),
-	CT_INPUT(struct params, projections, 0, "base-projections", "STACK",
+	CT_INPUT(projections, 0, "base-projections", "STACK",
 		"projections of the base in the geometry of IN, EXR (computed if not given)",
-		CT_WHEN(CT_IF_WORD(struct params, mode, CT_BIT(RESIDUAL)))),
-	CT_INPUT(struct params, std, 0, "uncertainty", "STACK",
+		CT_WHEN(CT_IF_WORD(mode, CT_BIT(RESIDUAL)))),
+	CT_INPUT(std, 0, "uncertainty", "STACK",
 		"standard deviation of IN, EXR, as ct-ddnm --std writes it: the less certain a "
 		"pixel, the less it counts"),
-	CT_INPUT(struct params, lr, 0, "lr", "VOLUME",
+	CT_INPUT(lr, 0, "lr", "VOLUME",
 		"the low-resolution CT in HU, NIfTI: also ask that the sum of base and residual "
 		"reduces to it; it, or else the base, says what operator made it",
-		CT_WHEN(CT_IF_WORD(struct params, mode, CT_BIT(RESIDUAL)))),
-	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
+		CT_WHEN(CT_IF_WORD(mode, CT_BIT(RESIDUAL)))),
+	CT_TEXT(window, 'w', "window", "LO:HI",
 		"HU of density 0 and 1 (-1024:3071, or what IN says)"),
-	CT_OPT(struct params, iterations, 'n', "iterations", "N", 1, 10000000,
-		"steps, of one view each"),
-	CT_EXPERT(struct params, tolerance, "tolerance", "E", 0, 1,
+	CT_OPT(iterations, 'n', "iterations", "N", 1, 10000000, "steps, of one view each"),
+	CT_EXPERT(tolerance, "tolerance", "E", 0, 1,
 		"end as soon as the error of an epoch, a turn through all views, is at most E of the error "
 		"without Gaussians; 0 runs all iterations"),
-	CT_OPT(struct params, gaussians, 'g', "gaussians", "N", 1, 16000000,
-		"Gaussians to begin with"),
-	CT_EXPERT(struct params, most, "max-gaussians", "N", 1, 16000000, "never more than these"),
-	CT_EXPERT(struct params, densify_until, "densify-until", "N", 0, 10000000,
+	CT_OPT(gaussians, 'g', "gaussians", "N", 1, 16000000, "Gaussians to begin with"),
+	CT_EXPERT(most, "max-gaussians", "N", 1, 16000000, "never more than these"),
+	CT_EXPERT(densify_until, "densify-until", "N", 0, 10000000,
 		"last iteration that may clone, split and prune, as every hundredth from 600 on does; "
 		"0 is the last but one"),
-	CT_CHOICE(struct params, activation, 'a', "activation", CT_WORDS(CT_ACTIVATION_LIST),
+	CT_CHOICE(activation, 'a', "activation", CT_WORDS(CT_ACTIVATION_LIST),
 		"from raw density to density; prelu and sine are signed"),
-	CT_CHOICE(struct params, mode, 'm', "mode", CT_WORDS(MODES),
+	CT_CHOICE(mode, 'm', "mode", CT_WORDS(MODES),
 		"fit what IN has beyond the projections of the base, or all of it"),
-	CT_OPT(struct params, scale, 'x', "factor", "S", 0, 1024,
+	CT_OPT(scale, 'x', "factor", "S", 0, 1024,
 		"factor of the super-resolution: from 8 on, the rates of scale and rotation are "
 		"ten "
 		"times lower; 0 is what the files say, else 4"),
-	CT_EXPERT(struct params, ssim, "lambda-ssim", "W", 0, 1e6,
-		"weight of 1 - SSIM (0.5; in mode full 0.25)"),
-	CT_EXPERT(struct params, tv, "lambda-tv", "W", 0, 1e6, "weight of the total variation"),
-	CT_EXPERT(struct params, rate, "rate", "X", 1e-3, 1000,
+	CT_EXPERT(ssim, "lambda-ssim", "W", 0, 1e6, "weight of 1 - SSIM (0.5; in mode full 0.25)"),
+	CT_EXPERT(tv, "lambda-tv", "W", 0, 1e6, "weight of the total variation"),
+	CT_EXPERT(rate, "rate", "X", 1e-3, 1000,
 		"times the published rates of learning (10; in mode full and with --paper 1); but for "
 		"--paper they are lowered where they are too high"),
-	CT_EXPERT(struct params, lowres, "lambda-lr", "W", 0, 1e6, "weight of --lr",
-		CT_WHEN(CT_IF(struct params, lr))),
-	CT_EXPERT_CHOICE(struct params, begin, "init", CT_WORDS(CT_PLACE_LIST),
+	CT_EXPERT(lowres, "lambda-lr", "W", 0, 1e6, "weight of --lr", CT_WHEN(CT_IF(lr))),
+	CT_EXPERT_CHOICE(begin, "init", CT_WORDS(CT_PLACE_LIST),
 		"where Gaussians begin: where the projections say that the base is wrong, or where "
 		"it is dense; auto is residual in mode residual if the scan can be inverted"),
-	CT_EXPERT(struct params, refit, "refit", "N", 0, 10000,
+	CT_EXPERT(refit, "refit", "N", 0, 10000,
 		"at the end, so many steps of conjugate gradients on the densities and all views",
-		CT_WHEN(CT_IF_WORD(struct params, activation, CT_BIT(CT_PRELU)))),
-	CT_OPT(struct params, paper, 0, "paper", NULL, 0, 0,
+		CT_WHEN(CT_IF_WORD(activation, CT_BIT(CT_PRELU)))),
+	CT_FLAG(paper, 0, "paper",
 		"the published settings: Gaussians begin where the base is dense, with 0.15 of its "
 		"density, and the rates are the published ones, which fall over 30000 iterations; what is "
 		"given besides holds"),
-	CT_EXPERT(struct params, compat, "r2-compat", "yes", 0, 0,
+	CT_EXPERT(compat, "r2-compat", "yes", 0, 0,
 		"--paper, and as the program of R2-Gaussian behaves; see DESCRIPTION"),
-	CT_EXPERT(struct params, init, "init-density-scale", "X", 0, 1,
+	CT_EXPERT(init, "init-density-scale", "X", 0, 1,
 		"density to begin with, as a part of the base's (0.05 for a signed residual, else "
 		"0.15)"),
-	CT_OPT_IDLE(struct params, every, 0, "checkpoint-every", "N", 0, 10000000,
+	CT_OPT(every, 0, "checkpoint-every", "N", 0, 10000000,
 		"iterations between states in OUT.state; 0 writes one only when stopped",
-		CT_WHEN(CT_IF_FILE(struct params, out))),
-	CT_OPT_IDLE(struct params, resume, 0, "resume", NULL, 0, 0,
-		"continue from OUT.state if it is there"),
+		CT_WHEN(CT_IF_FILE(out)), CT_IDLE),
+	CT_FLAG(resume, 0, "resume", "continue from OUT.state if it is there", CT_IDLE),
 	CT_OPT_END,
 };
 
@@ -395,17 +391,5 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	return rc;
 }
 
-static const struct ct_tool tool = {
-	.name = "ct-nabgs",
-	.brief = "Fit signed 3-D Gaussians to projections, on top of a base volume.",
-	.opts = opts,
-	.defaults = &defaults,
-	.size = sizeof defaults,
-	.run = run,
-	.flags = CT_SEEDED | CT_REPORTS | CT_LONG | CT_IN_HU,
-};
-
-int main(int argc, char **argv)
-{
-	return ct_cli_main(&tool, argc, argv);
-}
+CT_CLI_MAIN("ct-nabgs", "Fit signed 3-D Gaussians to projections, on top of a base volume.",
+	CT_SEEDED | CT_REPORTS | CT_LONG | CT_IN_HU)

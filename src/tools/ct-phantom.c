@@ -26,25 +26,24 @@ static const struct params defaults = {.size = "128x128x128",
 	(CT_BIT(CT_PH_SPHERE) | CT_BIT(CT_PH_CUBE) | CT_BIT(CT_PH_CYLINDER) |                      \
 		CT_BIT(CT_PH_CONSTANT))
 
+#define CT_PARAMS struct params
 static const struct ct_opt opts[] = {
-	CT_ARG_CHOICE(struct params, kind, "KIND", CT_WORDS(CT_PHANTOM_LIST),
-		"one of" CT_PHANTOM_LIST(CT_WORD_SPACE)),
-	CT_ARG_OUT(struct params, out, CT_WRITES, "OUT",
-		CT_ENDS_IF(CT_IF(struct params, project), CT_ENDS_STACK, CT_ENDS_VOLUME),
+	CT_ARG_CHOICE(
+		kind, "KIND", CT_WORDS(CT_PHANTOM_LIST), "one of" CT_PHANTOM_LIST(CT_WORD_SPACE)),
+	CT_ARG_OUT(out, CT_WRITES, "OUT", CT_ENDS_IF(CT_IF(project), CT_ENDS_STACK, CT_ENDS_VOLUME),
 		"volume in HU, NIfTI; with --project EXR; or -"),
-	CT_OPT(struct params, size, 0, "size", "WxHxD", 0, 0, "voxels along x, y and z"),
-	CT_OPT(struct params, spacing, 0, "spacing", "MM[,MM,MM]", 0, 0, "size of a voxel"),
-	CT_EXPERT(struct params, oversample, "oversample", "N", 1, 16,
+	CT_TEXT(size, 0, "size", "WxHxD", "voxels along x, y and z"),
+	CT_TEXT(spacing, 0, "spacing", "MM[,MM,MM]", "size of a voxel"),
+	CT_EXPERT(oversample, "oversample", "N", 1, 16,
 		"mean of N x N x N points a voxel; 1 takes its centre",
-		CT_WHEN(CT_UNLESS(struct params, project))),
-	CT_EXPERT(struct params, density, "density", "X", 1e-6, 1,
+		CT_WHEN(CT_UNLESS(project))),
+	CT_EXPERT(density, "density", "X", 1e-6, 1,
 		"density of the shape; 0.25 is water in the default window",
-		CT_WHEN(CT_IF_WORD(struct params, kind, OF_ONE_DENSITY))),
-	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
-		"HU of density 0 and 1 (-1024:3071)"),
-	CT_OPT(struct params, project, 'p', "project", NULL, 0, 0,
+		CT_WHEN(CT_IF_WORD(kind, OF_ONE_DENSITY))),
+	CT_TEXT(window, 'w', "window", "LO:HI", "HU of density 0 and 1 (-1024:3071)"),
+	CT_FLAG(project, 'p', "project",
 		"write the exact projections of the shapes, not voxels, in the scan that follows"),
-	CT_GEOMETRY_OPTS(struct params, scan, CT_IF(struct params, project)),
+	CT_GEOMETRY_OPTS(scan, CT_IF(project)),
 	CT_OPT_END,
 };
 
@@ -140,17 +139,4 @@ out:
 	return rc;
 }
 
-static const struct ct_tool tool = {
-	.name = "ct-phantom",
-	.brief = "Make a volume of known shapes, or its exact projections.",
-	.opts = opts,
-	.defaults = &defaults,
-	.size = sizeof defaults,
-	.run = run,
-	.flags = CT_SEEDED,
-};
-
-int main(int argc, char **argv)
-{
-	return ct_cli_main(&tool, argc, argv);
-}
+CT_CLI_MAIN("ct-phantom", "Make a volume of known shapes, or its exact projections.", CT_SEEDED)

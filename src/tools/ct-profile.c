@@ -21,13 +21,13 @@ struct params {
 
 static const struct params defaults = {0};
 
+#define CT_PARAMS struct params
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, thick, CT_READS, "THICK",
+	CT_ARG(thick, CT_READS, "THICK",
 		"CT of thick slices: NIfTI, MetaImage or NRRD file, DICOM folder or file, or -"),
-	CT_ARG(struct params, thin, CT_READS, "THIN",
+	CT_ARG(thin, CT_READS, "THIN",
 		"the same acquisition in thin slices, on the same grid in plane"),
-	CT_ARG_OUT(struct params, out, CT_WRITES, "OUT", CT_ENDS_TEXT,
-		"text file for --profile of ct-sr, or -"),
+	CT_ARG_OUT(out, CT_WRITES, "OUT", CT_ENDS_TEXT, "text file for --profile of ct-sr, or -"),
 	CT_OPT_END,
 };
 
@@ -118,18 +118,6 @@ out:
 	return rc;
 }
 
-static const struct ct_tool tool = {
-	.name = "ct-profile",
-	.brief =
-		"Measure the slice profile of a scanner on thick and thin slices of one acquisition.",
-	.opts = opts,
-	.defaults = &defaults,
-	.size = sizeof defaults,
-	.run = run,
-	.flags = CT_IN_HU,
-};
-
-int main(int argc, char **argv)
-{
-	return ct_cli_main(&tool, argc, argv);
-}
+CT_CLI_MAIN("ct-profile",
+	"Measure the slice profile of a scanner on thick and thin slices of one acquisition.",
+	CT_IN_HU)

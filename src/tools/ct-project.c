@@ -30,37 +30,37 @@ enum quantity { QUANTITIES(CT_WORD_VALUE) };
 
 static const struct params defaults = {.scan = CT_GEOMETRY_DEFAULTS, .coarsen = 1, .water = 0.02};
 
+#define CT_PARAMS struct params
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, in, CT_READS, "IN", "volume in HU, NIfTI, or -"),
-	CT_ARG_OUT(struct params, out, CT_WRITES, "OUT", CT_ENDS_STACK, "projections, EXR, or -"),
-	CT_GEOMETRY_OPTS(struct params, scan, CT_ALWAYS),
-	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
+	CT_ARG(in, CT_READS, "IN", "volume in HU, NIfTI, or -"),
+	CT_ARG_OUT(out, CT_WRITES, "OUT", CT_ENDS_STACK, "projections, EXR, or -"),
+	CT_GEOMETRY_OPTS(scan, CT_ALWAYS),
+	CT_TEXT(window, 'w', "window", "LO:HI",
 		"HU that become density 0 and 1, the rest clipped (-1024:3071, or what IN says)"),
-	CT_OPT(struct params, overshoot, 0, "overshoot", NULL, 0, 0,
+	CT_FLAG(overshoot, 0, "overshoot",
 		"do not clip a volume that was clipped to the window before its resolution was "
 		"reduced, and says so (metadata clip): what it has beyond is overshoot"),
-	CT_EXPERT(struct params, rotate, "rotate", "X,Y,Z", 0, 0,
+	CT_EXPERT(rotate, "rotate", "X,Y,Z", 0, 0,
 		"turn the volume about its centre before projecting: degrees about the world's x, "
 		"then y, then z axis"),
-	CT_CHOICE(struct params, quantity, 0, "quantity", CT_WORDS(QUANTITIES),
+	CT_CHOICE(quantity, 0, "quantity", CT_WORDS(QUANTITIES),
 		"what the values of IN are: as its metadata say and else HU, or this; density "
 		"is projected as it is"),
-	CT_CHOICE(struct params, method, 'm', "method", CT_WORDS(CT_METHOD_LIST),
+	CT_CHOICE(method, 'm', "method", CT_WORDS(CT_METHOD_LIST),
 		"how rays are integrated: exact lengths in boxes of constant density, or linear "
 		"interpolation in the slices that a ray crosses"),
-	CT_OPT(struct params, coarsen, 0, "coarsen", "S", 1, 4096,
+	CT_OPT(coarsen, 0, "coarsen", "S", 1, 4096,
 		"make the pixels S times larger and S times fewer along u and v"),
-	CT_CHOICE(struct params, pixel, 0, "pixel", CT_WORDS(CT_PIXEL_LIST),
+	CT_CHOICE(pixel, 0, "pixel", CT_WORDS(CT_PIXEL_LIST),
 		"what a large pixel is: one ray through its centre, the mean of the small ones, or "
 		"the small ones cut at its Nyquist frequency",
-		CT_WHEN(CT_IF(struct params, coarsen))),
-	CT_OPT(struct params, photons, 0, "photons", "I0", 0, 1e15,
+		CT_WHEN(CT_IF(coarsen))),
+	CT_OPT(photons, 0, "photons", "I0", 0, 1e15,
 		"noise of a detector that counts, I0 photons a pixel being sent; 0: no noise"),
-	CT_EXPERT(struct params, electronic, "electronic", "SD", 0, 1e12,
-		"standard deviation of the electronics, in photons",
-		CT_WHEN(CT_IF(struct params, photons))),
-	CT_EXPERT(struct params, water, "mu-water", "PER-MM", 1e-6, 10, "attenuation of water",
-		CT_WHEN(CT_IF(struct params, photons))),
+	CT_EXPERT(electronic, "electronic", "SD", 0, 1e12,
+		"standard deviation of the electronics, in photons", CT_WHEN(CT_IF(photons))),
+	CT_EXPERT(water, "mu-water", "PER-MM", 1e-6, 10, "attenuation of water",
+		CT_WHEN(CT_IF(photons))),
 	CT_OPT_END,
 };
 
@@ -252,17 +252,5 @@ out:
 	return rc;
 }
 
-static const struct ct_tool tool = {
-	.name = "ct-project",
-	.brief = "Project a volume: line integrals of its density, in a scan.",
-	.opts = opts,
-	.defaults = &defaults,
-	.size = sizeof defaults,
-	.run = run,
-	.flags = CT_SEEDED | CT_LONG,
-};
-
-int main(int argc, char **argv)
-{
-	return ct_cli_main(&tool, argc, argv);
-}
+CT_CLI_MAIN("ct-project", "Project a volume: line integrals of its density, in a scan.",
+	CT_SEEDED | CT_LONG)

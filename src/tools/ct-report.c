@@ -14,15 +14,16 @@ struct params {
 
 static const struct params defaults = {0};
 
+#define CT_PARAMS struct params
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, lr, CT_READS, "LR", "the low-resolution CT, NIfTI, or -"),
-	CT_ARG(struct params, hr, CT_READS, "HR", "what was made of it, NIfTI, or -"),
-	CT_ARG_OUT(struct params, out, CT_WRITES, "OUT", CT_ENDS_PAGE, "HTML to write, or -"),
-	CT_INPUT(struct params, std, 0, "uncertainty", "FILE",
+	CT_ARG(lr, CT_READS, "LR", "the low-resolution CT, NIfTI, or -"),
+	CT_ARG(hr, CT_READS, "HR", "what was made of it, NIfTI, or -"),
+	CT_ARG_OUT(out, CT_WRITES, "OUT", CT_ENDS_PAGE, "HTML to write, or -"),
+	CT_INPUT(std, 0, "uncertainty", "FILE",
 		"predicted error of each voxel of HR, HU, from ct-upsample --std or ct-sr --confidence"),
-	CT_INPUT(struct params, truth, 0, "truth", "FILE",
+	CT_INPUT(truth, 0, "truth", "FILE",
 		"the CT that HR should be, on the same grid: the page shows the error too"),
-	CT_INPUT(struct params, log, 0, "log", "FILE",
+	CT_INPUT(log, 0, "log", "FILE",
 		"text: what the commands that made HR said and took, as CTSR_LOG of ct-pipeline(7) "
 		"collects it; its warnings are shown first"),
 	CT_OPT_END,
@@ -78,17 +79,5 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	return rc;
 }
 
-static const struct ct_tool tool = {
-	.name = "ct-report",
-	.brief = "Write a page to look at a refined CT, and at what in it not to trust.",
-	.opts = opts,
-	.defaults = &defaults,
-	.size = sizeof defaults,
-	.run = run,
-	.flags = CT_IN_HU,
-};
-
-int main(int argc, char **argv)
-{
-	return ct_cli_main(&tool, argc, argv);
-}
+CT_CLI_MAIN("ct-report", "Write a page to look at a refined CT, and at what in it not to trust.",
+	CT_IN_HU)

@@ -4,10 +4,13 @@
 #include "cli/files.h"
 #include "cli/keep.h"
 #include "core/clock.h"
+#include "core/memory.h"
+#include "core/stream.h"
 #include "formats/ends.h"
 #include "formats/format.h"
 #include "formats/headed.h"
 #include "formats/units.h"
+#include "refine/assumed.h"
 #include "tools/convert.h"
 #include "dicom/form.h"
 #include "dicom/sidecar.h"
@@ -24,67 +27,62 @@
 
 static const struct sr defaults = {.said = SAID_DEFAULTS, .quality = BALANCED};
 
+#define CT_PARAMS struct sr
 /* The published method. */
-#define FOLLOWS CT_IF(struct sr, paper), CT_IF(struct sr, release)
+#define FOLLOWS CT_IF(paper), CT_IF(release)
 /* What goes by way of projections. */
-#define PROJECTS CT_IF(struct sr, projections), FOLLOWS
+#define PROJECTS CT_IF(projections), FOLLOWS
 /* What does not, and what inverts the operator. */
-#define VOLUMES                                                                                    \
-	CT_UNLESS(struct sr, projections), CT_UNLESS(struct sr, paper),                            \
-		CT_UNLESS(struct sr, release)
-#define INVERTS CT_UNLESS(struct sr, paper), CT_UNLESS(struct sr, release)
+#define VOLUMES CT_UNLESS(projections), CT_UNLESS(paper), CT_UNLESS(release)
+#define INVERTS CT_UNLESS(paper), CT_UNLESS(release)
 
 static const struct ct_opt opts[] = {
-	CT_ARG(struct sr, in, CT_READS, "IN",
+	CT_ARG(in, CT_READS, "IN",
 		"low-resolution CT: NIfTI, MetaImage or NRRD file, DICOM folder or file, or -"),
-	CT_ARG_OUT(struct sr, out, CT_REWRITES, "OUT",
-		CT_ENDS_VOLUME "|" CT_ENDS_HEADED_ONE "|" CT_ENDS_DICOM,
+	CT_ARG_OUT(out, CT_REWRITES, "OUT", CT_ENDS_VOLUME "|" CT_ENDS_HEADED_ONE "|" CT_ENDS_DICOM,
 		"super-resolved CT: NIfTI, MetaImage, NRRD, or -; DICOM: a folder for a series, .dcm for "
 		"one file",
 		.dicom = CT_DICOM_OWN),
-	SAID_OPTS(struct sr, said,
+	SAID_OPTS(said,
 		"refine every axis S times, or the axes X, Y, Z times, from 1 to 16; default: what IN "
 		"says, else thick slices to the voxel size in plane, else 2; of projections 4",
-		CT_WHEN(VOLUMES, CT_UNLESS(struct sr, said.factor)), CT_WHEN(INVERTS),
-		CT_WHEN(INVERTS)),
-	CT_CHOICE(struct sr, quality, 'Q', "quality", CT_WORDS(QUALITIES),
+		CT_WHEN(VOLUMES, CT_UNLESS(said.factor)), CT_WHEN(INVERTS), CT_WHEN(INVERTS)),
+	CT_CHOICE(quality, 'Q', "quality", CT_WORDS(QUALITIES),
 		"draft inverts blur and sampling; fast adds predicted detail across one axis, balanced "
 		"across all; best makes a second pass",
 		CT_WHEN(INVERTS)),
-	CT_OPT(struct sr, series, 0, "series", "UID|N", 0, 0, "use this series of a DICOM folder"),
-	CT_OPT(struct sr, deid, 0, "deid", NULL, 0, 0,
-		"remove what tells who the patient is from DICOM of OUT"),
-	CT_OUTPUT_OWN(struct sr, report, 0, "report", "FILE", CT_ENDS_PAGE,
+	CT_TEXT(series, 0, "series", "UID|N", "use this series of a DICOM folder"),
+	CT_FLAG(deid, 0, "deid", "remove what tells who the patient is from DICOM of OUT"),
+	CT_OUTPUT_OWN(report, 0, "report", "FILE", CT_ENDS_PAGE,
 		"also write an HTML page: before and after, measurements, what not to trust",
-		CT_WHEN(CT_IF_FILE(struct sr, out))),
-	CT_OUTPUT_OWN(struct sr, confidence, 0, "confidence", "FILE", CT_ENDS_VOLUME,
+		CT_WHEN(CT_IF_FILE(out))),
+	CT_OUTPUT_OWN(confidence, 0, "confidence", "FILE", CT_ENDS_VOLUME,
 		"also write the predicted error of each voxel (one standard deviation, HU), NIfTI",
 		CT_WHEN(VOLUMES)),
-	CT_OUTPUT_OWN(struct sr, sidecar, 0, "sidecar", "FILE", CT_ENDS_REPORT,
+	CT_OUTPUT_OWN(sidecar, 0, "sidecar", "FILE", CT_ENDS_REPORT,
 		"also write JSON with names of BIDS: scan and operator", CT_WHEN(VOLUMES)),
-	CT_MEMORY(struct sr, memory, CT_WHEN(VOLUMES)),
-	CT_INPUT(struct sr, prior, 0, "prior", "FILE",
+	CT_MEMORY(memory, CT_WHEN(VOLUMES)),
+	CT_INPUT(prior, 0, "prior", "FILE",
 		"trained prior: of slices, or with --paper and --release of projections; default: the "
 		"installed one",
-		CT_WHEN(CT_UNLESS_WORD(struct sr, quality, CT_BIT(DRAFT)))),
-	CT_OPT(struct sr, projections, 0, "projections", NULL, 0, 0,
+		CT_WHEN(CT_UNLESS_WORD(quality, CT_BIT(DRAFT)))),
+	CT_FLAG(projections, 0, "projections",
 		"also add what a diffusion prior predicts for projections",
-		CT_WHEN(CT_UNLESS(struct sr, paper), CT_UNLESS(struct sr, release))),
-	CT_OPT(struct sr, paper, 0, "paper", NULL, 0, 0,
-		"follow the published method to the letter",
-		CT_WHEN(CT_UNLESS(struct sr, release))),
-	CT_OPT(struct sr, release, 0, "release", NULL, 0, 0,
+		CT_WHEN(CT_UNLESS(paper), CT_UNLESS(release))),
+	CT_FLAG(paper, 0, "paper", "follow the published method to the letter",
+		CT_WHEN(CT_UNLESS(release))),
+	CT_FLAG(release, 0, "release",
 		"follow its authors' programs where they differ from the paper",
-		CT_WHEN(CT_UNLESS(struct sr, paper))),
-	CT_OPT(struct sr, keep, 'k', "keep", "DIR", 0, 0,
+		CT_WHEN(CT_UNLESS(paper))),
+	CT_TEXT(keep, 'k', "keep", "DIR",
 		"keep the files between the steps, and commands.sh that makes them, in DIR; go on with "
 		"the run that it holds",
 		CT_WHEN(PROJECTS)),
-	CT_EXPERT(struct sr, views, "views", "N", 0, 10000,
+	CT_EXPERT(views, "views", "N", 0, 10000,
 		"number of projections; 0: 64, or 100 as published", CT_WHEN(PROJECTS)),
-	CT_EXPERT(struct sr, iterations, "iterations", "N", 0, 1000000,
+	CT_EXPERT(iterations, "iterations", "N", 0, 1000000,
 		"iterations of the Gaussian fit; 0: 1500, or 5000 as published", CT_WHEN(PROJECTS)),
-	CT_EXPERT(struct sr, gaussians, "gaussians", "N", 0, 100000000,
+	CT_EXPERT(gaussians, "gaussians", "N", 0, 100000000,
 		"Gaussians at the start of the fit; 0: 50000", CT_WHEN(PROJECTS)),
 	CT_OPT_END,
 };
@@ -99,8 +97,9 @@ struct files {
 	struct ct_meta prior_meta;
 	struct convert_planes planes;
 	struct convert convert;
-	struct page_log log;
 	json_t *about; /* the object of the sidecar */
+	FILE *notes;   /* the log of the page, NULL without one */
+	char *said;    /* what stands in it */
 };
 
 /* The last part of a path, without a slash at its end; or `instead`. */
@@ -124,7 +123,6 @@ static void begin(struct files *f, const struct sr *p, const struct ct_env *env)
 	for (int i = 0; i < 2; i++)
 		name_of(f->name[i], f->paths[i], p->deid ? i ? "OUT" : "IN" : NULL);
 	name_of(f->hidden, p->in, NULL);
-	f->log.hide = p->deid ? f->hidden : NULL;
 	f->convert = (struct convert){.files = {2, f->paths},
 		.in = p->in,
 		.out = p->out,
@@ -225,29 +223,47 @@ static void lift(struct ct_vol *v, const struct ct_vol *scan)
 static int write_out(struct files *f, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_meta *const from[] = {&f->in.meta, &f->prior_meta};
-	const struct ct_keep_error error = {f->p->confidence, &f->error};
+	const char *confidence = f->p->confidence;
 
 	if (ct_meta_step(&f->out.meta, env, 2, from, e) ||
-		(error.path && ct_meta_step(&f->error.meta, env, 2, from, e)))
+		(confidence && (ct_meta_step(&f->error.meta, env, 2, from, e) ||
+				       ct_meta_set(&f->error.meta, CT_META_QUANTITY,
+					       CT_QUANTITY_ERROR, e))))
 		return -1;
 	if (!ct_files_is_dicom(f->p->out) && !ct_ends_match(f->p->out, CT_ENDS_HEADED_ONE))
-		return ct_keep_vols(f->p->out, &f->out, &error, env, e);
+		return ct_keep_vols(f->p->out, &f->out, confidence, &f->error, env, e);
 	if (ct_files_is_dicom(f->p->out))
 		lift(&f->out, &f->in);
 	f->convert.units = CT_UNITS_HU; /* as what was read was found to be */
-	return (error.path && ct_keep_error(&error, env, e)) ||
+	return (confidence && ct_vol_write(confidence, &f->error, env, e)) ||
 			       convert_write(&f->convert, &f->out, env, e)
 		       ? -1
 		       : 0;
 }
 
-static int write_report(struct files *f, const struct ct_env *env, struct ct_err *e)
+/* Each `name` in the text becomes IN. */
+static void hide(char *text, const char *name)
 {
-	struct ct_page page = {.lr = {f->name[0], f->in},
-		.hr = {f->name[1], f->out},
-		.log = page_log_text(&f->log)};
+	const size_t n = strlen(name);
+
+	for (char *at = text; (at = strstr(at, name)); at += 2) {
+		memcpy(at, "IN", 2);
+		memmove(at + 2, at + n, strlen(at + n) + 1);
+	}
+}
+
+static int write_report(struct files *f, double seconds, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_page page = {.lr = {f->name[0], f->in}, .hr = {f->name[1], f->out}};
 	int rc;
 
+	fprintf(f->notes, "%s: took %.1f s, %.1f s of CPU time, %.0f MiB\n", env->tool, seconds,
+		ct_clock_cpu(), ct_memory_held() / 0x1p20);
+	fflush(f->notes);
+	ct_page_forget_folders(f->said);
+	if (f->p->deid && strlen(f->hidden) >= 2)
+		hide(f->said, f->hidden);
+	page.log = f->said;
 	if (f->p->confidence)
 		page.std = (struct ct_page_volume){basename(f->p->confidence), f->error};
 	rc = ct_page_measure(&page, env, e) || page_file_write(f->p->report, &page, env, e) ? -1
@@ -257,14 +273,88 @@ static int write_report(struct files *f, const struct ct_env *env, struct ct_err
 	return rc;
 }
 
-static int tell(const struct ct_refine *r, const struct files *f, struct ct_err *e)
+static int tell(const struct ct_refine *r, const struct files *f, const struct ct_env *env,
+	struct ct_err *e)
 {
 	const double voxels = (double)r->n[0] * (double)r->n[1] * (double)r->n[2];
 	const struct ahead_file files[] = {
 		{f->p->out, (ct_files_is_dicom(f->p->out) ? 2 : 4) * voxels},
 		{f->p->confidence, 4 * voxels}};
 
-	return ahead_tell(r, &f->in, files, 2, f->log.env, e);
+	return ahead_tell(r, &f->in, files, 2, env, e);
+}
+
+/* Three numbers, or one if they are equal. */
+static void put_three(FILE *f, const double x[3])
+{
+	const bool one = x[0] == x[1] && x[0] == x[2];
+
+	for (int a = 0; a < (one ? 1 : 3); a++)
+		fprintf(f, "%s%.4g", a ? "," : "", x[a]);
+}
+
+static void put_operator(FILE *f, const struct ct_operator *is)
+{
+	if (is->known) {
+		fputs("; blur ", f);
+		put_three(f, is->by.sigma);
+		fprintf(f, " voxels, %s%s (%s)", CT_WORD(CT_DECIMATE_LIST, is->by.decimate),
+			is->by.profile.n ? ", with a slice profile" : "",
+			CT_WORD(CT_SOURCE_LIST, is->from));
+	} else
+		fputs("; blur not known", f);
+	fprintf(f, "; noise %.3g HU%s (%s)", is->noise, is->correlated ? ", correlated" : "",
+		CT_WORD(CT_SOURCE_LIST, is->noise_from));
+}
+
+static void put_method(FILE *f, const struct ct_refine *r)
+{
+	fprintf(f, "; %s", ct_upsample_name(r->did.method));
+	if (r->did.iterations)
+		fprintf(f, ", %zu iterations (%s)", r->did.iterations, ct_refine_why(r));
+	if (r->adds)
+		fprintf(f, ", then the prior%s", r->restore.passes == 2 ? " in two passes" : "");
+	if (r->slabs > 1)
+		fprintf(f, ", in %zu slabs", r->slabs);
+	if (!isnan(r->residual))
+		fprintf(f, "; data residual %.2g HU RMS", r->residual);
+}
+
+/* What was assumed of a scan that does not say how it was made, and what would change it. */
+static void say_assumed(const struct ct_operator *is, const struct ct_vol *in, const char *tool)
+{
+	char words[CT_ASSUMED_WORDS];
+	double mm[3];
+
+	ct_vol_spacing(in, mm);
+	ct_assumed_words(words, is, mm);
+	if (*words)
+		fprintf(stderr, "%s: assumed: %s; %s\n", tool, words,
+			ct_slice_profile_is_alone(
+				is->by.factor, ct_slice_profile_axis(is->by.factor))
+				? "--slice-thickness or --profile says it better"
+				: "--sigma and --decimate say it better");
+	else if (!is->known)
+		fprintf(stderr,
+			"%s: assumed: nothing, as too few edges show the blur; --sigma says it\n",
+			tool);
+}
+
+/* One line on standard error: what was found and done, by the plan r of `in`. */
+static void say(const struct ct_refine *r, const struct ct_vol *in, double seconds,
+	const struct ct_env *env)
+{
+	if (env->verbose < 0)
+		return;
+	say_assumed(&r->is, in, env->tool);
+	fprintf(stderr, "%s: %zux%zux%zu to %zux%zux%zu, ", env->tool, in->n[0], in->n[1], in->n[2],
+		r->n[0], r->n[1], r->n[2]);
+	put_three(stderr, r->is.by.factor);
+	fputs(" times", stderr);
+	put_operator(stderr, &r->is);
+	put_method(stderr, r);
+	fprintf(stderr, "; %.*f s, %.0f MiB\n", seconds < 10, seconds,
+		ceil(ct_memory_held() / 0x1p20));
 }
 
 static int refine(struct files *f, const struct ct_env *env, struct ct_err *e)
@@ -284,7 +374,7 @@ static int refine(struct files *f, const struct ct_env *env, struct ct_err *e)
 	if (r.slabs > 1)
 		ct_log(env, CT_INFO, "refines in %zu slabs: the whole takes %.0f MiB of memory",
 			r.slabs, ceil(r.whole / 0x1p20));
-	if (tell(&r, f, e))
+	if (tell(&r, f, env, e))
 		return -1;
 	if (env->dry_run)
 		return 0;
@@ -294,16 +384,16 @@ static int refine(struct files *f, const struct ct_env *env, struct ct_err *e)
 		(f->about && (sidecar_refined(f->about, &f->out, e) ||
 				     sidecar_write(f->p->sidecar, f->about, &f->out, env, e))))
 		return -1;
-	sr_say(&r, &f->in, ct_clock_wall() - began, env);
-	page_log_took(&f->log, env, ct_clock_wall() - began);
-	return f->p->report ? write_report(f, env, e) : 0;
+	say(&r, &f->in, ct_clock_wall() - began, env);
+	return f->p->report ? write_report(f, ct_clock_wall() - began, env, e) : 0;
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct sr *p = params;
 	struct files f = {0};
-	struct ct_env own;
+	struct ct_env own = *env;
+	size_t said;
 	int rc = -1;
 
 	if (check(p, e))
@@ -315,9 +405,13 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	begin(&f, p, env);
 	if (p->sidecar && !(f.about = json_object()))
 		return ct_fail(e, CT_ENOMEM, "no memory for a sidecar");
-	if (page_log_open(&f.log, &own, env, e) == 0)
+	if (!p->report || ct_stream_open(&f.notes, &f.said, &said, e) == 0) {
+		own.notes = f.notes;
 		rc = refine(&f, &own, e);
-	page_log_close(&f.log);
+	}
+	if (f.notes)
+		fclose(f.notes);
+	free(f.said);
 	json_decref(f.about);
 	ct_slice_prior_free(&f.prior);
 	ct_meta_free(&f.prior_meta);
@@ -327,18 +421,6 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	return rc;
 }
 
-static const struct ct_tool tool = {
-	.name = "ct-sr",
-	.brief =
-		"Super-resolve a CT: invert blur and sampling, add detail that a network predicts.",
-	.opts = opts,
-	.defaults = &defaults,
-	.size = sizeof defaults,
-	.run = run,
-	.flags = CT_SEEDED | CT_IN_HU | CT_LONG,
-};
-
-int main(int argc, char **argv)
-{
-	return ct_cli_main(&tool, argc, argv);
-}
+CT_CLI_MAIN("ct-sr",
+	"Super-resolve a CT: invert blur and sampling, add detail that a network predicts.",
+	CT_SEEDED | CT_IN_HU | CT_LONG)

@@ -28,100 +28,91 @@ static const struct train_params defaults = {
 	.noise = 30,
 };
 
-#define IDLE .counts = CT_COUNTS_NOT
-#define WITH(kinds) CT_WHEN(CT_IF_WORD(struct train_params, kind, kinds))
+#define CT_PARAMS struct train_params
+#define WITH(kinds) CT_WHEN(CT_IF_WORD(kind, kinds))
 #define SLICES WITH(CT_BIT(TRAIN_SLICES))
 #define NETWORK WITH(CT_BIT(TRAIN_PICTURES) | CT_BIT(TRAIN_RESIDUAL))
 
 static const struct ct_opt opts[] = {
-	CT_ARG_OUT(struct train_params, out, CT_REWRITES, "OUT", CT_ENDS_TENSORS,
+	CT_ARG_OUT(out, CT_REWRITES, "OUT", CT_ENDS_TENSORS,
 		"the prior (safetensors); its training state is OUT.state"),
-	CT_ARG(struct train_params, data, CT_READS, "DATA",
+	CT_ARG(data, CT_READS, "DATA",
 		"EXR projections, pictures, CTs (slices), or folders of them"),
-	CT_CHOICE(struct train_params, kind, 'k', "kind", CT_WORDS(TRAIN_KIND_LIST),
+	CT_CHOICE(kind, 'k', "kind", CT_WORDS(TRAIN_KIND_LIST),
 		"what the prior is of: pictures or projections, what refined projections lack, or "
 		"CT slices"),
-	CT_OPT(struct train_params, factor, 'x', "factor", "S", 2, 8,
+	CT_OPT(factor, 'x', "factor", "S", 2, 8,
 		"train for low-resolution voxels that are S voxels long",
 		WITH(CT_BIT(TRAIN_SLICES) | CT_BIT(TRAIN_RESIDUAL))),
-	CT_INPUT(struct train_params, refined, 0, "refined", "FOLDER",
+	CT_INPUT(refined, 0, "refined", "FOLDER",
 		"for residual: projections of the refined CTs, named as those of the true CTs in "
 		"DATA",
 		WITH(CT_BIT(TRAIN_RESIDUAL))),
-	CT_OPT(struct train_params, arch, 'a', "arch", "KEY=VALUE,...", 0, 0,
+	CT_TEXT(arch, 'a', "arch", "KEY=VALUE,...",
 		"set the network: model_channels=32, channel_mult=1:2:3:4, num_res_blocks=1, "
 		"attention_resolutions=8, in_channels, out_channels and more",
 		NETWORK),
-	CT_OPT(struct train_params, patch, 'p', "patch", "N", 4, 4096,
+	CT_OPT(patch, 'p', "patch", "N", 4, 4096,
 		"train on pieces of N x N pixels (default: 64; for slices three times the factor)"),
-	CT_EXPERT(struct train_params, batch, "batch", "N", 1, 65536,
+	CT_EXPERT(batch, "batch", "N", 1, 65536,
 		"use N pieces in a step (default: 16; for slices 1024)"),
-	CT_OPT_IDLE(
-		struct train_params, steps, 'n', "steps", "N", 0, 2e9, "stop after N steps in all"),
-	CT_OPT_IDLE(struct train_params, minutes, 'm', "minutes", "M", 0, 1e6,
-		"stop after M minutes; 0 sets no limit"),
-	CT_EXPERT(struct train_params, lr, "lr", "X", 0, 1,
-		"learning rate (default: 1e-4; for slices 1e-3)"),
-	CT_EXPERT(struct train_params, ema, "ema", "X", 0, 0.9999999,
+	CT_OPT(steps, 'n', "steps", "N", 0, 2e9, "stop after N steps in all", CT_IDLE),
+	CT_OPT(minutes, 'm', "minutes", "M", 0, 1e6, "stop after M minutes; 0 sets no limit",
+		CT_IDLE),
+	CT_EXPERT(lr, "lr", "X", 0, 1, "learning rate (default: 1e-4; for slices 1e-3)"),
+	CT_EXPERT(ema, "ema", "X", 0, 0.9999999,
 		"rate of the running average of the weights, which is the prior (default: 0.9999; "
 		"for slices 0.999)"),
-	CT_INPUT_IDLE(struct train_params, validate, 0, "validate", "DATA",
-		"report the loss on data that are not trained on"),
-	CT_OPT_IDLE(struct train_params, patience, 0, "patience", "N", 0, 1e6,
+	CT_INPUT_IDLE(
+		validate, 0, "validate", "DATA", "report the loss on data that are not trained on"),
+	CT_OPT(patience, 0, "patience", "N", 0, 1e6,
 		"write the best weights; stop after N validations without a gain (0: never)",
-		CT_WHEN(CT_IF(struct train_params, validate),
-			CT_UNLESS_WORD(struct train_params, kind, CT_BIT(TRAIN_RESIDUAL)))),
-	CT_OPT_IDLE(struct train_params, resume, 'r', "resume", NULL, 0, 0,
-		"continue from OUT.state, with the same bytes as without the interruption"),
-	CT_OPT_IDLE(struct train_params, checkpoint_every, 0, "checkpoint-every", "N", 1, 2e9,
-		"write OUT and OUT.state every N steps",
-		CT_WHEN(CT_IF_FILE(struct train_params, out))),
-	CT_OPT_IDLE(
-		struct train_params, half, 0, "half", NULL, 0, 0, "write OUT in half precision"),
-	CT_OPT_IDLE(struct train_params, licence, 0, "licence", "TEXT", 0, 0,
-		"write the licence of the prior into its metadata"),
-	CT_OPT(struct train_params, bytes, 0, "bytes", "A:B", 0, 0,
-		"map volumes of bytes to HU: 0 is A HU, 255 is B HU", SLICES),
-	CT_INPUT_IDLE(struct train_params, with, 0, "with", "FILE",
+		CT_WHEN(CT_IF(validate), CT_UNLESS_WORD(kind, CT_BIT(TRAIN_RESIDUAL))), CT_IDLE),
+	CT_FLAG(resume, 'r', "resume",
+		"continue from OUT.state, with the same bytes as without the interruption",
+		CT_IDLE),
+	CT_OPT(checkpoint_every, 0, "checkpoint-every", "N", 1, 2e9,
+		"write OUT and OUT.state every N steps", CT_WHEN(CT_IF_FILE(out)), CT_IDLE),
+	CT_FLAG(half, 0, "half", "write OUT in half precision", CT_IDLE),
+	CT_TEXT(licence, 0, "licence", "TEXT", "write the licence of the prior into its metadata",
+		CT_IDLE),
+	CT_TEXT(bytes, 0, "bytes", "A:B", "map volumes of bytes to HU: 0 is A HU, 255 is B HU",
+		SLICES),
+	CT_INPUT_IDLE(with, 0, "with", "FILE",
 		"also write the networks of this slice prior, for other factors, to OUT", SLICES),
-	CT_OPT_IDLE(struct train_params, cache, 0, "cache", "DIR", 0, 0,
-		"keep the training examples in the folder DIR, for the next training", SLICES),
-	CT_EXPERT(struct train_params, thick, "thick", "yes", 0, 0,
-		"thick slices: low resolution along one axis only", SLICES),
-	CT_EXPERT(struct train_params, again, "again", "yes", 0, 0,
-		"train for the second pass, after the networks of --with",
-		CT_WHEN(CT_IF(struct train_params, with))),
-	CT_EXPERT(struct train_params, cubes, "cubes", "N", 1, 100000, "make N examples of each CT",
+	CT_TEXT(cache, 0, "cache", "DIR",
+		"keep the training examples in the folder DIR, for the next training", SLICES,
+		CT_IDLE),
+	CT_EXPERT(thick, "thick", "yes", 0, 0, "thick slices: low resolution along one axis only",
 		SLICES),
-	CT_EXPERT(struct train_params, cube, "cube", "N", 24, 512,
-		"examples have at most N voxels along an axis", SLICES),
-	CT_EXPERT(struct train_params, noise, "noise", "HU", 0, 1000,
-		"add noise of up to HU to half of the examples", SLICES),
-	CT_EXPERT(struct train_params, window, "window", "LO:HI", 0, 0,
-		"clip half of the examples to LO:HI HU", SLICES),
-	CT_EXPERT(struct train_params, depth, "depth", "N", 1, 5,
-		"slices of a patch, an odd number", SLICES),
-	CT_EXPERT(struct train_params, components, "components", "N", 1, 4096,
-		"principal components of a patch", SLICES),
-	CT_EXPERT(struct train_params, width, "width", "N", 1, 8192, "neurons of a hidden layer",
+	CT_EXPERT(again, "again", "yes", 0, 0,
+		"train for the second pass, after the networks of --with", CT_WHEN(CT_IF(with))),
+	CT_EXPERT(cubes, "cubes", "N", 1, 100000, "make N examples of each CT", SLICES),
+	CT_EXPERT(
+		cube, "cube", "N", 24, 512, "examples have at most N voxels along an axis", SLICES),
+	CT_EXPERT(noise, "noise", "HU", 0, 1000, "add noise of up to HU to half of the examples",
 		SLICES),
-	CT_EXPERT(struct train_params, scales, "scales", "A,B,...", 0, 0,
+	CT_EXPERT(window, "window", "LO:HI", 0, 0, "clip half of the examples to LO:HI HU", SLICES),
+	CT_EXPERT(depth, "depth", "N", 1, 5, "slices of a patch, an odd number", SLICES),
+	CT_EXPERT(
+		components, "components", "N", 1, 4096, "principal components of a patch", SLICES),
+	CT_EXPERT(width, "width", "N", 1, 8192, "neurons of a hidden layer", SLICES),
+	CT_EXPERT(scales, "scales", "A,B,...", 0, 0,
 		"cut pieces from pictures reduced A, B, ... times, at random",
 		WITH(CT_BIT(TRAIN_PICTURES))),
-	CT_EXPERT(struct train_params, warmup, "warmup", "N", 0, 1e9,
-		"raise the learning rate from 0 over N steps", NETWORK),
-	CT_EXPERT(struct train_params, cosine, "cosine", "yes", 0, 0,
-		"lower the learning rate to 0 along a half cosine", NETWORK),
-	CT_EXPERT(struct train_params, decay, "decay", "X", 0, 10,
-		"weight decay of AdamW (default: 0; for slices 0.01)"),
-	CT_EXPERT(struct train_params, clip, "clip", "X", 0, 1e9,
-		"limit the norm of the gradient (0: no limit)", NETWORK),
-	CT_EXPERT(struct train_params, validate_every, "validate-every", "N", 1, 2e9,
-		"validate every N steps", CT_WHEN(CT_IF(struct train_params, validate)), IDLE),
-	CT_EXPERT(struct train_params, validate_pieces, "validate-pieces", "N", 1, 65536,
-		"validate on N pieces", CT_WHEN(CT_IF(struct train_params, validate)), IDLE),
-	CT_EXPERT(struct train_params, log_every, "log-every", "N", 1, 2e9,
-		"report the loss every N steps", IDLE),
+	CT_EXPERT(warmup, "warmup", "N", 0, 1e9, "raise the learning rate from 0 over N steps",
+		NETWORK),
+	CT_EXPERT(cosine, "cosine", "yes", 0, 0, "lower the learning rate to 0 along a half cosine",
+		NETWORK),
+	CT_EXPERT(
+		decay, "decay", "X", 0, 10, "weight decay of AdamW (default: 0; for slices 0.01)"),
+	CT_EXPERT(
+		clip, "clip", "X", 0, 1e9, "limit the norm of the gradient (0: no limit)", NETWORK),
+	CT_EXPERT(validate_every, "validate-every", "N", 1, 2e9, "validate every N steps",
+		CT_WHEN(CT_IF(validate)), CT_IDLE),
+	CT_EXPERT(validate_pieces, "validate-pieces", "N", 1, 65536, "validate on N pieces",
+		CT_WHEN(CT_IF(validate)), CT_IDLE),
+	CT_EXPERT(log_every, "log-every", "N", 1, 2e9, "report the loss every N steps", CT_IDLE),
 	CT_OPT_END,
 };
 
@@ -270,17 +261,6 @@ out:
 	return rc;
 }
 
-static const struct ct_tool tool = {
-	.name = "ct-train",
-	.brief = "Train a prior of projections or radiographs, of residuals, or of CT slices.",
-	.opts = opts,
-	.defaults = &defaults,
-	.size = sizeof defaults,
-	.run = run,
-	.flags = CT_SEEDED | CT_LONG,
-};
-
-int main(int argc, char **argv)
-{
-	return ct_cli_main(&tool, argc, argv);
-}
+CT_CLI_MAIN("ct-train",
+	"Train a prior of projections or radiographs, of residuals, or of CT slices.",
+	CT_SEEDED | CT_LONG)

@@ -23,91 +23,76 @@ enum { PRESETS(CT_WORD_VALUE) };
 struct params {
 	struct said_opts said;
 	const char *in, *out, *std, *start, *memory, *prior;
-	int method, preset, iterations;
-	double tolerance, weight, doubt, gate, cap, steps;
+	struct ct_refine_rule rule; /* what is not said below */
+	int preset, iterations;
 	bool estimate;
 };
 
-static const struct params defaults = {.said = SAID_DEFAULTS,
-	.preset = BALANCED,
-	.iterations = 300,
-	.tolerance = 0.1,
-	.weight = NAN,
-	.doubt = NAN,
-	.gate = NAN,
-	.cap = NAN,
-	.steps = NAN};
+static const struct params defaults = {
+	.said = SAID_DEFAULTS, .rule = CT_REFINE_DEFAULTS, .preset = BALANCED, .iterations = 300};
 
 /* Methods that invert the operator, that may come to iterate, and that have a prior. */
 #define PRIOR CT_BIT(CT_REFINE_PRIOR)
 #define ITERATES                                                                                   \
 	(PRIOR | CT_BIT(CT_UPSAMPLE_AUTO) | CT_BIT(CT_UPSAMPLE_TV) | CT_BIT(CT_UPSAMPLE_HTV))
 #define INVERTS (ITERATES | CT_BIT(CT_UPSAMPLE_DC))
-#define WITH(methods) CT_WHEN(CT_IF_WORD(struct params, method, methods))
+#define WITH(methods) CT_WHEN(CT_IF_WORD(rule.method, methods))
 #define WITH_PRIOR WITH(PRIOR)
 
+#define CT_PARAMS struct params
 static const struct ct_opt opts[] = {
-	CT_ARG(struct params, in, CT_READS, "IN",
+	CT_ARG(in, CT_READS, "IN",
 		"low-resolution CT: NIfTI, MetaImage or NRRD file, DICOM folder or file, or -"),
-	CT_ARG_OUT(struct params, out, CT_WRITES, "OUT", CT_ENDS_VOLUME,
-		"the CT on the finer grid, NIfTI, or -"),
-	CT_CHOICE(struct params, method, 'm', "method", CT_WORDS(CT_REFINE_LIST),
+	CT_ARG_OUT(out, CT_WRITES, "OUT", CT_ENDS_VOLUME, "the CT on the finer grid, NIfTI, or -"),
+	CT_CHOICE(rule.method, 'm', "method", CT_WORDS(CT_REFINE_LIST),
 		"interpolate (linear to sinc), or invert blur and sampling: dc, tv (least total "
 		"variation), htv (least second-order variation). prior adds detail that a network "
 		"predicts. auto takes tv, htv for aliased points and texture, and bspline if the "
 		"operator is not known"),
-	SAID_OPTS(struct params, said,
+	SAID_OPTS(said,
 		"refine every axis S times, or the axes X, Y, Z times; need not be whole; default: "
 		"the factor that IN was reduced by, else as ct-sr",
-		CT_WHEN(CT_UNLESS(struct params, said.factor)), CT_WHEN(CT_ALWAYS), WITH(ITERATES)),
-	CT_OPT(struct params, estimate, 0, "estimate", NULL, 0, 0,
+		CT_WHEN(CT_UNLESS(said.factor)), CT_WHEN(CT_ALWAYS), WITH(ITERATES)),
+	CT_FLAG(estimate, 0, "estimate",
 		"estimate the blur of IN, from DICOM and edges, if IN does not say it",
-		CT_WHEN(CT_UNLESS(struct params, said.sigma),
-			CT_IF_WORD(struct params, method, INVERTS))),
-	CT_INPUT(struct params, start, 0, "start", "FILE",
+		CT_WHEN(CT_UNLESS(said.sigma), CT_IF_WORD(rule.method, INVERTS))),
+	CT_INPUT(start, 0, "start", "FILE",
 		"begin with this volume on the grid of OUT; with prior, add to it", WITH(INVERTS)),
-	CT_OPT(struct params, iterations, 0, "iterations", "N", 1, 100000,
-		"most iterations of tv and htv", WITH(ITERATES)),
-	CT_OPT(struct params, tolerance, 0, "tolerance", "HU", 0, 1e6,
+	CT_OPT(iterations, 0, "iterations", "N", 1, 100000, "most iterations of tv and htv",
+		WITH(ITERATES)),
+	CT_OPT(rule.tolerance, 0, "tolerance", "HU", 0, 1e6,
 		"stop when an iteration moves the volume by less than this, RMS", WITH(ITERATES)),
-	CT_OUTPUT(struct params, std, 0, "std", "FILE", CT_ENDS_VOLUME,
+	CT_OUTPUT(std, 0, "std", "FILE", CT_ENDS_VOLUME,
 		"also write the predicted error of each voxel (one standard deviation, HU), NIfTI",
 		WITH(CT_BIT(CT_UPSAMPLE_AUTO) | PRIOR)),
-	CT_MEMORY(struct params, memory),
-	CT_INPUT(struct params, prior, 'p', "prior", "FILE",
+	CT_MEMORY(memory),
+	CT_INPUT(prior, 'p', "prior", "FILE",
 		"slice prior, safetensors; default: the installed slices.safetensors", WITH_PRIOR),
-	CT_CHOICE(struct params, preset, 'Q', "preset", CT_WORDS(PRESETS),
+	CT_CHOICE(preset, 'Q', "preset", CT_WORDS(PRESETS),
 		"fast uses slices across one axis, balanced across all, best makes a second pass",
 		WITH_PRIOR),
-	CT_EXPERT(struct params, weight, "weight", "W", 0, 10,
+	CT_EXPERT(rule.weight, "weight", "W", 0, 10,
 		"add W times the prediction, all of it with the same confidence", WITH_PRIOR),
-	CT_EXPERT(struct params, doubt, "doubt", "X", 0, 1000,
+	CT_EXPERT(rule.doubt, "doubt", "X", 0, 1000,
 		"lower the confidence where axes disagree, X times their variance", WITH_PRIOR),
-	CT_EXPERT(struct params, gate, "gate", "HU", 0, 1e6,
-		"lower the confidence of corrections below HU", WITH_PRIOR),
-	CT_EXPERT(struct params, cap, "cap", "HU", 0, 1e6,
-		"lower the confidence of corrections beyond HU", WITH_PRIOR),
-	CT_EXPERT(struct params, steps, "steps", "X", 0, 10,
+	CT_EXPERT(rule.gate, "gate", "HU", 0, 1e6, "lower the confidence of corrections below HU",
+		WITH_PRIOR),
+	CT_EXPERT(rule.cap, "cap", "HU", 0, 1e6, "lower the confidence of corrections beyond HU",
+		WITH_PRIOR),
+	CT_EXPERT(rule.steps, "steps", "X", 0, 10,
 		"keep edges between plateaus that vary by less than X of the step", WITH_PRIOR),
 	CT_OPT_END,
 };
 
 static int rule_of(struct ct_refine_rule *r, const struct params *p, struct ct_err *e)
 {
-	*r = (struct ct_refine_rule)CT_REFINE_DEFAULTS;
+	*r = p->rule;
 	if (said_parse(&r->said, &p->said, e) || ct_cli_memory(&r->memory, p->memory, e))
 		return -1;
 	r->said.estimate = p->estimate;
-	r->method = p->method;
 	r->iterations = (size_t)p->iterations;
-	r->tolerance = p->tolerance;
 	r->one_axis = p->preset == FAST;
 	r->passes = p->preset == BEST ? 2 : 1;
-	r->weight = p->weight;
-	r->doubt = p->doubt;
-	r->gate = p->gate;
-	r->cap = p->cap;
-	r->steps = p->steps;
 	r->error = p->std != NULL;
 	return 0;
 }
@@ -121,7 +106,8 @@ struct files {
 static int read_all(struct files *f, struct ct_refine_rule *rule, const struct params *p,
 	const struct ct_env *env, struct ct_err *e)
 {
-	if (p->method == CT_REFINE_PRIOR && prior_file_read(&f->prior, &f->prior_meta, p->prior, e))
+	if (p->rule.method == CT_REFINE_PRIOR &&
+		prior_file_read(&f->prior, &f->prior_meta, p->prior, e))
 		return -1;
 	rule->prior = &f->prior;
 	rule->start = p->start ? &f->start : NULL;
@@ -137,9 +123,9 @@ static int check_modes(const struct ct_refine *r, const struct params *p, const 
 {
 	struct params now = *p;
 
-	if (p->method != CT_UPSAMPLE_AUTO || r->is.known || p->estimate)
+	if (p->rule.method != CT_UPSAMPLE_AUTO || r->is.known || p->estimate)
 		return 0;
-	now.method = CT_UPSAMPLE_BSPLINE;
+	now.rule.method = CT_UPSAMPLE_BSPLINE;
 	return ct_modes_check(env->given, &now, e) ? ct_blame(e, p->in) : 0;
 }
 
@@ -147,12 +133,13 @@ static int write_all(
 	struct files *f, const struct params *p, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_meta *const from[] = {&f->in.meta, &f->start.meta, &f->prior_meta};
-	struct ct_keep_error error = {p->std, &f->std};
 
-	return ct_meta_step(&f->out.meta, env, 3, from, e) ||
-			       (p->std && ct_meta_step(&f->std.meta, env, 3, from, e))
-		       ? -1
-		       : ct_keep_vols(p->out, &f->out, &error, env, e);
+	if (ct_meta_step(&f->out.meta, env, 3, from, e) ||
+		(p->std &&
+			(ct_meta_step(&f->std.meta, env, 3, from, e) ||
+				ct_meta_set(&f->std.meta, CT_META_QUANTITY, CT_QUANTITY_ERROR, e))))
+		return -1;
+	return ct_keep_vols(p->out, &f->out, p->std, &f->std, env, e);
 }
 
 static int tell(const struct ct_refine *r, const struct files *f, const struct params *p,
@@ -207,17 +194,6 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	return rc;
 }
 
-static const struct ct_tool tool = {
-	.name = "ct-upsample",
-	.brief = "Refine a CT: interpolate it, invert blur and sampling, add predicted detail.",
-	.opts = opts,
-	.defaults = &defaults,
-	.size = sizeof defaults,
-	.run = run,
-	.flags = CT_LONG | CT_IN_HU,
-};
-
-int main(int argc, char **argv)
-{
-	return ct_cli_main(&tool, argc, argv);
-}
+CT_CLI_MAIN("ct-upsample",
+	"Refine a CT: interpolate it, invert blur and sampling, add predicted detail.",
+	CT_LONG | CT_IN_HU)

@@ -4,15 +4,33 @@
 #include "cli/modes.h"
 #include "core/mem.h"
 #include "formats/any.h"
-#include "tools/cuts.h"
 #include "formats/io.h"
 #include "report/labels.h"
 #include "shim/image.h"
-#include "tools/hu-window.h"
 
+#include <ctype.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* X(name, width, level): windows of HU.
+ *
+ * Width and level are those of the article "Windowing (CT)" of Radiopaedia.org: brain 80 at 40,
+ * stroke 40 at 40, temporal bones 2800 at 600, lungs 1500 at -600, mediastinum 350 at 50, soft
+ * tissues (abdomen) 400 at 50, liver 150 at 30, soft tissues of the spine 250 at 50, bone 1800 at
+ * 400. A window reaches from level - width / 2 to level + width / 2.
+ */
+#define HU_WINDOWS(X)                                                                              \
+	X("brain", 80, 40)                                                                         \
+	X("stroke", 40, 40)                                                                        \
+	X("temporal", 2800, 600)                                                                   \
+	X("lung", 1500, -600)                                                                      \
+	X("mediastinum", 350, 50)                                                                  \
+	X("soft", 400, 50)                                                                         \
+	X("liver", 150, 30)                                                                        \
+	X("spine", 250, 50)                                                                        \
+	X("bone", 1800, 400)
+#define HU_WINDOW_SPACE(name, width, level) " " name
 
 struct params {
 	struct ct_list files;
@@ -32,53 +50,49 @@ static const struct params defaults = {.slice = "0.5",
 	.thickness = NAN,
 	.surface = NAN};
 
+#define CT_PARAMS struct params
 static const struct ct_opt opts[] = {
-	CT_ARG_OUT(struct params, files, CT_READS_WRITES, "FILE", CT_ENDS_PICTURE,
+	CT_ARG_OUT(files, CT_READS_WRITES, "FILE", CT_ENDS_PICTURE,
 		"CT volumes, or EXR projections; the last name is the PNG to write, unless "
 		"--output gives it"),
-	CT_OUTPUT(struct params, out, 'o', "output", "OUT", CT_ENDS_PICTURE,
+	CT_OUTPUT(out, 'o', "output", "OUT", CT_ENDS_PICTURE,
 		"write the picture to OUT (PNG; - is standard output)"),
-	CT_CHOICE(struct params, plane, 'p', "plane",
-		CT_WORDS_TWO(CT_MONTAGE_PLANE_LIST, CT_SHEET_LIST),
+	CT_CHOICE(plane, 'p', "plane", CT_WORDS_TWO(CT_MONTAGE_PLANE_LIST, CT_SHEET_LIST),
 		"show these planes of a volume"),
-	CT_OPT(struct params, slice, 0, "slice", "F,...", 0, 0,
+	CT_TEXT(slice, 0, "slice", "F,...",
 		"cut at these places: fractions of the first volume, or world coordinates as "
 		"12.5mm",
-		CT_WHEN(CT_UNLESS(struct params, surface))),
-	CT_OPT(struct params, slices, 0, "slices", "N", 1, CT_SHEET_CUTS,
+		CT_WHEN(CT_UNLESS(surface))),
+	CT_OPT(slices, 0, "slices", "N", 1, CT_SHEET_CUTS,
 		"show N evenly spaced slices of each plane",
-		CT_WHEN(CT_UNLESS(struct params, slice), CT_UNLESS(struct params, surface))),
-	CT_CHOICE(struct params, slab, 0, "mip", CT_WORDS(CT_MIP_LIST),
+		CT_WHEN(CT_UNLESS(slice), CT_UNLESS(surface))),
+	CT_CHOICE(slab, 0, "mip", CT_WORDS(CT_MIP_LIST),
 		"project the largest, least or mean value along the rays across each plane",
-		CT_WHEN(CT_UNLESS(struct params, surface))),
-	CT_OPT(struct params, thickness, 0, "thickness", "MM", 1e-3, 1e6,
+		CT_WHEN(CT_UNLESS(surface))),
+	CT_OPT(thickness, 0, "thickness", "MM", 1e-3, 1e6,
 		"project a slab of MM mm around each slice, not the whole volume",
-		CT_WHEN(CT_UNLESS_WORD(struct params, slab, CT_BIT(CT_MIP_NONE)))),
-	CT_OPT(struct params, surface, 0, "surface", "HU", 0, 0,
+		CT_WHEN(CT_UNLESS_WORD(slab, CT_BIT(CT_MIP_NONE)))),
+	CT_OPT(surface, 0, "surface", "HU", 0, 0,
 		"show the shaded surface of this value instead of slices"),
-	CT_OPT(struct params, views, 0, "views", "N", 1, 10000,
-		"show N evenly spaced views of the projections"),
-	CT_OPT(struct params, window, 'w', "window", "LO:HI", 0, 0,
-		"draw LO black and HI white, or use a named HU window:" HU_WINDOW_LIST(
+	CT_OPT(views, 0, "views", "N", 1, 10000, "show N evenly spaced views of the projections"),
+	CT_TEXT(window, 'w', "window", "LO:HI",
+		"draw LO black and HI white, or use a named HU window:" HU_WINDOWS(
 			HU_WINDOW_SPACE) " (default: -200:300 for HU, 0:1 for density, else the "
 					 "range of what is shown)",
-		CT_WHEN(CT_UNLESS(struct params, surface))),
-	CT_OPT(struct params, zoom, 'z', "zoom", "N", 1.0 / 64, 64,
-		"draw N pixels for the finest voxel spacing"),
-	CT_OPT(struct params, error, 'e', "error", NULL, 0, 0,
-		"add maps of the absolute difference from the first file",
-		CT_WHEN(CT_UNLESS(struct params, surface))),
-	CT_CHOICE(struct params, map, 0, "error-map", CT_WORDS(CT_COLOUR_ERROR_LIST),
+		CT_WHEN(CT_UNLESS(surface))),
+	CT_OPT(zoom, 'z', "zoom", "N", 1.0 / 64, 64, "draw N pixels for the finest voxel spacing"),
+	CT_FLAG(error, 'e', "error", "add maps of the absolute difference from the first file",
+		CT_WHEN(CT_UNLESS(surface))),
+	CT_CHOICE(map, 0, "error-map", CT_WORDS(CT_COLOUR_ERROR_LIST),
 		"draw the maps in these colours; signed shows the sign of the difference",
-		CT_WHEN(CT_IF(struct params, error))),
-	CT_OPT(struct params, error_window, 0, "error-window", "LO:HI", 0, 0,
+		CT_WHEN(CT_IF(error))),
+	CT_TEXT(error_window, 0, "error-window", "LO:HI",
 		"differences at the ends of the colours (default: up to a quarter of the window)",
-		CT_WHEN(CT_IF(struct params, error))),
-	CT_OPT(struct params, labels, 'l', "labels", NULL, 0, 0,
+		CT_WHEN(CT_IF(error))),
+	CT_FLAG(labels, 'l', "labels",
 		"write names, positions, sides of the patient, a scale bar and colour bars"),
-	CT_OPT(struct params, names, 0, "names", "TEXT,...", 0, 0,
-		"write these names instead of those of the files",
-		CT_WHEN(CT_IF(struct params, labels))),
+	CT_TEXT(names, 0, "names", "TEXT,...", "write these names instead of those of the files",
+		CT_WHEN(CT_IF(labels))),
 	CT_OPT_END,
 };
 
@@ -134,6 +148,27 @@ static int check_unit(const struct ct_any *a, const struct params *p, const stru
 	return 0;
 }
 
+#define ROW(name, width, level) {name, {(level) - (width) / 2.0, (level) + (width) / 2.0}},
+static const struct {
+	const char *name;
+	double window[2];
+} windows[] = {HU_WINDOWS(ROW)};
+
+/* "LO:HI" of any unit, or a name, which sets *hu. */
+static int window_of(double window[2], bool *hu, const char *text, struct ct_err *e)
+{
+	*hu = isalpha((unsigned char)*text);
+	if (!*hu)
+		return ct_cli_range("window", text, window, e);
+	for (size_t i = 0; i < sizeof windows / sizeof *windows; i++)
+		if (strcmp(text, windows[i].name) == 0) {
+			memcpy(window, windows[i].window, sizeof windows[i].window);
+			return 0;
+		}
+	return ct_fail(e, CT_EUSAGE,
+		"--window: '%s' is neither LO:HI nor one of" HU_WINDOWS(HU_WINDOW_SPACE), text);
+}
+
 static int rule_of(struct ct_sheet_rule *r, double window[2], double error[2],
 	const struct params *p, struct ct_err *e)
 {
@@ -146,13 +181,44 @@ static int rule_of(struct ct_sheet_rule *r, double window[2], double error[2],
 		.thickness = isnan(p->thickness) ? 0 : p->thickness};
 	r->surface = !isnan(p->surface);
 	r->level = p->surface;
-	if (p->window && hu_window_parse(window, &r->window_hu, "window", p->window, e))
+	if (p->window && window_of(window, &r->window_hu, p->window, e))
 		return -1;
 	if (p->error_window && ct_cli_range("error-window", p->error_window, error, e))
 		return -1;
 	r->window = p->window ? window : NULL;
 	r->error_window = p->error_window ? error : NULL;
 	return 0;
+}
+
+/* The first of a list; *rest is behind it and its comma, NULL at the end. */
+static bool one_cut(struct ct_sheet_cut *c, const char *text, const char **rest)
+{
+	char *end;
+
+	c->at = strtod(text, &end);
+	c->mm = strncmp(end, "mm", 2) == 0;
+	if (end == text || !isfinite(c->at) || (!c->mm && !(c->at >= 0 && c->at <= 1)))
+		return false;
+	end += c->mm ? 2 : 0;
+	if (*end && *end != ',')
+		return false;
+	*rest = *end ? end + 1 : NULL;
+	return true;
+}
+
+/* "0.25,0.5" or "-12.5mm,40mm", also mixed. */
+static int parse_cuts(struct ct_sheet_cut *cut, size_t *n, const char *text, struct ct_err *e)
+{
+	const char *at = text;
+
+	for (*n = 0; at && *n < CT_SHEET_CUTS; ++*n)
+		if (!one_cut(&cut[*n], at, &at))
+			break;
+	return at ? ct_fail(e, CT_EUSAGE,
+			    "--slice: '%s' is not a list of numbers in [0, 1] or of places like "
+			    "-12.5mm, at most %d",
+			    text, CT_SHEET_CUTS)
+		  : 0;
 }
 
 static int cuts_of(struct ct_sheet_cut **cut, struct ct_sheet_rule *r, const struct params *p,
@@ -163,11 +229,14 @@ static int cuts_of(struct ct_sheet_cut **cut, struct ct_sheet_rule *r, const str
 	if (r->slab && !(r->thickness > 0) && (even || ct_modes_given(given, "slice")))
 		return ct_fail(e, CT_EUSAGE, "--%s: with --mip it needs --thickness",
 			even ? "slices" : "slice");
-
-	r->cuts = (size_t)p->slices;
-	if (even ? cuts_even(cut, r->cuts, e) : cuts_parse(cut, &r->cuts, "slice", p->slice, e))
+	if (ct_alloc0(cut, CT_SHEET_CUTS, sizeof **cut, e))
 		return -1;
 	r->cut = *cut;
+	if (!even)
+		return parse_cuts(*cut, &r->cuts, p->slice, e);
+	r->cuts = (size_t)p->slices;
+	for (size_t i = 0; i < r->cuts; i++) /* in the middles of as many equal parts */
+		(*cut)[i].at = ((double)i + 0.5) / (double)r->cuts;
 	return 0;
 }
 
@@ -177,11 +246,8 @@ static int names_of(
 {
 	size_t got = 0;
 
-	for (size_t i = 0; i < n; i++) {
-		const char *slash = strrchr(p->files.v[i], '/');
-
-		name[i] = slash ? slash + 1 : p->files.v[i];
-	}
+	for (size_t i = 0; i < n; i++)
+		name[i] = basename(p->files.v[i]);
 	if (!p->names)
 		return 0;
 	if (ct_alloc(own, strlen(p->names) + 1, 1, e))
@@ -297,16 +363,4 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	return rc;
 }
 
-static const struct ct_tool tool = {
-	.name = "ct-view",
-	.brief = "Draw slices of CT volumes, or projections, side by side in a PNG.",
-	.opts = opts,
-	.defaults = &defaults,
-	.size = sizeof defaults,
-	.run = run,
-};
-
-int main(int argc, char **argv)
-{
-	return ct_cli_main(&tool, argc, argv);
-}
+CT_CLI_MAIN("ct-view", "Draw slices of CT volumes, or projections, side by side in a PNG.", 0)

@@ -1,9 +1,6 @@
 /* page-file.c: see page-file.h. */
 #include "config.h"
 #include "tools/page-file.h"
-#include "core/memory.h"
-#include "core/clock.h"
-#include "core/stream.h"
 #include "formats/io.h"
 #include "tools/lib/installed.h"
 
@@ -53,66 +50,4 @@ int page_file_write(
 	ct_out_abandon(&o);
 	free(form);
 	return rc;
-}
-
-static void note(const struct ct_env *env, enum ct_level level, const char *text)
-{
-	const struct page_log *l = env->ctx;
-
-	if (level == CT_WARN)
-		fprintf(l->f, "%s: warning: %s\n", env->tool, text);
-	if (l->env->log)
-		l->env->log(l->env, level, text);
-}
-
-static void pass_on(
-	const struct ct_env *env, const char *what, size_t done, size_t most, size_t likely)
-{
-	const struct page_log *l = env->ctx;
-
-	ct_progress_until(l->env, what, done, most, likely);
-}
-
-int page_log_open(
-	struct page_log *l, struct ct_env *own, const struct ct_env *env, struct ct_err *e)
-{
-	l->env = env;
-	*own = *env;
-	own->ctx = l;
-	own->log = note;
-	own->progress = env->progress ? pass_on : NULL;
-	return ct_stream_open(&l->f, &l->text, &l->n, e);
-}
-
-void page_log_took(struct page_log *l, const struct ct_env *env, double seconds)
-{
-	fprintf(l->f, "%s: took %.1f s, %.1f s of CPU time, %.0f MiB\n", env->tool, seconds,
-		ct_clock_cpu(), ct_memory_held() / 0x1p20);
-}
-
-static void hide(char *text, const char *name)
-{
-	const size_t n = strlen(name);
-
-	for (char *at = text; (at = strstr(at, name)); at += 2) {
-		memcpy(at, "IN", 2);
-		memmove(at + 2, at + n, strlen(at + n) + 1);
-	}
-}
-
-const char *page_log_text(struct page_log *l)
-{
-	fflush(l->f);
-	ct_page_forget_folders(l->text);
-	if (l->hide && strlen(l->hide) >= 2)
-		hide(l->text, l->hide);
-	return l->text;
-}
-
-void page_log_close(struct page_log *l)
-{
-	if (l->f)
-		fclose(l->f);
-	free(l->text);
-	*l = (struct page_log){0};
 }

@@ -153,7 +153,7 @@ static int find_files(struct chain *s, const struct ct_env *env, struct ct_err *
 	s->keep = p->keep ? plain(p->keep) : NULL;
 	if (!s->in || !s->out || (p->keep && !s->keep))
 		return ct_fail(e, CT_ENOMEM, "no memory");
-	if (find_priors(s, env, e) || ct_chain_open(&s->c, s->keep, env->dry_run, env, e))
+	if (find_priors(s, env, e) || ct_chain_open(&s->c, s->keep, env->dry_run, e))
 		return -1;
 	for (int i = 0; i < FILES; i++) {
 		s->file[i] = ct_chain_path(&s->c, names[i]);

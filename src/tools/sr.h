@@ -26,8 +26,5 @@ struct sr {
 
 /* By way of projections: the other commands, one after the other (sr-chain.c). Codes of these. */
 int sr_chain(const struct sr *p, const struct ct_env *env, struct ct_err *e);
-/* One line on standard error: what was found and done, by the plan r of `in` (sr-say.c). */
-void sr_say(const struct ct_refine *r, const struct ct_vol *in, double seconds,
-	const struct ct_env *env);
 
 #endif
