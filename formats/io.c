@@ -69,6 +69,7 @@ int ct_slurp(const char *path, unsigned char **data, size_t *n, struct ct_err *e
 		ct_fail_errno(e, CT_EINPUT, path);
 		goto fail;
 	}
+	(*data)[*n] = '\0'; /* of the room for more */
 	ct_io_close(f);
 	return 0;
 fail:

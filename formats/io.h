@@ -10,7 +10,8 @@
 #include <stdbool.h>
 #include <stdio.h>
 
-/* Whole file (or standard input) into *data (free() it), at most CT_MAX_BYTES. CT_EINPUT. */
+/* Whole file (or standard input) into *data (free() it), at most CT_MAX_BYTES, and a zero behind
+ * the n bytes. CT_EINPUT. */
 int ct_slurp(const char *path, unsigned char **data, size_t *n, struct ct_err *e);
 /* Open for reading; "-" gives stdin. CT_EINPUT (a directory too). Close with ct_io_close. */
 int ct_io_open(const char *path, FILE **f, struct ct_err *e);

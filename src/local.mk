@@ -4,8 +4,7 @@
 bin_PROGRAMS += ct-degrade
 ct_degrade_SOURCES = src/tools/ct-degrade.c
 bin_PROGRAMS += ct-upsample
-ct_upsample_SOURCES = src/tools/ct-upsample.c src/tools/prior-file.c src/tools/prior-file.h \
-	src/tools/lib/libraries.cc
+ct_upsample_SOURCES = src/tools/ct-upsample.c src/tools/lib/libraries.cc
 ct_upsample_LDADD = $(DICOM_LDADD)
 bin_PROGRAMS += ct-metrics
 ct_metrics_SOURCES = src/tools/ct-metrics.c src/tools/metrics-report.c src/tools/metrics-report.h
@@ -30,7 +29,7 @@ EXTRA_DIST += $(DICOM_SOURCES)
 endif
 bin_PROGRAMS += ct-convert
 ct_convert_SOURCES = src/tools/ct-convert.c src/tools/convert-stack.c src/tools/convert-radiograph.c src/tools/convert.h \
-	src/tools/picture-read.c src/tools/picture-read.h
+	src/tools/picture-read.c
 ct_convert_LDADD = $(DICOM_LDADD)
 if HAVE_OIIO
 # Started by ct-convert, so that only who reads pictures waits for their libraries.
@@ -41,8 +40,8 @@ else
 EXTRA_DIST += src/tools/picture.c
 endif
 bin_PROGRAMS += ct-train
-ct_train_SOURCES = src/tools/ct-train.c src/tools/train.h src/tools/train-loop.c src/tools/prior-arch.c \
-	src/tools/prior-arch.h src/tools/lib/libraries.cc $(TRAIN_SOURCES)
+ct_train_SOURCES = src/tools/ct-train.c src/tools/train.h src/tools/train-loop.c src/tools/lib/libraries.cc \
+	$(TRAIN_SOURCES)
 if HAVE_OIIO
 ct_train_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
 else
@@ -54,16 +53,14 @@ bin_PROGRAMS += ct-phantom
 ct_phantom_SOURCES = src/tools/ct-phantom.c
 bin_PROGRAMS += ct-ddnm
 ct_ddnm_SOURCES = src/tools/ct-ddnm.c src/tools/ddnm.h src/tools/ddnm-state.c src/tools/ddnm-time.c \
-	src/tools/ddnm-input.c src/tools/ddnm-picture.c src/tools/prior-file.c \
-	src/tools/prior-file.h src/tools/prior-arch.c src/tools/prior-arch.h src/tools/lib/libraries.cc
+	src/tools/ddnm-input.c src/tools/ddnm-picture.c src/tools/lib/libraries.cc
 if HAVE_OIIO
 ct_ddnm_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
 else
 ct_ddnm_LDADD = $(LDADD)
 endif
 bin_PROGRAMS += ct-sr
-ct_sr_SOURCES = src/tools/ct-sr.c src/tools/sr-chain.c src/tools/sr.h src/tools/prior-file.c \
-	src/tools/prior-file.h $(PAGE_SOURCES) src/tools/lib/libraries.cc
+ct_sr_SOURCES = src/tools/ct-sr.c src/tools/sr-chain.c src/tools/sr.h $(PAGE_SOURCES) src/tools/lib/libraries.cc
 ct_sr_LDADD = $(DICOM_LDADD)
 bin_PROGRAMS += ct-profile
 ct_profile_SOURCES = src/tools/ct-profile.c

@@ -76,9 +76,12 @@ static int two_steps(const char *in, const char *word)
 	if (begin(&c, "k"))
 		return -1;
 	ct_chain_source(&c, in);
-	must(ct_chain_add(&c, &err, false, "k/mid", "copy", in, "k/mid", NULL) ||
-		ct_chain_word(&c, &err, "%s", word) ||
-		ct_chain_add(&c, &err, true, "out", "copy", "k/mid", "out", NULL));
+	ct_chain_add(&c, false, "k/mid", "copy");
+	ct_chain_words(&c, in, "k/mid", NULL);
+	ct_chain_word(&c, "%s", word);
+	ct_chain_add(&c, true, "out", "copy");
+	ct_chain_words(&c, "k/mid", "out", NULL);
+	must(ct_chain_made(&c, &err));
 	return run(&c);
 }
 
@@ -89,7 +92,9 @@ static int one_step(const char *folder, const char *tool, const char *output)
 
 	if (begin(&c, folder))
 		return -1;
-	must(ct_chain_add(&c, &err, false, output, tool, "a", "b", NULL));
+	ct_chain_add(&c, false, output, tool);
+	ct_chain_words(&c, "a", "b", NULL);
+	must(ct_chain_made(&c, &err));
 	return run(&c);
 }
 
@@ -223,7 +228,8 @@ static void test_place(void)
 	OK(!is_there(c.folder.path), "a dry chain has no folder");
 	ct_chain_close(&c);
 	must(begin(&c, NULL));
-	must(ct_chain_add(&c, &err, true, "b", "copy", "a", "b", NULL));
+	ct_chain_add(&c, true, "b", "copy");
+	ct_chain_words(&c, "a", "b", NULL);
 	OK(run(&c) == 0 && is_text(text_of("log"), "copy a b --force --threads 1 --verbose\n"),
 		"in a temporary folder nothing is gone on from");
 }
@@ -298,9 +304,11 @@ static void test_words(void)
 	int n = 2;
 
 	must(begin(&c, "w"));
-	must(ct_chain_add(&c, &err, false, "x", "count", "1", NULL));
-	while (ct_chain_word(&c, &e, "%d", n) == 0)
-		n++;
+	ct_chain_add(&c, false, "x", "count");
+	ct_chain_words(&c, "1", NULL);
+	for (; ct_chain_made(&c, &e) == 0; n++)
+		ct_chain_word(&c, "%d", n);
+	n--;
 	OK(n == 317 && e.code == CT_ENOMEM && is_text(e.msg, "command count is too long"),
 		"a command has up to 316 words");
 	OK(run(&c) == 0 && is_text(text_of("n"), "320 316 --verbose\n"), "that all reach it");
@@ -308,10 +316,10 @@ static void test_words(void)
 	must(begin(&c, "w"));
 	ct_chain_source(&c, "src");
 	ct_chain_source(&c, "more");
-	must(ct_chain_add(&c, &err, false, "one", "t", "src", "--a=more", "-a=src", "a=src", "two",
-		     "srcs", "", NULL) ||
-		ct_chain_add(&c, &err, false, "two", "it's", "one", "a b", "'", "--b=one", "two",
-			"$x", "A_z.09,/@%:-+=", NULL));
+	ct_chain_add(&c, false, "one", "t");
+	ct_chain_words(&c, "src", "--a=more", "-a=src", "a=src", "two", "srcs", "", NULL);
+	ct_chain_add(&c, false, "two", "it's");
+	ct_chain_words(&c, "one", "a b", "'", "--b=one", "two", "$x", "A_z.09,/@%:-+=", NULL);
 	OK(ct_chain_input(&c, 0, 1) && ct_chain_input(&c, 0, 2) && ct_chain_input(&c, 1, 1) &&
 			ct_chain_input(&c, 1, 4),
 		"a word that is a source, or was made before, is an input");

@@ -5,7 +5,7 @@
 #include "pt-make.h"
 #include "scratch.h"
 #include "tap.h"
-#include "tools/prior-arch.h"
+#include "tools/lib/prior-opts.h"
 #include "unet/unet.h"
 
 static struct archive a;

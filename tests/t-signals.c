@@ -151,8 +151,10 @@ static void ran(void)
 	struct ct_chain c;
 	struct ct_err e;
 
-	if (ct_chain_open(&c, "chain", false, &e) ||
-		ct_chain_add(&c, &e, false, "-", "true", NULL) || ct_chain_run(&c, &env, &e))
+	if (ct_chain_open(&c, "chain", false, &e))
+		_exit(1);
+	ct_chain_add(&c, false, "-", "true");
+	if (ct_chain_run(&c, &env, &e))
 		_exit(1);
 	waits();
 }

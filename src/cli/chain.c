@@ -55,46 +55,57 @@ void ct_chain_source(struct ct_chain *c, const char *path)
 	c->source[c->sources++] = path;
 }
 
-static int take_word(struct ct_step *s, char *word, struct ct_err *e)
+static void take_word(struct ct_chain *c, char *word)
 {
-	if (!word || s->argc + 4 > CT_CHAIN_ARGS) { /* room for --resume, NULL */
-		free(word);
-		return ct_fail(e, CT_ENOMEM, "command %s is too long", s->tool);
+	struct ct_step *s = &c->step[c->n - 1];
+
+	if (word && s->argc + 4 <= CT_CHAIN_ARGS) { /* room for --resume, NULL */
+		s->argv[s->argc++] = word;
+		return;
 	}
-	s->argv[s->argc++] = word;
-	return 0;
+	ct_fail(&c->why, CT_ENOMEM, "command %s is too long", s->tool);
+	free(word);
 }
 
-int ct_chain_add(struct ct_chain *c, struct ct_err *e, bool resumable, const char *output,
-	const char *tool, ...)
+void ct_chain_add(struct ct_chain *c, bool resumable, const char *output, const char *tool)
 {
-	struct ct_step *s;
+	if (c->why.code || ct_grow(&c->step, &c->cap, c->n + 1, sizeof *c->step, &c->why))
+		return;
+	c->step[c->n++] = (struct ct_step){.tool = tool, .output = output, .resumable = resumable};
+	take_word(c, strdup(tool));
+}
+
+void ct_chain_words(struct ct_chain *c, ...)
+{
 	const char *word;
 	va_list ap;
-	int rc;
 
-	if (ct_grow(&c->step, &c->cap, c->n + 1, sizeof *c->step, e))
-		return -1;
-	s = &c->step[c->n++];
-	*s = (struct ct_step){.tool = tool, .output = output, .resumable = resumable};
-	rc = take_word(s, strdup(tool), e);
-	va_start(ap, tool);
-	while (rc == 0 && (word = va_arg(ap, const char *)))
-		rc = take_word(s, strdup(word), e);
+	va_start(ap, c);
+	while (!c->why.code && (word = va_arg(ap, const char *)))
+		take_word(c, strdup(word));
 	va_end(ap);
-	return rc;
 }
 
-int ct_chain_word(struct ct_chain *c, struct ct_err *e, const char *fmt, ...)
+void ct_chain_word(struct ct_chain *c, const char *fmt, ...)
 {
 	char *word = NULL;
 	va_list ap;
 
+	if (c->why.code)
+		return;
 	va_start(ap, fmt);
 	if (vasprintf(&word, fmt, ap) < 0)
 		word = NULL;
 	va_end(ap);
-	return take_word(&c->step[c->n - 1], word, e);
+	take_word(c, word);
+}
+
+int ct_chain_made(const struct ct_chain *c, struct ct_err *e)
+{
+	if (!c->why.code)
+		return 0;
+	*e = c->why;
+	return -1;
 }
 
 /* Does the step make a file of that name? */

@@ -29,6 +29,7 @@ struct ct_chain {
 	struct ct_step *step;
 	size_t sources;
 	const char *source[CT_CHAIN_SOURCES];
+	struct ct_err why; /* no room; code 0: there was */
 };
 
 /* Work in `folder` (made if missing; a chain that it holds goes on), or in a temporary one that is
@@ -38,13 +39,14 @@ int ct_chain_open(struct ct_chain *c, const char *folder, bool dry, struct ct_er
 char *ct_chain_path(const struct ct_chain *c, const char *name);
 /* `path`, borrowed, is a file that commands read and none makes. */
 void ct_chain_source(struct ct_chain *c, const char *path);
-/* Append a command: words up to a NULL; NULL output ends nothing. A word that is a source or the
- * output of a command before, or "--option=" and one, names an input. */
-int ct_chain_add(struct ct_chain *c, struct ct_err *e, bool resumable, const char *output,
-	const char *tool, ...);
-/* One more word for the last command, printf-like. */
-int ct_chain_word(struct ct_chain *c, struct ct_err *e, const char *fmt, ...)
-	__attribute__((format(printf, 3, 4)));
+/* Append a command; `output` is what it makes. The words that follow are its own. A word that is a
+ * source or the output of a command before, or "--option=" and one, names an input. */
+void ct_chain_add(struct ct_chain *c, bool resumable, const char *output, const char *tool);
+/* Words up to a NULL; one, printf-like. */
+void ct_chain_words(struct ct_chain *c, ...) __attribute__((sentinel));
+void ct_chain_word(struct ct_chain *c, const char *fmt, ...) __attribute__((format(printf, 2, 3)));
+/* CT_ENOMEM if there was no room for a command or a word. */
+int ct_chain_made(const struct ct_chain *c, struct ct_err *e);
 /* The input that word k of step i names, or NULL. */
 const char *ct_chain_input(const struct ct_chain *c, size_t i, size_t k);
 /* The source that what step i reads was made of, by steps before: of its last input, as the options

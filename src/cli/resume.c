@@ -185,19 +185,22 @@ static int compare(const struct ct_resume *r, const struct ct_meta *state, struc
 	return 0;
 }
 
-int ct_resume_load(struct ct_resume *r, struct ct_tensors *state, struct ct_err *e)
+int ct_resume_load(struct ct_resume *r, ct_resume_unpack *unpack, void *work, struct ct_err *e)
 {
+	struct ct_tensors state = {0};
+	int rc;
+
 	assert(complete(r));
 	if (!r->wanted || !r->path || access(r->path, F_OK) != 0)
 		return 1;
-	if (ct_tensors_read(r->path, state, e))
+	if (ct_tensors_read(r->path, &state, e))
 		return -1;
-	if (compare(r, &state->meta, e)) {
-		ct_tensors_free(state);
-		return -1;
-	}
-	r->own = true;
-	return 0;
+	rc = compare(r, &state.meta, e);
+	if (rc == 0 && unpack(work, &state, e))
+		rc = ct_blame(e, r->path);
+	r->own |= rc == 0;
+	ct_tensors_free(&state);
+	return rc;
 }
 
 static int write_to(const struct ct_resume *r, const char *path, ct_resume_pack *pack,

@@ -121,28 +121,6 @@ static int set_number(
 	return 0;
 }
 
-static int set_choice(
-	const struct ct_opt *o, int *p, const char *name, const char *s, struct ct_err *e)
-{
-	int i = ct_words_find(o->arg, s);
-
-	if (i >= 0) {
-		*p = i;
-		return 0;
-	}
-	return ct_fail(e, CT_EUSAGE, "%s: '%s' is not one of %s", name, s, o->arg);
-}
-
-/* An option is there or not; a key says yes or no. */
-static int set_flag(
-	const struct ct_opt *o, bool *p, const char *name, const char *s, struct ct_err *e)
-{
-	*p = !o->expert || strcmp(s, "yes") == 0;
-	return *p || strcmp(s, "no") == 0
-		       ? 0
-		       : ct_fail(e, CT_EUSAGE, "%s: '%s' is not yes or no", name, s);
-}
-
 const char *ct_table_operand(const struct ct_opt *o)
 {
 	return o->label ? o->label : o->arg;
@@ -161,14 +139,25 @@ int ct_table_set(const struct ct_opt *o, void *params, const char *s, struct ct_
 {
 	void *p = (char *)params + o->at;
 	char name[CT_TABLE_NAME];
+	int i;
 
 	ct_table_name(name, o);
 	switch (o->type) {
-	case CT_T_FLAG: return set_flag(o, p, name, s, e);
+	case CT_T_FLAG: /* an option is there or not; a key says yes or no */
+		*(bool *)p = !o->expert || strcmp(s, "yes") == 0;
+		return *(bool *)p || strcmp(s, "no") == 0
+			       ? 0
+			       : ct_fail(e, CT_EUSAGE, "%s: '%s' is not yes or no", name, s);
 	case CT_T_STR: *(const char **)p = s; return 0;
 	case CT_T_INT:
 	case CT_T_REAL:
-		return o->choice ? set_choice(o, p, name, s, e) : set_number(o, p, name, s, e);
+		if (!o->choice)
+			return set_number(o, p, name, s, e);
+		i = ct_words_find(o->arg, s);
+		if (i < 0)
+			return ct_fail(e, CT_EUSAGE, "%s: '%s' is not one of %s", name, s, o->arg);
+		*(int *)p = i;
+		return 0;
 	case CT_T_LIST:
 	case CT_T_END: break;
 	}

@@ -9,7 +9,6 @@
 #include "dicom/dicom.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 static int raw_error(const char *text, struct ct_err *e)

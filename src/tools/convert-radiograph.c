@@ -7,7 +7,6 @@
 #include "formats/hash.h"
 #include "tools/convert.h"
 #include "dicom/form.h"
-#include "tools/picture-read.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -29,8 +29,7 @@ static int scan_for(struct ct_geometry *s, struct ct_vol *named, const char *pat
 		return -1;
 	if (s->views != n[0] || s->h != n[1] || s->w != n[2])
 		return ct_fail(e, CT_EGEOM,
-			"%s says %zu views of %zux%zu pixels, but the array has "
-			"%zu of %zux%zu",
+			"%s says %zu views of %zux%zu pixels, but the array has %zu of %zux%zu",
 			path, s->views, s->w, s->h, n[0], n[2], n[1]);
 	return 0;
 }

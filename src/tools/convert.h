@@ -54,6 +54,10 @@ int convert_stack(const struct convert *p, const struct ct_env *env, struct ct_e
 /* Planes, each of a file of its own, to a stack of as many views, where they lie. CT_EGEOM,
  * CT_EINPUT, CT_EUSAGE. */
 int convert_radiograph(const struct convert *p, const struct ct_env *env, struct ct_err *e);
+/* As ct_image_read (shim/image.h), without the libraries that read pictures: by ct-picture, beside
+ * this program or installed, through a pipe. CT_EINPUT also if the picture kills its reader;
+ * CT_EFAIL if that is not installed. */
+int picture_read(const char *path, size_t *w, size_t *h, float **gray, struct ct_err *e);
 /* Does a file begin as a picture? Never reads from a pipe. */
 bool convert_is_picture(const char *path);
 /* In place: "auto" or "LO:HI,LO:HI,LO:HI", of voxels or with "mm" behind it of RAS+ mm. CT_EUSAGE.

@@ -15,7 +15,6 @@
 #include "xray/window.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 struct params {

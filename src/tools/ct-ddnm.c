@@ -2,19 +2,16 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/modes.h"
-#include "core/mem.h"
 #include "core/memory.h"
 #include "formats/format.h"
 #include "formats/io.h"
 #include "resolution/degrade.h"
 #include "tools/ddnm.h"
-#include "tools/prior-arch.h"
-#include "tools/prior-file.h"
+#include "tools/lib/prior-opts.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* What becomes of the colours of a prior. */
 #define REDUCES(X)                                                                                 \
@@ -38,8 +35,7 @@ struct params {
 	bool resume;
 };
 
-static const struct params defaults = {.scale = 0,
-	.label = -1,
+static const struct params defaults = {.label = -1,
 	.t_start = -1,
 	.samples = 1,
 	.sampler = CT_SAMPLER_PLUS,
@@ -48,8 +44,7 @@ static const struct params defaults = {.scale = 0,
 	.iterations = 100,
 	.rate = 1e-3,
 	.sigma_y = NAN,
-	.sigma_det = NAN,
-	.norm = 0};
+	.sigma_det = NAN};
 
 #define CT_PARAMS struct params
 /* Samplers that draw noise anew or not, that ask a network, and that are fitted; and what is drawn
@@ -384,7 +379,7 @@ static int sample(struct ddnm_job *j, struct ct_err *e)
 	int rc;
 
 	if ((draws(j) && plan(j, ct_par_threads(j->env->par), e)) || name_run(j, e) ||
-		ddnm_state_open(&j->state, &j->resume, &j->out, j->p->std ? &j->std : NULL, e))
+		ddnm_state_open(&j->state, &j->resume, &j->out, std, e))
 		return -1;
 	ct_log(j->env, CT_INFO, "%zu of %zu views are to be made", ddnm_state_left(&j->state),
 		j->out.views);

@@ -55,8 +55,7 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(CT_IF_WORD(method, FILTERS))),
 	CT_EXPERT(rule.cutoff, "cutoff", "X", 0, 1,
 		"end of the filter, as a part of the highest frequency of the detector; 0 stands "
-		"for "
-		"that of the voxels",
+		"for that of the voxels",
 		CT_WHEN(CT_IF_WORD(method, FILTERS), CT_UNLESS_WORD(filter, CT_BIT(CT_RAMP_NONE)))),
 	CT_FLAG(rule.parker, 0, "parker",
 		"weigh the rays of a short scan so that those seen twice count once",

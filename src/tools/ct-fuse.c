@@ -4,7 +4,6 @@
 #include "cli/json.h"
 #include "cli/cost.h"
 #include "core/clock.h"
-#include "core/mem.h"
 #include "formats/format.h"
 #include "formats/io.h"
 #include "recon/fuse.h"
@@ -15,7 +14,6 @@
 
 #include <jansson.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 struct params {

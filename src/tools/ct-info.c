@@ -13,7 +13,6 @@
 #include "dicom/form.h"
 #include "report/report.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>

@@ -6,7 +6,6 @@
 #include "cli/resume.h"
 #include "core/memory.h"
 #include "core/clock.h"
-#include "core/mem.h"
 #include "formats/format.h"
 #include "formats/io.h"
 #include "gs/fit.h"
@@ -18,7 +17,6 @@
 #include <jansson.h>
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define MODES(X)                                                                                   \
@@ -78,8 +76,7 @@ static const struct ct_opt opts[] = {
 		"fit what IN has beyond the projections of the base, or all of it"),
 	CT_OPT(scale, 'x', "factor", "S", 0, 1024,
 		"factor of the super-resolution: from 8 on, the rates of scale and rotation are "
-		"ten "
-		"times lower; 0 is what the files say, else 4"),
+		"ten times lower; 0 is what the files say, else 4"),
 	CT_EXPERT(ssim, "lambda-ssim", "W", 0, 1e6, "weight of 1 - SSIM (0.5; in mode full 0.25)"),
 	CT_EXPERT(tv, "lambda-tv", "W", 0, 1e6, "weight of the total variation"),
 	CT_EXPERT(rate, "rate", "X", 1e-3, 1000,
@@ -270,17 +267,18 @@ static int save_state(void *run, const struct ct_fit *f, struct ct_err *e)
 	return ct_resume_save(run, pack, f, e);
 }
 
+static int unpack(void *fit, const struct ct_tensors *t, struct ct_err *e)
+{
+	return ct_fit_state_unpack(fit, t, e);
+}
+
 static int load_state(
 	struct ct_fit *f, struct ct_resume *run, const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_tensors t = {0};
-	int rc = ct_resume_load(run, &t, e);
+	int rc = ct_resume_load(run, unpack, f, e);
 
-	if (rc == 0 && ct_fit_state_unpack(f, &t, e))
-		rc = ct_blame(e, run->path);
 	if (rc == 0)
 		ct_log(env, CT_INFO, "%s: continuing after iteration %zu", run->path, f->g.step);
-	ct_tensors_free(&t);
 	return rc < 0 ? -1 : 0;
 }
 

@@ -6,8 +6,6 @@
 #include "xray/window.h"
 #include "tools/lib/geometry-opts.h"
 
-#include <string.h>
-
 struct params {
 	const char *out, *size, *spacing, *window;
 	struct ct_geometry_opts scan;

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "formats/format.h"
+#include "formats/io.h"
 #include "formats/units.h"
 #include "tools/page-file.h"
 
@@ -33,7 +34,7 @@ struct report_job {
 	const struct params *p;
 	const struct ct_env *env;
 	struct ct_page page;
-	char *log;
+	unsigned char *log; /* text */
 };
 
 static int read_volume(struct ct_page_volume *v, const char *path, bool hu,
@@ -53,14 +54,15 @@ static int read_all(struct report_job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
 	struct ct_page *page = &j->page;
+	size_t n;
 
-	if ((p->log && page_file_text(&j->log, p->log, e)) ||
+	if ((p->log && ct_slurp(p->log, &j->log, &n, e)) ||
 		read_volume(&page->lr, p->lr, true, NULL, j->env, e) ||
 		read_volume(&page->hr, p->hr, true, NULL, j->env, e))
 		return -1;
 	if (j->log)
-		ct_page_forget_folders(j->log);
-	page->log = j->log;
+		ct_page_forget_folders((char *)j->log);
+	page->log = (const char *)j->log;
 	return read_volume(&page->std, p->std, false, &page->hr.vol, j->env, e) ||
 			       read_volume(&page->truth, p->truth, true, &page->hr.vol, j->env, e)
 		       ? -1

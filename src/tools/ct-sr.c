@@ -16,7 +16,7 @@
 #include "dicom/sidecar.h"
 #include "tools/lib/ahead.h"
 #include "tools/page-file.h"
-#include "tools/prior-file.h"
+#include "tools/lib/prior-opts.h"
 #include "tools/scan-read.h"
 #include "tools/sr.h"
 
@@ -273,17 +273,6 @@ static int write_report(struct files *f, double seconds, const struct ct_env *en
 	return rc;
 }
 
-static int tell(const struct ct_refine *r, const struct files *f, const struct ct_env *env,
-	struct ct_err *e)
-{
-	const double voxels = (double)r->n[0] * (double)r->n[1] * (double)r->n[2];
-	const struct ahead_file files[] = {
-		{f->p->out, (ct_files_is_dicom(f->p->out) ? 2 : 4) * voxels},
-		{f->p->confidence, 4 * voxels}};
-
-	return ahead_tell(r, &f->in, files, 2, env, e);
-}
-
 /* Three numbers, or one if they are equal. */
 static void put_three(FILE *f, const double x[3])
 {
@@ -374,7 +363,7 @@ static int refine(struct files *f, const struct ct_env *env, struct ct_err *e)
 	if (r.slabs > 1)
 		ct_log(env, CT_INFO, "refines in %zu slabs: the whole takes %.0f MiB of memory",
 			r.slabs, ceil(r.whole / 0x1p20));
-	if (tell(&r, f, env, e))
+	if (ahead_tell(&r, &f->in, f->p->out, f->p->confidence, env, e))
 		return -1;
 	if (env->dry_run)
 		return 0;

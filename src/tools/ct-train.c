@@ -2,8 +2,8 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "core/mem.h"
-#include "diffusion/prior.h"
-#include "tools/prior-arch.h"
+#include "diffusion/residual.h"
+#include "tools/lib/prior-opts.h"
 #include "tools/train.h"
 
 #include <math.h>

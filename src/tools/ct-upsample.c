@@ -9,13 +9,10 @@
 #include "refine/refine.h"
 #include "tools/lib/ahead.h"
 #include "tools/lib/said.h"
-#include "tools/prior-file.h"
+#include "tools/lib/prior-opts.h"
 #include "tools/scan-read.h"
 
-#include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 #define PRESETS(X) X(FAST, "fast") X(BALANCED, "balanced") X(BEST, "best")
 enum { PRESETS(CT_WORD_VALUE) };
@@ -142,15 +139,6 @@ static int write_all(
 	return ct_keep_vols(p->out, &f->out, p->std, &f->std, env, e);
 }
 
-static int tell(const struct ct_refine *r, const struct files *f, const struct params *p,
-	const struct ct_env *env, struct ct_err *e)
-{
-	const double bytes = 4.0 * (double)r->n[0] * (double)r->n[1] * (double)r->n[2];
-	const struct ahead_file files[] = {{p->out, bytes}, {p->std, bytes}};
-
-	return ahead_tell(r, &f->in, files, 2, env, e);
-}
-
 static int refine(struct ct_refine *r, struct files *f, const struct params *p,
 	const struct ct_env *env, struct ct_err *e)
 {
@@ -177,7 +165,10 @@ static int work(struct files *f, const struct params *p, const struct ct_env *en
 		return -1;
 	if (*r.why_not)
 		ct_log(env, CT_WARN, "%s: %s: the prior adds nothing", p->in, r.why_not);
-	return tell(&r, f, p, env, e) || (!env->dry_run && refine(&r, f, p, env, e)) ? -1 : 0;
+	return ahead_tell(&r, &f->in, p->out, p->std, env, e) ||
+			       (!env->dry_run && refine(&r, f, p, env, e))
+		       ? -1
+		       : 0;
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)

@@ -16,19 +16,19 @@ static const struct ct_tensor *find(const struct ct_tensors *w, const char *name
 	return t && ct_tensor_count(t) == count ? t : NULL;
 }
 
-static int unpack(struct ddnm_state *s, const struct ct_tensors *w, struct ct_stack *out,
-	struct ct_stack *std, struct ct_err *e)
+static int unpack(void *state, const struct ct_tensors *w, struct ct_err *e)
 {
-	const size_t n = ct_stack_count(out);
-	const struct ct_tensor *done = find(w, "done", out->views), *views = find(w, "views", n),
-			       *dev = std ? find(w, "deviation", n) : views;
+	struct ddnm_state *s = state;
+	const size_t n = ct_stack_count(s->out);
+	const struct ct_tensor *done = find(w, "done", s->out->views), *views = find(w, "views", n),
+			       *dev = s->std ? find(w, "deviation", n) : views;
 
 	if (!done || !views || !dev)
-		return ct_fail(e, CT_EINPUT, "%s: does not have all views", s->run->path);
-	memcpy(out->data, views->data, n * sizeof *out->data);
-	if (std)
-		memcpy(std->data, dev->data, n * sizeof *std->data);
-	for (size_t k = 0; k < out->views; k++)
+		return ct_fail(e, CT_EINPUT, "does not have all views");
+	memcpy(s->out->data, views->data, n * sizeof *s->out->data);
+	if (s->std)
+		memcpy(s->std->data, dev->data, n * sizeof *s->std->data);
+	for (size_t k = 0; k < s->out->views; k++)
 		s->done[k] = done->data[k] != 0;
 	return 0;
 }
@@ -36,20 +36,13 @@ static int unpack(struct ddnm_state *s, const struct ct_tensors *w, struct ct_st
 int ddnm_state_open(struct ddnm_state *s, struct ct_resume *run, struct ct_stack *out,
 	struct ct_stack *std, struct ct_err *e)
 {
-	struct ct_tensors w = {0};
-	int rc;
-
 	*s = (struct ddnm_state){.run = run, .out = out, .std = std, .last = ct_clock_wall()};
 	if (ct_alloc0(&s->done, out->views, sizeof *s->done, e))
 		return -1;
 	memset(out->data, 0, ct_stack_count(out) * sizeof *out->data);
 	if (std)
 		memset(std->data, 0, ct_stack_count(std) * sizeof *std->data);
-	rc = ct_resume_load(run, &w, e);
-	if (rc == 0)
-		rc = unpack(s, &w, out, std, e);
-	ct_tensors_free(&w);
-	return rc < 0 ? -1 : 0;
+	return ct_resume_load(run, unpack, s, e) < 0 ? -1 : 0;
 }
 
 size_t ddnm_state_left(const struct ddnm_state *s)

@@ -6,7 +6,6 @@
 
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 #define LEAST_SECONDS 0.5 /* seconds of calls that are enough */
 enum { CALLS = 16 };

@@ -40,10 +40,10 @@ int ddnm_picture_write(const char *path, const struct ct_stack *s, const char *b
 	const struct ct_stack *std, const struct ct_env *env, struct ct_err *e);
 
 struct ddnm_state {
-	struct ct_resume *run;            /* borrowed */
-	bool *done;                       /* [views] */
-	const struct ct_stack *out, *std; /* borrowed; std may be NULL */
-	double last;                      /* when it was written, seconds */
+	struct ct_resume *run;      /* borrowed */
+	bool *done;                 /* [views] */
+	struct ct_stack *out, *std; /* borrowed; std may be NULL */
+	double last;                /* when it was written, seconds */
 };
 
 /* Start with nothing done, or with what the state of the run holds, copied to out and std. Codes of

@@ -153,8 +153,9 @@ static int get_dual(struct ct_joint *j, const struct ct_tensors *t)
 	return 0;
 }
 
-static int unpack(struct ct_fuse *f, const struct ct_tensors *t, struct ct_err *e)
+static int unpack(void *fuse, const struct ct_tensors *t, struct ct_err *e)
 {
+	struct ct_fuse *f = fuse;
 	struct ct_joint *j = &f->joint;
 	int bad = get_at(&j->at, &t->meta);
 
@@ -178,13 +179,9 @@ static int unpack(struct ct_fuse *f, const struct ct_tensors *t, struct ct_err *
 int fuse_state_load(
 	struct ct_fuse *f, struct ct_resume *run, const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_tensors t = {0};
-	int rc = ct_resume_load(run, &t, e);
+	int rc = ct_resume_load(run, unpack, f, e);
 
-	if (rc == 0 && unpack(f, &t, e))
-		rc = ct_blame(e, run->path);
 	if (rc == 0)
 		ct_log(env, CT_INFO, "%s: continuing", run->path);
-	ct_tensors_free(&t);
 	return rc < 0 ? -1 : 0;
 }

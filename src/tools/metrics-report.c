@@ -7,7 +7,6 @@
 #include <jansson.h>
 #include <math.h>
 #include <stdio.h>
-#include <string.h>
 
 /* Text from a header must not control the terminal. In quotes, a quote inside is doubled. */
 static void put_word(const char *s, bool quoted)

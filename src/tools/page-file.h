@@ -6,7 +6,5 @@
 /* Write what was measured (ct_page_measure) to `path`, laid out by the installed report.html. */
 int page_file_write(
 	const char *path, const struct ct_page *p, const struct ct_env *env, struct ct_err *e);
-/* A text file, ended by a zero, owned by the caller. */
-int page_file_text(char **to, const char *path, struct ct_err *e);
 
 #endif

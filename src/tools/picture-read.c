@@ -1,6 +1,6 @@
-/* picture-read.c: see picture-read.h. */
+/* picture-read.c: see convert.h. */
 #include "config.h"
-#include "tools/picture-read.h"
+#include "tools/convert.h"
 
 #ifdef HAVE_OIIO
 #include "cli/stop.h"

@@ -12,9 +12,8 @@
 #include "formats/nifti.h"
 #include "formats/out-folder.h"
 #include "formats/units.h"
-#include "tools/convert.h"
 #include "dicom/form.h"
-#include "tools/prior-file.h"
+#include "tools/lib/prior-opts.h"
 #include "tools/sr.h"
 
 #include <math.h>
@@ -170,167 +169,158 @@ static int find_files(struct chain *s, const struct ct_env *env, struct ct_err *
 }
 
 /* From what IN is to a volume. */
-static int add_convert(struct chain *s, const struct ct_env *env, struct ct_err *e)
+static void add_convert(struct chain *s, const struct ct_env *env)
 {
-	const struct sr *p = s->p;
 	struct ct_chain *c = &s->c;
 	const unsigned expand = ct_inflate_allowed();
 	const enum ct_units units = (enum ct_units)env->units;
 
-	if (ct_chain_add(c, e, false, s->file[LR], "ct-convert", s->in, s->file[LR], NULL) ||
-		(expand != CT_INFLATE_TIMES && ct_chain_word(c, e, "--expand=%u", expand)) ||
-		(units != CT_UNITS_AUTO &&
-			ct_chain_word(c, e, "--units=%s", CT_WORD(CT_UNITS_LIST, units))) ||
-		(p->series && ct_chain_word(c, e, "--series=%s", p->series)))
-		return -1;
-	return 0;
+	ct_chain_add(c, false, s->file[LR], "ct-convert");
+	ct_chain_words(c, s->in, s->file[LR], NULL);
+	if (expand != CT_INFLATE_TIMES)
+		ct_chain_word(c, "--expand=%u", expand);
+	if (units != CT_UNITS_AUTO)
+		ct_chain_word(c, "--units=%s", CT_WORD(CT_UNITS_LIST, units));
+	if (s->p->series)
+		ct_chain_word(c, "--series=%s", s->p->series);
 }
 
 /* What is said of how IN was made; the rest is measured. */
-static int add_operator(struct chain *s, struct ct_err *e)
+static void add_operator(struct chain *s)
 {
 	const struct said_opts *p = &s->p->said;
 	struct ct_chain *c = &s->c;
 
-	if ((p->sigma ? ct_chain_word(c, e, "--sigma=%s", p->sigma)
-		      : ct_chain_word(c, e, "--estimate")) ||
-		(p->decimate >= 0 && ct_chain_word(c, e, "--decimate=%s",
-					     CT_WORD(CT_DECIMATE_LIST, p->decimate))) ||
-		(p->profile && ct_chain_word(c, e, "--profile=%s", p->profile)) ||
-		(!isnan(p->thickness) &&
-			ct_chain_word(c, e, "--slice-thickness=%g", p->thickness)) ||
-		(!isnan(p->noise) && ct_chain_word(c, e, "--noise=%g", p->noise)))
-		return -1;
-	return ct_chain_word(c, e, "--tolerance=%g", SR_TOLERANCE);
+	if (p->sigma)
+		ct_chain_word(c, "--sigma=%s", p->sigma);
+	else
+		ct_chain_words(c, "--estimate", NULL);
+	if (p->decimate >= 0)
+		ct_chain_word(c, "--decimate=%s", CT_WORD(CT_DECIMATE_LIST, p->decimate));
+	if (p->profile)
+		ct_chain_word(c, "--profile=%s", p->profile);
+	if (!isnan(p->thickness))
+		ct_chain_word(c, "--slice-thickness=%g", p->thickness);
+	if (!isnan(p->noise))
+		ct_chain_word(c, "--noise=%g", p->noise);
+	ct_chain_word(c, "--tolerance=%g", SR_TOLERANCE);
 }
 
-static int add_refine(struct chain *s, const char *output, struct ct_err *e)
+static void add_refine(struct chain *s, const char *output)
 {
 	struct ct_chain *c = &s->c;
 
-	if (ct_chain_add(c, e, false, output, "ct-upsample", NULL) ||
-		(s->slices && (ct_chain_word(c, e, "--method=prior") ||
-				      ct_chain_word(c, e, "--prior=%s", s->slices))) ||
-		(s->slices && s->p->quality != BALANCED &&
-			ct_chain_word(c, e, "--preset=%s", CT_WORD(QUALITIES, s->p->quality))) ||
-		ct_chain_word(c, e, "-x%s", s->factor))
-		return -1;
-	if (s->follows ? ct_chain_word(c, e, "--method=cubic") : add_operator(s, e))
-		return -1;
-	return ct_chain_word(c, e, "%s", s->file[LR]) || ct_chain_word(c, e, "%s", output);
+	ct_chain_add(c, false, output, "ct-upsample");
+	if (s->slices) {
+		ct_chain_words(c, "--method=prior", NULL);
+		ct_chain_word(c, "--prior=%s", s->slices);
+		if (s->p->quality != BALANCED)
+			ct_chain_word(c, "--preset=%s", CT_WORD(QUALITIES, s->p->quality));
+	}
+	ct_chain_word(c, "-x%s", s->factor);
+	if (s->follows)
+		ct_chain_words(c, "--method=cubic", NULL);
+	else
+		add_operator(s);
+	ct_chain_words(c, s->file[LR], output, NULL);
 }
 
 /* ct-project with what both stacks share. */
-static int add_project(struct chain *s, enum file output, struct ct_err *e)
+static void add_project(struct chain *s, enum file output)
 {
 	struct ct_chain *c = &s->c;
 
-	return ct_chain_add(c, e, false, s->file[output], "ct-project", NULL) ||
-			       ct_chain_word(c, e, "--views=%d", s->q.views) ||
-			       (s->q.sampling > 0 &&
-				       ct_chain_word(c, e, "--sampling=%g", s->q.sampling)) ||
-			       (s->follows && (ct_chain_word(c, e, "--window=" PAPER_WINDOW) ||
-						      ct_chain_word(c, e, "--overshoot")))
-		       ? -1
-		       : 0;
+	ct_chain_add(c, false, s->file[output], "ct-project");
+	ct_chain_word(c, "--views=%d", s->q.views);
+	if (s->q.sampling > 0)
+		ct_chain_word(c, "--sampling=%g", s->q.sampling);
+	if (s->follows)
+		ct_chain_words(c, "--window=" PAPER_WINDOW, "--overshoot", NULL);
 }
 
-static int add_projections(struct chain *s, struct ct_err *e)
+static void add_projections(struct chain *s)
 {
 	struct ct_chain *c = &s->c;
 
-	if (add_project(s, UP_PROJ, e) || ct_chain_word(c, e, "%s", s->file[UP]) ||
-		ct_chain_word(c, e, "%s", s->file[UP_PROJ]) || add_project(s, LR_PROJ, e) ||
-		(!s->follows && (ct_chain_word(c, e, "--coarsen=%d", s->q.factor) ||
-					ct_chain_word(c, e, "--pixel=sinc"))))
-		return -1;
-	return ct_chain_word(c, e, "%s", s->file[s->follows ? LR : UP]) ||
-	       ct_chain_word(c, e, "%s", s->file[LR_PROJ]);
+	add_project(s, UP_PROJ);
+	ct_chain_words(c, s->file[UP], s->file[UP_PROJ], NULL);
+	add_project(s, LR_PROJ);
+	if (!s->follows) {
+		ct_chain_word(c, "--coarsen=%d", s->q.factor);
+		ct_chain_words(c, "--pixel=sinc", NULL);
+	}
+	ct_chain_words(c, s->file[s->follows ? LR : UP], s->file[LR_PROJ], NULL);
 }
 
-static int add_seed(struct chain *s, uint64_t seed, struct ct_err *e)
+static void add_seed(struct chain *s, uint64_t seed)
 {
-	return seed ? ct_chain_word(&s->c, e, "--seed=%llu", (unsigned long long)seed) : 0;
+	if (seed)
+		ct_chain_word(&s->c, "--seed=%llu", (unsigned long long)seed);
 }
 
-static int add_ddnm(struct chain *s, uint64_t seed, struct ct_err *e)
+static void add_ddnm(struct chain *s, uint64_t seed)
+{
+	const double sigma_y = s->p->paper ? PAPER_SIGMA_Y : release_sigma_y(s->q.factor);
+	struct ct_chain *c = &s->c;
+
+	ct_chain_add(c, true, s->file[SR_PROJ], "ct-ddnm");
+	ct_chain_word(c, "--prior=%s", s->prior);
+	add_seed(s, seed);
+	if (s->follows) {
+		ct_chain_word(c, "-x%d", s->q.factor);
+		ct_chain_word(c, "--steps=%d", PAPER_STEPS);
+		ct_chain_word(c, "--sigma-y=%g", sigma_y);
+	} else {
+		ct_chain_word(c, "--base-projections=%s", s->file[UP_PROJ]);
+		ct_chain_word(c, "--samples=%d", s->q.samples);
+	}
+	ct_chain_words(c, s->file[LR_PROJ], s->file[SR_PROJ], NULL);
+}
+
+static void add_fit(struct chain *s, uint64_t seed)
 {
 	struct ct_chain *c = &s->c;
 
-	if (ct_chain_add(c, e, true, s->file[SR_PROJ], "ct-ddnm", NULL) ||
-		ct_chain_word(c, e, "--prior=%s", s->prior) || add_seed(s, seed, e) ||
-		(s->follows ? ct_chain_word(c, e, "-x%d", s->q.factor) ||
-					ct_chain_word(c, e, "--steps=%d", PAPER_STEPS) ||
-					ct_chain_word(c, e, "--sigma-y=%g",
-						s->p->paper ? PAPER_SIGMA_Y
-							    : release_sigma_y(s->q.factor))
-			    : ct_chain_word(c, e, "--base-projections=%s", s->file[UP_PROJ]) ||
-					ct_chain_word(c, e, "--samples=%d", s->q.samples)))
-		return -1;
-	return ct_chain_word(c, e, "%s", s->file[LR_PROJ]) ||
-	       ct_chain_word(c, e, "%s", s->file[SR_PROJ]);
+	ct_chain_add(c, true, s->file[RESIDUAL], "ct-nabgs");
+	ct_chain_word(c, "--base=%s", s->file[UP]);
+	ct_chain_word(c, "--base-projections=%s", s->file[UP_PROJ]);
+	ct_chain_word(c, "--iterations=%d", s->q.iterations);
+	ct_chain_word(c, "--gaussians=%d", s->q.gaussians);
+	if (s->follows)
+		ct_chain_word(c, "--factor=%d", s->q.factor);
+	ct_chain_words(c,
+		s->p->paper     ? "--paper"
+		: s->p->release ? "--expert=r2-compat=yes"
+				: "--expert=rate=1,lambda-tv=0.2",
+		NULL);
+	add_seed(s, seed);
+	ct_chain_words(c, s->file[SR_PROJ], s->file[RESIDUAL], NULL);
 }
 
-static int add_fit(struct chain *s, uint64_t seed, struct ct_err *e)
+static void add_compose(struct chain *s)
 {
-	struct ct_chain *c = &s->c;
-
-	return ct_chain_add(c, e, true, s->file[RESIDUAL], "ct-nabgs", NULL) ||
-			       ct_chain_word(c, e, "--base=%s", s->file[UP]) ||
-			       ct_chain_word(c, e, "--base-projections=%s", s->file[UP_PROJ]) ||
-			       ct_chain_word(c, e, "--iterations=%d", s->q.iterations) ||
-			       ct_chain_word(c, e, "--gaussians=%d", s->q.gaussians) ||
-			       (s->follows ? ct_chain_word(c, e, "--factor=%d", s->q.factor) ||
-						       ct_chain_word(c, e,
-							       s->p->paper
-								       ? "--paper"
-								       : "--expert=r2-compat=yes")
-					   : ct_chain_word(
-						     c, e, "--expert=rate=1,lambda-tv=0.2")) ||
-			       add_seed(s, seed, e) ||
-			       ct_chain_word(c, e, "%s", s->file[SR_PROJ]) ||
-			       ct_chain_word(c, e, "%s", s->file[RESIDUAL])
-		       ? -1
-		       : 0;
+	ct_chain_add(&s->c, false, s->result, "ct-compose");
+	if (!s->follows)
+		ct_chain_word(&s->c, "--consistent=%s", s->file[LR]);
+	ct_chain_words(&s->c, s->file[UP], s->file[RESIDUAL], s->result, NULL);
 }
 
-static int add_compose(struct chain *s, struct ct_err *e)
-{
-	struct ct_chain *c = &s->c;
-
-	return ct_chain_add(c, e, false, s->result, "ct-compose", NULL) ||
-			       (!s->follows &&
-				       ct_chain_word(c, e, "--consistent=%s", s->file[LR])) ||
-			       ct_chain_word(c, e, "%s", s->file[UP]) ||
-			       ct_chain_word(c, e, "%s", s->file[RESIDUAL]) ||
-			       ct_chain_word(c, e, "%s", s->result)
-		       ? -1
-		       : 0;
-}
-
-/* As MetaImage, NRRD or DICOM, that of the study of IN; and the report. */
-static int add_outputs(struct chain *s, struct ct_err *e)
+/* As MetaImage, NRRD or DICOM, that of the study of IN. */
+static void add_output(struct chain *s)
 {
 	const struct sr *p = s->p;
 	struct ct_chain *c = &s->c;
 	const bool of_study = dicom_form_of(p->in) != NOT_DICOM && ct_files_is_dicom(s->out);
 
-	if (s->result != s->out &&
-		(ct_chain_add(c, e, false, s->out, "ct-convert", "--units=hu", NULL) ||
-			(of_study && ct_chain_word(c, e, "--template=%s", s->in)) ||
-			(of_study && p->series && ct_chain_word(c, e, "--series=%s", p->series)) ||
-			(p->deid && ct_chain_word(c, e, "--deid")) ||
-			ct_chain_word(c, e, "%s", s->result) || ct_chain_word(c, e, "%s", s->out)))
-		return -1;
-	if (!p->report)
-		return 0;
-	return ct_chain_add(c, e, false, p->report, "ct-report", NULL) ||
-			       ct_chain_word(c, e, "--log=%s", s->file[LOG]) ||
-			       ct_chain_word(c, e, "%s", s->file[LR]) ||
-			       ct_chain_word(c, e, "%s", s->result) ||
-			       ct_chain_word(c, e, "%s", p->report)
-		       ? -1
-		       : 0;
+	ct_chain_add(c, false, s->out, "ct-convert");
+	ct_chain_words(c, "--units=hu", NULL);
+	if (of_study)
+		ct_chain_word(c, "--template=%s", s->in);
+	if (of_study && p->series)
+		ct_chain_word(c, "--series=%s", p->series);
+	if (p->deid)
+		ct_chain_words(c, "--deid", NULL);
+	ct_chain_words(c, s->result, s->out, NULL);
 }
 
 static int add_all(struct chain *s, const struct ct_env *env, struct ct_err *e)
@@ -342,12 +332,22 @@ static int add_all(struct chain *s, const struct ct_env *env, struct ct_err *e)
 		ct_chain_source(c, s->prior);
 	if (s->slices)
 		ct_chain_source(c, s->slices);
-	if (add_convert(s, env, e) || add_refine(s, s->adds ? s->file[UP] : s->result, e))
-		return -1;
-	if (s->adds && (add_projections(s, e) || add_ddnm(s, env->seed, e) ||
-			       add_fit(s, env->seed, e) || add_compose(s, e)))
-		return -1;
-	return add_outputs(s, e);
+	add_convert(s, env);
+	add_refine(s, s->adds ? s->file[UP] : s->result);
+	if (s->adds) {
+		add_projections(s);
+		add_ddnm(s, env->seed);
+		add_fit(s, env->seed);
+		add_compose(s);
+	}
+	if (s->result != s->out)
+		add_output(s);
+	if (s->p->report) {
+		ct_chain_add(c, false, s->p->report, "ct-report");
+		ct_chain_word(c, "--log=%s", s->file[LOG]);
+		ct_chain_words(c, s->file[LR], s->result, s->p->report, NULL);
+	}
+	return ct_chain_made(c, e);
 }
 
 /* Of a run that goes on, what is there is its own. */

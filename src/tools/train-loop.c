@@ -141,20 +141,25 @@ static int name_run(struct train_loop_job *j, struct ct_err *e)
 		       : 0;
 }
 
+static int unpack(void *work, const struct ct_tensors *state, struct ct_err *e)
+{
+	struct train_loop_job *j = work;
+	double step = 0;
+
+	if (j->s->restore(j->s->it, state, e) || train_best_get(&j->best, state, e) ||
+		ct_meta_numbers(&state->meta, CT_META_STEP, 1, &step, e))
+		return -1;
+	j->s->steps = (uint64_t)step;
+	return 0;
+}
+
 static int load_state(struct train_loop_job *j, const struct ct_env *asked, struct ct_err *e)
 {
-	struct ct_tensors w = {0};
-	double step = 0;
-	int rc = ct_resume_load(j->resume, &w, e);
+	int rc = ct_resume_load(j->resume, unpack, j, e);
 
 	if (rc > 0 && j->p->resume && !asked->dry_run &&
 		ct_out_check(j->p->out, asked, e)) /* OUT belongs to another run */
 		rc = -1;
-	if (rc == 0 && (j->s->restore(j->s->it, &w, e) || train_best_get(&j->best, &w, e) ||
-			       ct_meta_numbers(&w.meta, CT_META_STEP, 1, &step, e)))
-		rc = ct_blame(e, j->resume->path);
-	j->s->steps = (uint64_t)step;
-	ct_tensors_free(&w);
 	return rc < 0 ? -1 : 0;
 }
 

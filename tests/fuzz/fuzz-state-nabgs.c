@@ -64,15 +64,9 @@ static int pack(struct ct_tensors *t, const void *fit, struct ct_err *e)
 	return ct_fit_state_pack(t, fit, e);
 }
 
-static int load(struct ct_fit *f, struct ct_resume *run, struct ct_err *e)
+static int unpack(void *fit, const struct ct_tensors *t, struct ct_err *e)
 {
-	struct ct_tensors t = {0};
-	int rc = ct_resume_load(run, &t, e);
-
-	if (rc == 0 && ct_fit_state_unpack(f, &t, e))
-		rc = ct_blame(e, run->path);
-	ct_tensors_free(&t);
-	return rc < 0 ? -1 : 0;
+	return ct_fit_state_unpack(fit, t, e);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
@@ -88,8 +82,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 	if (ct_fit_init(&f, &s.options, &s.data, &env, &e))
 		exit(99);
 	state_of(&run, data, size);
-	rc = load(&f, &run, &e);
-	state_check(rc, &e);
+	rc = ct_resume_load(&run, unpack, &f, &e);
+	if (rc <= 0)
+		state_check(rc, &e);
 	fuzz_taken += rc == 0;
 	if (rc == 0 && f.g.step < f.opt.iterations && f.g.n < 1000) {
 		f.opt.iterations = f.g.step + 1;

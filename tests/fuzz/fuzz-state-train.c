@@ -35,21 +35,22 @@ static struct ct_train *training(void)
 	return t;
 }
 
+static int unpack(void *t, const struct ct_tensors *w, struct ct_err *e)
+{
+	return ct_train_restore(t, w, e);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-	struct ct_tensors w = {0};
 	struct ct_err e = {0};
 	struct ct_resume run;
 	int rc;
 
 	state_of(&run, data, size);
-	rc = ct_resume_load(&run, &w, &e);
-	if (rc == 0)
-		rc = ct_train_restore(training(), &w, &e);
+	rc = ct_resume_load(&run, unpack, training(), &e);
 	fuzz_taken += rc == 0;
 	if (rc <= 0)
 		state_check(rc, &e);
-	ct_tensors_free(&w);
 	ct_resume_close(&run);
 	return 0;
 }

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "tools/lib/ahead.h"
 #include "cli/cost.h"
+#include "cli/files.h"
 #include "cli/folder.h"
 #include "core/memory.h"
 
@@ -15,8 +16,15 @@
 #define MIB 0x1p20
 #define SLOW_VOXELS 2e7 /* voxels of a result that takes seconds */
 
+enum { FILES = 2 };
+/* A file that will hold `bytes`; path NULL: none. */
+struct file {
+	const char *path;
+	double bytes;
+};
+
 /* Not what is no file, nor what is compressed, as nobody knows how far it can be. */
-static bool counts(const struct ahead_file *f)
+static bool counts(const struct file *f)
 {
 	const size_t n = f->path ? strlen(f->path) : 0;
 	struct stat st;
@@ -27,7 +35,7 @@ static bool counts(const struct ahead_file *f)
 }
 
 /* All files on the disk of file i. */
-static int check_disk(const struct ahead_file *files, size_t n, size_t i, struct ct_err *e)
+static int check_disk(const struct file files[FILES], size_t i, struct ct_err *e)
 {
 	char *folder = ct_folder_of(files[i].path), *other;
 	struct stat here, there;
@@ -39,7 +47,7 @@ static int check_disk(const struct ahead_file *files, size_t n, size_t i, struct
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
 	if (stat(folder, &here) != 0 || statvfs(folder, &v) != 0)
 		goto out;
-	for (size_t k = 0; k < n; k++) {
+	for (size_t k = 0; k < FILES; k++) {
 		other = counts(&files[k]) ? ct_folder_of(files[k].path) : NULL;
 		if (other && stat(other, &there) == 0 && here.st_dev == there.st_dev)
 			need += files[k].bytes;
@@ -54,23 +62,25 @@ out:
 	return rc;
 }
 
-int ahead_tell(const struct ct_refine *r, const struct ct_vol *in, const struct ahead_file *files,
-	size_t n, const struct ct_env *env, struct ct_err *e)
+int ahead_tell(const struct ct_refine *r, const struct ct_vol *in, const char *out,
+	const char *error, const struct ct_env *env, struct ct_err *e)
 {
 	const double voxels = (double)r->n[0] * (double)r->n[1] * (double)r->n[2];
+	const struct file files[FILES] = {
+		{out, (ct_files_is_dicom(out) ? 2 : 4) * voxels}, {error, 4 * voxels}};
 	struct ct_cost cost = {.memory = r->need - CT_MEMORY_BASE}; /* of volumes */
 	char slabs[40] = "";
 	double cpu;
 
-	for (size_t i = 0; i < n; i++)
-		if (!env->dry_run && counts(&files[i]) && check_disk(files, n, i, e))
+	for (size_t i = 0; i < FILES; i++)
+		if (!env->dry_run && counts(&files[i]) && check_disk(files, i, e))
 			return -1;
 	if (!env->dry_run && (!ct_cost_heard(env) || voxels < SLOW_VOXELS))
 		return 0;
 	if (ct_refine_cost(&cpu, r, in, env, e))
 		return -1;
 	cost.seconds = cpu / (double)ct_par_threads(env->par);
-	for (size_t i = 0; i < n; i++)
+	for (size_t i = 0; i < FILES; i++)
 		cost.disk += files[i].path ? files[i].bytes : 0;
 	if (r->slabs > 1)
 		snprintf(slabs, sizeof slabs, " in %zu slabs", r->slabs);

@@ -3,15 +3,10 @@
 #define CT_TOOLS_LIB_AHEAD_H
 #include "refine/refine.h"
 
-/* A file that will hold `bytes`; path NULL: none. */
-struct ahead_file {
-	const char *path;
-	double bytes;
-};
-
 /* Report time, memory and disk: on standard output with --dry-run, else on a terminal before long
- * work. Not with --dry-run: CT_EOUTPUT if the n files do not fit on their disks. */
-int ahead_tell(const struct ct_refine *r, const struct ct_vol *in, const struct ahead_file *files,
-	size_t n, const struct ct_env *env, struct ct_err *e);
+ * work. Not with --dry-run: CT_EOUTPUT if the result `out` and its predicted error (NULL: none) do
+ * not fit on their disks. */
+int ahead_tell(const struct ct_refine *r, const struct ct_vol *in, const char *out,
+	const char *error, const struct ct_env *env, struct ct_err *e);
 
 #endif

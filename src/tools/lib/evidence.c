@@ -8,7 +8,6 @@
 #include "xray/window.h"
 #include "tools/lib/geometry-opts.h"
 
-#include <math.h>
 #include <string.h>
 #include <strings.h>
 

@@ -18,7 +18,6 @@
 #include <jansson.h>
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 struct reader {
 	const char *path;

@@ -6,7 +6,6 @@
 #include "xray/window.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 static int detector(struct ct_geometry *s, const struct ct_geometry_opts *o, struct ct_err *e)

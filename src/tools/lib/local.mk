@@ -6,3 +6,4 @@ libct_a_SOURCES += src/tools/lib/evidence.c src/tools/lib/evidence.h
 libct_a_SOURCES += src/tools/lib/installed.c src/tools/lib/installed.h
 libct_a_SOURCES += src/tools/lib/said.c src/tools/lib/said.h
 libct_a_SOURCES += src/tools/lib/ahead.c src/tools/lib/ahead.h
+libct_a_SOURCES += src/tools/lib/prior-opts.c src/tools/lib/prior-opts.h

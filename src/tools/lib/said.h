@@ -4,6 +4,8 @@
 #include "cli/cli.h"
 #include "refine/operator.h"
 
+#include <math.h>
+
 struct said_opts {
 	const char *factor, *spacing, *sigma, *profile;
 	int decimate;

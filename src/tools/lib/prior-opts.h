@@ -1,0 +1,30 @@
+/* prior-opts.h: the options of a prior: --prior, its file or the installed one, and --arch
+ * KEY=VALUE,..., what its network is, in words. */
+#ifndef CT_TOOLS_LIB_PRIOR_OPTS_H
+#define CT_TOOLS_LIB_PRIOR_OPTS_H
+#include "restore/restore.h"
+#include "unet/arch.h"
+
+/* Of pictures and of what projections lack, for ct-ddnm, and of slices. */
+#define PRIOR_PICTURES "prior.safetensors"
+#define PRIOR_RESIDUAL "residual.safetensors"
+#define PRIOR_SLICES "slices.safetensors"
+
+/* Path of the prior in use, to be freed: `given`, or if NULL the first file of that name beside
+ * the running program (a build folder), ../share/ctsr/ from there, and the folder of the
+ * installation. CT_EINPUT if there is none. */
+int prior_file_find(char **path, const char *given, const char *name, struct ct_err *e);
+/* The slice prior of `given`, or the installed one, and its metadata. Codes of the readers. */
+int prior_file_read(
+	struct ct_slice_prior *prior, struct ct_meta *meta, const char *given, struct ct_err *e);
+
+/* The items of the option as keys and values; NULL has none. CT_EUSAGE. */
+int prior_arch_parse(struct ct_meta *m, const char *text, struct ct_err *e);
+/* Those of a network that is to be made. CT_EUSAGE for another key, CT_EINPUT for a value that the
+ * key does not take. */
+int prior_arch_set(struct ct_unet_arch *a, const struct ct_meta *m, struct ct_err *e);
+/* Add to the metadata of weights what the option states and they do not. CT_EUSAGE for what they
+ * state otherwise, and for a key that no prior has. */
+int prior_arch_add(struct ct_meta *weights, const struct ct_meta *m, struct ct_err *e);
+
+#endif
