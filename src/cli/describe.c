@@ -39,14 +39,12 @@ static const char *name_of(const struct ct_opt *o)
 static json_t *list_of(const char *words, unsigned bits)
 {
 	json_t *all = json_array();
+	const char *word;
+	size_t n;
 
-	for (; words && *words; bits >>= 1) {
-		const size_t n = strcspn(words, "|");
-
-		if (bits & 1)
-			json_array_append_new(all, json_stringn(words, n));
-		words += n + (words[n] == '|');
-	}
+	for (int i = 0; (word = ct_words_at(words, i, &n)); i++)
+		if (bits & CT_BIT(i))
+			json_array_append_new(all, json_stringn(word, n));
 	return all;
 }
 
@@ -120,35 +118,22 @@ static json_t *default_of(const struct ct_tool *t, const struct ct_opt *o)
 	return *text ? json_string(text) : NULL;
 }
 
+/* What a row has not is not told: NULL. */
 static json_t *row_of(const struct ct_tool *t, const struct ct_opt *o)
 {
-	const bool ranged = o->lo < o->hi;
-	json_t *x;
+	const bool ranged = o->lo < o->hi, operand = !o->name;
 
-	x = json_pack("{ss ss* ss ss* ss so* so*}", "name", name_of(o), "value",
-		o->name && !o->choice ? o->arg : NULL, "type", type_of(o), "direction",
-		direction_of(o), "help", o->help, "needs", conditions_of(t, o, false), "not_with",
-		conditions_of(t, o, true));
-	if (o->c)
-		json_object_set_new(x, "letter", json_stringn(&o->c, 1));
-	if (o->choice)
-		json_object_set_new(x, "words", list_of(o->arg, ~0U));
-	if (ranged) {
-		json_object_set_new(x, "least", json_real(o->lo));
-		json_object_set_new(x, "most", json_real(o->hi));
-	}
-	if (o->ends[0].ends)
-		json_object_set_new(x, "ends", ends_of(t, o));
-	if (!o->name) {
-		json_object_set_new(x, "list", json_boolean(o->type == CT_T_LIST));
-		json_object_set_new(x, "optional", json_boolean(o->optional));
-	} else {
-		json_t *d = default_of(t, o);
-
-		if (d)
-			json_object_set_new(x, "default", d);
-	}
-	return x;
+	return json_pack("{ss ss* ss ss* ss so* so* so* so* so* so* so* so* so* so*}", "name",
+		name_of(o), "value", o->name && !o->choice ? o->arg : NULL, "type", type_of(o),
+		"direction", direction_of(o), "help", o->help, "needs", conditions_of(t, o, false),
+		"not_with", conditions_of(t, o, true), "letter",
+		o->c ? json_stringn(&o->c, 1) : NULL, "words",
+		o->choice ? list_of(o->arg, ~0U) : NULL, "least", ranged ? json_real(o->lo) : NULL,
+		"most", ranged ? json_real(o->hi) : NULL, "ends",
+		o->ends[0].ends ? ends_of(t, o) : NULL, "list",
+		operand ? json_boolean(o->type == CT_T_LIST) : NULL, "optional",
+		operand ? json_boolean(o->optional) : NULL, "default",
+		operand ? NULL : default_of(t, o));
 }
 
 int ct_show_json(const struct ct_tool *t, struct ct_err *e)
@@ -236,15 +221,12 @@ static void put_default(const struct ct_tool *t, const struct ct_opt *o)
 /* fileExtensions=".nii,.mha" of a volume. */
 static void put_extensions(const struct ct_opt *o)
 {
-	const char *before = " fileExtensions=\".";
+	const char *before = " fileExtensions=\".", *word;
+	size_t n;
 
 	for (const struct ct_ends *x = o->ends; x < o->ends + CT_ENDINGS && x->ends; x++)
-		for (const char *w = x->ends; *w; before = ",.") {
-			const size_t n = strcspn(w, "|");
-
-			printf("%s%.*s", before, (int)n, w);
-			w += n + (w[n] == '|');
-		}
+		for (int i = 0; (word = ct_words_at(x->ends, i, &n)); i++, before = ",.")
+			printf("%s%.*s", before, (int)n, word);
 	if (o->ends[0].ends)
 		putchar('"');
 }

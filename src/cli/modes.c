@@ -75,15 +75,14 @@ static bool is_taken(const struct ct_opt *o, const struct ct_tool *t, const void
 /* The words of a choice whose bits are set, with a bar between. */
 static void put_words(FILE *f, const char *words, unsigned bits)
 {
-	for (const char *bar = ""; *words; bits >>= 1) {
-		size_t n = strcspn(words, "|");
+	const char *bar = "", *word;
+	size_t n;
 
-		if (bits & 1) {
-			fprintf(f, "%s%.*s", bar, (int)n, words);
+	for (int i = 0; (word = ct_words_at(words, i, &n)); i++)
+		if (bits & CT_BIT(i)) {
+			fprintf(f, "%s%.*s", bar, (int)n, word);
 			bar = "|";
 		}
-		words += n + (words[n] == '|');
-	}
 }
 
 static void put_when(FILE *f, const struct ct_tool *t, const struct ct_when *w)

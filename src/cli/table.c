@@ -164,29 +164,20 @@ int ct_table_set(const struct ct_opt *o, void *params, const char *s, struct ct_
 	return 0;
 }
 
-static void word_at(char *out, size_t room, const char *words, int index)
-{
-	if (index < 0)
-		words = NULL; /* none of them */
-	while (index-- > 0 && words) {
-		words = strchr(words, '|');
-		words = words ? words + 1 : NULL;
-	}
-	snprintf(out, room, "%.*s", words ? (int)strcspn(words, "|") : 0, words ? words : "");
-}
-
 void ct_table_text(char *out, size_t room, const struct ct_opt *o, const void *params, int digits)
 {
 	const void *p = (const char *)params + o->at;
 	const char *text;
+	size_t n = 0;
 
 	*out = '\0';
 	switch (o->type) {
 	case CT_T_FLAG: snprintf(out, room, "%s", *(const bool *)p ? "yes" : "no"); break;
 	case CT_T_INT:
-		if (o->choice)
-			word_at(out, room, o->arg, *(const int *)p);
-		else
+		text = o->choice ? ct_words_at(o->arg, *(const int *)p, &n) : NULL;
+		if (text)
+			snprintf(out, room, "%.*s", (int)n, text);
+		else if (!o->choice)
 			snprintf(out, room, "%d", *(const int *)p);
 		break;
 	case CT_T_REAL: snprintf(out, room, "%.*g", digits, *(const double *)p); break;

@@ -6,17 +6,25 @@
 #include <stdlib.h>
 #include <string.h>
 
+const char *ct_words_at(const char *words, int place, size_t *n)
+{
+	for (; *words; words += *n + (words[*n] == '|')) {
+		*n = strcspn(words, "|");
+		if (place-- == 0)
+			return words;
+	}
+	return NULL;
+}
+
 int ct_words_find(const char *words, const char *word)
 {
 	const size_t len = strlen(word);
+	const char *at;
+	size_t n;
 
-	for (int i = 0; *words; i++) {
-		size_t n = strcspn(words, "|");
-
-		if (n == len && memcmp(words, word, n) == 0)
+	for (int i = 0; (at = ct_words_at(words, i, &n)); i++)
+		if (n == len && memcmp(at, word, n) == 0)
 			return i;
-		words += n + (words[n] == '|');
-	}
 	return -1;
 }
 

@@ -24,6 +24,8 @@
 #define CT_WORDS_TWO(list, more) (&list(CT_WORD_BAR) more(CT_WORD_BAR)[1])
 #define CT_WORD(list, value) (((const char *const[]){list(CT_WORD_TEXT)})[value])
 
+/* The word at this place of "a|b|c", from 0, and its length; NULL if there is none. */
+const char *ct_words_at(const char *words, int place, size_t *n);
 /* Place of `word` in "a|b|c", from 0, or -1. */
 int ct_words_find(const char *words, const char *word);
 /* *place <- that; CT_EINPUT if `what` is none of them. */
