@@ -17,7 +17,7 @@
 struct params {
 	const char *in, *in2, *out, *out2, *beside, *again;
 	struct ct_list list;
-	bool resume, dry;
+	bool resume;
 };
 #define P struct params
 #define CT_PARAMS P
@@ -28,7 +28,6 @@ static const struct ct_opt opts[] = {
 	CT_OUTPUT(out, 'o', "out", "FILE", CT_ENDS_STACK, ""),
 	CT_OUTPUT(out2, 0, "out2", "FILE", CT_ENDS_IF(CT_IF(in2), "csv", CT_ENDS_VOLUME), ""),
 	CT_OUTPUT_BESIDE(beside, 0, "beside", "FILE", "json", ""),
-	CT_FLAG(dry, 0, "dry-run", ""),
 	CT_ARG_OUT(again, CT_REWRITES, "AGAIN", CT_ENDS_GAUSS, ""),
 	CT_ARG_OUT(list, CT_READS_WRITES, "FILES", CT_ENDS_VOLUME "|mha", ""),
 	CT_OPT_END,
@@ -82,10 +81,9 @@ static void test_apart(void)
 	OK(refused((P){.out = "b", .resume = true}, CT_EOUTPUT, "b: exists"), "also with --resume");
 	OK(refused((P){.again = "b"}, CT_EOUTPUT, "b: exists"), "a run's own one too");
 	OK(clear((P){.again = "b", .resume = true}), "but for --resume");
-	OK(clear((P){.in = "a", .out = "a", .dry = true}), "nothing is asked of a dry run");
 	OK(ct_files_check(
 		   opts, &(P){.in = "a", .out = "a"}, &(struct ct_env){.dry_run = true}, &e) == 0,
-		"of either kind");
+		"nothing is asked of a dry run");
 	OK(ct_files_check(opts, &(P){.out = "b"}, &(struct ct_env){.force = true}, &e) == 0,
 		"it may be there if forced");
 }
@@ -110,9 +108,13 @@ static void test_list(void)
 	OK(refused((P){.in = "-", .list = LIST("-", "x")}, CT_EUSAGE,
 		   "only one input can be standard input"),
 		"and one input");
-	OK(refused((P){.list = LIST("-", "-", "x"), .dry = true}, CT_EUSAGE, "only one input"),
+	OK(ct_files_check(opts, &(P){.list = LIST("-", "-", "x")},
+		   &(struct ct_env){.dry_run = true}, &e) == -1 &&
+			strstr(e.msg, "only one input"),
 		"also of a dry run");
-	OK(clear((P){.in = "-", .out = "-", .dry = true}), "one of each serves");
+	OK(ct_files_check(
+		   opts, &(P){.in = "-", .out = "-"}, &(struct ct_env){.dry_run = true}, &e) == 0,
+		"one of each serves");
 }
 
 static bool named(P p, const char *refused)

@@ -190,24 +190,22 @@ static void put_word(const char *w, FILE *f)
 /* Does the script of the run before name the file? */
 static bool names(const struct ct_chain *c, const char *output)
 {
-	char *path = ct_chain_path(c, SCRIPT), *word = NULL, *line = NULL;
-	size_t n = 0, room = 0;
-	FILE *script = path ? fopen(path, "r") : NULL, *w;
+	char *path = ct_chain_path(c, SCRIPT), *word = NULL;
+	unsigned char *script = NULL;
+	size_t n, bytes;
 	struct ct_err e;
 	bool is = false;
+	FILE *w;
 
-	if (ct_stream_open(&w, &word, &n, &e) == 0) {
+	if (path && ct_slurp(path, &script, &bytes, &e) == 0 &&
+		ct_stream_open(&w, &word, &n, &e) == 0) {
 		put_word(output, w);
-		is = ct_stream_close(w, &word, &e) == 0 && script != NULL;
+		if (ct_stream_close(w, &word, &e) == 0)
+			for (char *at = (char *)script; !is && (at = strstr(at, word)); at++)
+				is = at > (char *)script && at[-1] == ' ' &&
+				     (at[n] == ' ' || at[n] == '\n');
 	}
-	for (bool found = false; is && !found;) {
-		is = getline(&line, &room, script) > 0;
-		for (const char *at = line; is && !found && (at = strstr(at, word)); at++)
-			found = at > line && at[-1] == ' ' && (at[n] == ' ' || at[n] == '\n');
-	}
-	if (script)
-		fclose(script);
-	free(line);
+	free(script);
 	free(word);
 	free(path);
 	return is;

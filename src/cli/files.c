@@ -193,7 +193,7 @@ int ct_files_check(
 {
 	if (check_streams(opts, params, e))
 		return -1;
-	if (env->dry_run || given(opts, params, "dry-run"))
+	if (env->dry_run)
 		return 0;
 	for (struct walk w = begin(opts, params); step(&w);) {
 		struct ct_env own = *env;

@@ -17,7 +17,8 @@
 #include <string.h>
 
 struct params {
-	const char *base, *lr, *in, *out, *projections, *std, *window, *residual;
+	struct ct_evidence_files files;
+	const char *out, *residual;
 	int iterations, every;
 	double lambda;
 	bool resume;
@@ -27,22 +28,22 @@ static const struct params defaults = {.iterations = 15};
 
 #define CT_PARAMS struct params
 static const struct ct_opt opts[] = {
-	CT_ARG(base, CT_READS, "BASE", "the upsampled CT in HU, NIfTI, or -"),
-	CT_ARG(lr, CT_READS, "LR",
+	CT_ARG(files.base, CT_READS, "BASE", "the upsampled CT in HU, NIfTI, or -"),
+	CT_ARG(files.lr, CT_READS, "LR",
 		"the low-resolution CT in HU, NIfTI, or -; it, or else BASE, says what operator "
 		"made it"),
-	CT_ARG(in, CT_READS, "PROJECTIONS", "of what OUT should be, EXR, or -"),
+	CT_ARG(files.in, CT_READS, "PROJECTIONS", "of what OUT should be, EXR, or -"),
 	CT_ARG_OUT(out, CT_WRITES, "OUT", CT_ENDS_VOLUME, "the CT in HU, NIfTI, or -"),
-	CT_INPUT(projections, 0, "base-projections", "STACK",
+	CT_INPUT(files.projections, 0, "base-projections", "STACK",
 		"projections of BASE in the geometry of PROJECTIONS, EXR (computed if not given)"),
-	CT_INPUT(std, 0, "uncertainty", "STACK",
+	CT_INPUT(files.std, 0, "uncertainty", "STACK",
 		"standard deviation of PROJECTIONS, EXR, as ct-ddnm --std writes it: the less "
 		"certain a pixel, the less it counts"),
 	CT_EXPERT(lambda, "lambda-projections", "W", 0, 1e9,
 		"weight of PROJECTIONS against the variation, 1/HU; 0 chooses it by how well the "
 		"views predict each other"),
 	CT_OPT(iterations, 'n', "iterations", "N", 1, 10000000, "iterations, of all views each"),
-	CT_TEXT(window, 'w', "window", "LO:HI",
+	CT_TEXT(files.window, 'w', "window", "LO:HI",
 		"HU of density 0 and 1 (-1024:3071, or what BASE or else PROJECTIONS says)"),
 	CT_OUTPUT(residual, 0, "residual-out", "FILE", CT_ENDS_VOLUME,
 		"write what is added to BASE too, in HU, NIfTI"),
@@ -150,7 +151,7 @@ static int write_all(struct fuse_job *j, struct ct_err *e)
 	own.together = j->p->residual ? &both : NULL;
 	if (j->p->residual && write_residual(j, n, in, &own, e))
 		goto out;
-	ct_geometry_opts_warn_above(&d->base, j->p->base, d->window, j->env);
+	ct_geometry_opts_warn_above(&d->base, j->p->files.base, d->window, j->env);
 	ct_window_add(
 		ct_vol_count(&d->base), d->base.data, j->fuse.residual, 1, d->window[0], d->window);
 	if (ct_meta_step(&d->base.meta, j->env, n, in, e) == 0 &&
@@ -203,11 +204,9 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct params *p = params;
 	struct fuse_job j = {.p = p, .env = env};
-	const struct ct_evidence_files files = {
-		p->in, p->base, p->projections, p->std, p->lr, p->window};
 	int rc = -1;
 
-	if (check(&j, e) == 0 && ct_evidence_read(&j.data, &files, env, e) == 0 &&
+	if (check(&j, e) == 0 && ct_evidence_read(&j.data, &p->files, env, e) == 0 &&
 		prepare(&j, e) == 0)
 		rc = (env->dry_run ? estimate : fuse)(&j, e);
 	ct_fuse_free(&j.fuse);

@@ -25,7 +25,8 @@
 enum mode { MODES(CT_WORD_VALUE) };
 
 struct params {
-	const char *in, *out, *base, *projections, *std, *lr, *window;
+	struct ct_evidence_files files;
+	const char *out;
 	int iterations, gaussians, most, every, activation, mode, scale, densify_until;
 	double ssim, tv, lowres, rate, init, tolerance;
 	int begin, refit;
@@ -44,22 +45,22 @@ static const struct params defaults = {.iterations = 5000,
 
 #define CT_PARAMS struct params
 static const struct ct_opt opts[] = {
-	CT_ARG(in, CT_READS, "IN", "projections to fit, EXR, or -"),
+	CT_ARG(files.in, CT_READS, "IN", "projections to fit, EXR, or -"),
 	CT_ARG_OUT(out, CT_WRITES, "OUT", CT_ENDS_GAUSS, "the Gaussians, PLY, or -"),
-	CT_INPUT(base, 'b', "base", "VOLUME",
+	CT_INPUT(files.base, 'b', "base", "VOLUME",
 		"the upsampled CT in HU, NIfTI, or -: what the residual is added to, and where "
 		"Gaussians begin; required"),
-	CT_INPUT(projections, 0, "base-projections", "STACK",
+	CT_INPUT(files.projections, 0, "base-projections", "STACK",
 		"projections of the base in the geometry of IN, EXR (computed if not given)",
 		CT_WHEN(CT_IF_WORD(mode, CT_BIT(RESIDUAL)))),
-	CT_INPUT(std, 0, "uncertainty", "STACK",
+	CT_INPUT(files.std, 0, "uncertainty", "STACK",
 		"standard deviation of IN, EXR, as ct-ddnm --std writes it: the less certain a "
 		"pixel, the less it counts"),
-	CT_INPUT(lr, 0, "lr", "VOLUME",
+	CT_INPUT(files.lr, 0, "lr", "VOLUME",
 		"the low-resolution CT in HU, NIfTI: also ask that the sum of base and residual "
 		"reduces to it; it, or else the base, says what operator made it",
 		CT_WHEN(CT_IF_WORD(mode, CT_BIT(RESIDUAL)))),
-	CT_TEXT(window, 'w', "window", "LO:HI",
+	CT_TEXT(files.window, 'w', "window", "LO:HI",
 		"HU of density 0 and 1 (-1024:3071, or what IN says)"),
 	CT_OPT(iterations, 'n', "iterations", "N", 1, 10000000, "steps, of one view each"),
 	CT_EXPERT(tolerance, "tolerance", "E", 0, 1,
@@ -82,7 +83,7 @@ static const struct ct_opt opts[] = {
 	CT_EXPERT(rate, "rate", "X", 1e-3, 1000,
 		"times the published rates of learning (10; in mode full and with --paper 1); but for "
 		"--paper they are lowered where they are too high"),
-	CT_EXPERT(lowres, "lambda-lr", "W", 0, 1e6, "weight of --lr", CT_WHEN(CT_IF(lr))),
+	CT_EXPERT(lowres, "lambda-lr", "W", 0, 1e6, "weight of --lr", CT_WHEN(CT_IF(files.lr))),
 	CT_EXPERT_CHOICE(begin, "init", CT_WORDS(CT_PLACE_LIST),
 		"where Gaussians begin: where the projections say that the base is wrong, or where "
 		"it is dense; auto is residual in mode residual if the scan can be inverted"),
@@ -118,12 +119,12 @@ static int scale_of(size_t *scale, const struct nabgs_job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
 	struct ct_degrade d = {{4, 4, 4}, {0}, CT_DECIMATE_SINC, {0}};
-	const char *who = p->base;
+	const char *who = p->files.base;
 	int known = ct_degrade_get(&j->data.base.meta, &d, e);
 	double most = 1;
 
 	if (known > 0) {
-		who = p->in;
+		who = p->files.in;
 		known = ct_degrade_get(&j->data.in.meta, &d, e);
 	}
 	if (known < 0)
@@ -156,7 +157,7 @@ static int options(struct ct_fit_options *o, const struct nabgs_job *j, struct c
 	if (p->densify_until)
 		o->densify_until = (size_t)p->densify_until;
 	o->tv = p->tv;
-	o->lr = p->lr ? p->lowres : 0;
+	o->lr = p->files.lr ? p->lowres : 0;
 	o->refit = (size_t)p->refit;
 	if (p->begin != CT_PLACE_AUTO)
 		o->place = (enum ct_fit_place)p->begin;
@@ -243,8 +244,8 @@ static int write_set(struct ct_fit *f, const struct nabgs_job *j, struct ct_err 
 	const struct ct_evidence *d = &j->data;
 	const struct params *p = j->p;
 	const struct ct_meta *const in[] = {&d->in.meta, &d->base.meta,
-		p->projections ? &d->base_proj.meta : NULL, p->std ? &d->weight.meta : NULL,
-		p->lr ? &d->lr.meta : NULL};
+		p->files.projections ? &d->base_proj.meta : NULL,
+		p->files.std ? &d->weight.meta : NULL, p->files.lr ? &d->lr.meta : NULL};
 	struct ct_meta *m = &f->g.meta;
 
 	if (ct_meta_copy(m, &d->in.meta, e) || ct_window_put(m, d->window, e) ||
@@ -315,8 +316,8 @@ static int fit(struct nabgs_job *j, struct ct_err *e)
 		.target = &in->in,
 		.base_projections = full ? NULL : &in->base_proj,
 		.base = &in->base,
-		.weight = j->p->std ? &in->weight : NULL,
-		.lr = j->p->lr ? &in->lr : NULL,
+		.weight = j->p->files.std ? &in->weight : NULL,
+		.lr = j->p->files.lr ? &in->lr : NULL,
 		.by = &in->by,
 	};
 	struct ct_fit_options o;
@@ -330,7 +331,7 @@ static int fit(struct nabgs_job *j, struct ct_err *e)
 		ct_resume_input(r, "--lr", &in->lr.meta, e))
 		return -1;
 	if (ct_fit_init(&f, &o, &d, j->env, e)) {
-		ct_blame(e, j->p->base);
+		ct_blame(e, j->p->files.base);
 		goto out;
 	}
 	if (j->env->dry_run) {
@@ -362,7 +363,7 @@ static int check(struct nabgs_job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
 
-	if (!p->base)
+	if (!p->files.base)
 		return ct_fail(e, CT_EUSAGE, "--base is missing");
 	if (p->most < p->gaussians)
 		return ct_fail(e, CT_EUSAGE, "--expert max-gaussians: %d is below --gaussians %d",
@@ -376,13 +377,10 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	struct nabgs_job j = {.p = params, .env = env, .program = ct_memory_held()};
 	const struct params *p = params;
-	const bool full = p->mode == FULL;
-	const struct ct_evidence_files files = {
-		p->in, p->base, full ? NULL : p->projections, p->std, p->lr, p->window};
 	int rc = -1;
 
-	if (check(&j, e) == 0 && ct_evidence_read(&j.data, &files, env, e) == 0 &&
-		ct_evidence_density(&j.data, &files, !full, env, e) == 0)
+	if (check(&j, e) == 0 && ct_evidence_read(&j.data, &p->files, env, e) == 0 &&
+		ct_evidence_density(&j.data, &p->files, p->mode != FULL, env, e) == 0)
 		rc = fit(&j, e);
 	ct_evidence_free(&j.data);
 	ct_resume_close(&j.resume);

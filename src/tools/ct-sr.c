@@ -105,13 +105,14 @@ struct files {
 /* The last part of a path, without a slash at its end; or `instead`. */
 static void name_of(char name[static 256], const char *path, const char *instead)
 {
-	size_t n = strlen(path), from;
+	const char *slash, *from;
+	size_t n = strlen(path);
 
 	while (n > 1 && path[n - 1] == '/')
 		n--;
-	for (from = n; from > 0 && path[from - 1] != '/'; from--)
-		;
-	snprintf(name, 256, "%.*s", instead ? 3 : (int)(n - from), instead ? instead : path + from);
+	slash = memrchr(path, '/', n);
+	from = slash ? slash + 1 : path;
+	snprintf(name, 256, "%.*s", instead ? 3 : (int)(path + n - from), instead ? instead : from);
 }
 
 /* As ct-convert reads and writes. */
