@@ -80,28 +80,11 @@ static int open_step(struct ct_resume *r, const struct ct_chain *c, size_t i,
 	return rc;
 }
 
-/* A step is its name. */
-static int pack_nothing(struct ct_tensors *state, const void *work, struct ct_err *e)
-{
-	(void)state;
-	(void)work;
-	(void)e;
-	return 0;
-}
-
-static int unpack_nothing(void *work, const struct ct_tensors *state, struct ct_err *e)
-{
-	(void)work;
-	(void)state;
-	(void)e;
-	return 0;
-}
-
-/* Is the state there of this run, and with this output? */
+/* Is the state there of this run, and with this output? It is its name alone. */
 static bool same(struct ct_resume *r, const struct ct_env *env)
 {
 	struct ct_err why = {0};
-	int rc = ct_resume_load(r, unpack_nothing, NULL, &why);
+	int rc = ct_resume_load(r, NULL, NULL, &why);
 
 	if (rc < 0)
 		ct_log(env, CT_DEBUG, "%s", why.msg);
@@ -264,10 +247,10 @@ static int run_step(struct ct_chain *c, size_t i, const struct ct_env *env, stru
 		rc = 0;
 		goto out;
 	}
-	if (ct_resume_save(&r, pack_nothing, NULL, e) || start(c, s, was == BEGUN, env, e))
+	if (ct_resume_save(&r, NULL, NULL, e) || start(c, s, was == BEGUN, env, e))
 		goto out;
 	told |= name_input(&r, OUTPUT, s->output, env, e);
-	rc = told == 0 ? ct_resume_save(&r, pack_nothing, NULL, e) : told < 0 ? -1 : 0;
+	rc = told == 0 ? ct_resume_save(&r, NULL, NULL, e) : told < 0 ? -1 : 0;
 out:
 	ct_resume_close(&r);
 	return rc;

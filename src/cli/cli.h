@@ -102,7 +102,8 @@ struct ct_opt {
 
 /* The rows of a table. f is a field of CT_PARAMS, the struct that the file defines it as. */
 #define CT_TYPE_(f)                                                                                \
-	_Generic(((CT_PARAMS *)0)->f, bool: CT_T_FLAG, int: CT_T_INT, double: CT_T_REAL, const char *: CT_T_STR, struct ct_list: CT_T_LIST)
+	_Generic(((CT_PARAMS *)0)->f, bool: CT_T_FLAG, int: CT_T_INT, double: CT_T_REAL, \
+		const char *: CT_T_STR, struct ct_list: CT_T_LIST)
 #define CT_ROW_(f, ch, nm, what, ...)                                                              \
 	{                                                                                          \
 		.c = ch, .name = nm, .type = CT_TYPE_(f), .at = offsetof(CT_PARAMS, f),            \

@@ -11,27 +11,6 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Words of "a|b|c" with something else between. */
-static void put_list(const char *words, const char *between)
-{
-	for (; *words; words++)
-		if (*words == '|')
-			fputs(between, stdout);
-		else
-			putchar(*words);
-}
-
-/* All ends of files that the row writes, whatever the mode; nothing if it may be any. */
-static void put_ends(const struct ct_opt *o, const char *between)
-{
-	if (o->role == CT_READS_WRITES)
-		return;
-	for (const struct ct_ends *x = o->ends; x < o->ends + CT_ENDINGS && x->ends; x++) {
-		fputs(x == o->ends ? "" : between, stdout);
-		put_list(x->ends, between);
-	}
-}
-
 static void put_names(const struct ct_opt *o, const char *between)
 {
 	if (o->c)
@@ -96,8 +75,8 @@ static const char *function_of(const struct ct_tool *t)
 	return name;
 }
 
-/* How a shell says what a value may be: around the words of a choice; any file; around the ends of
- * files; a folder; anything. */
+/* How a shell says what a value may be: around the words of a choice; any file; around all ends of
+ * files that the row writes, whatever the mode; a folder; anything. */
 struct values {
 	const char *words, *words_end, *any, *files, *files_end, *folder, *nothing;
 };
@@ -108,11 +87,13 @@ static void put_value(const struct values *v, const struct ct_opt *o)
 
 	if (o->choice) {
 		fputs(v->words, stdout);
-		put_list(o->arg, " ");
+		for (const char *c = o->arg; *c; c++)
+			putchar(*c == '|' ? ' ' : *c);
 		fputs(v->words_end, stdout);
 	} else if (o->role != CT_NO_FILE && ends) {
 		fputs(v->files, stdout);
-		put_ends(o, "|");
+		for (const struct ct_ends *x = o->ends; x < o->ends + CT_ENDINGS && x->ends; x++)
+			printf("%s%s", x == o->ends ? "" : "|", x->ends);
 		fputs(v->files_end, stdout);
 	} else if (o->role != CT_NO_FILE)
 		fputs(v->any, stdout);
