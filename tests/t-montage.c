@@ -109,16 +109,17 @@ static void test_draw(void)
 	const struct ct_montage_slice a = {fine, {4, 1}, {2, 4}, {3, 1}, {0, 0}},
 				      b = {coarse, {2, 1}, {1, 2}, {6, 3}, {0, 0}},
 				      away = {coarse, {2, 1}, {1, 2}, {6, 3}, {0, 3.5}};
-	const struct ct_montage_tile tile[4] = {{.slice = a, .window = {0, 40}},
+	struct ct_montage_tile tile[4] = {{.slice = a, .window = {0, 40}},
 		{.slice = b, .window = {0, 10}}, {.window = {0, 1}},
 		{.slice = b, .minus = a, .window = {0, 3}}};
-	unsigned char rgb[40 * 40 * 3];
+	struct ct_montage m = {.rows = 2, .cols = 2, .gap = 2, .tile = tile, .mm = 1};
+	unsigned char rgb[40 * 40 * 3] = {0};
 	struct ct_err e = {0};
 	size_t h = 0, w = 0;
-	int rc = ct_montage_size(&h, &w, 2, 2, tile, 1, 2, &e);
+	int rc = ct_montage_size(&h, &w, &m, &e);
 
 	OK(rc == 0 && h == 14 && w == 12, "physical sizes and a gap: %zu x %zu", w, h);
-	ct_montage_draw(rgb, h, w, 2, 2, tile, 1, 2);
+	ct_montage_draw(rgb, w, &m);
 	OK(is(pixel(rgb, w, 0, 0), 0, 0, 0) && is(pixel(rgb, w, 2, 1), 64, 64, 64) &&
 			is(pixel(rgb, w, 0, 3), 191, 191, 191),
 		"grey of the window");
@@ -134,7 +135,8 @@ static void test_draw(void)
 		"difference maps compare what lies at one place");
 	OK(is(pixel(rgb, w, 8, 10), 0, 0, 0), "and are black where there is nothing");
 	OK(ct_montage_slice_overlap(&a, &b) && !ct_montage_slice_overlap(&a, &away), "overlap");
-	OK(ct_montage_size(&h, &w, 2, 2, tile, 1e-4, 2, &e) == -1 && e.code == CT_EINPUT,
+	m.mm = 1e-4;
+	OK(ct_montage_size(&h, &w, &m, &e) == -1 && e.code == CT_EINPUT,
 		"an absurd zoom is refused: %s", e.msg);
 }
 
@@ -165,18 +167,18 @@ static void test_bands(void)
 				      high = {ramp, {3, 1}, {4, 3}, {2, 1}, {3, 5}},
 				      wide = {ramp, {6, 1}, {2, 6}, {2, 1}, {0, 0}},
 				      left = {flat, {3, 1}, {4, 3}, {2, 1}, {5, 4}};
-	const struct ct_montage_tile tile[6] = {{.slice = low, .window = {-10, 30}},
+	struct ct_montage_tile tile[6] = {{.slice = low, .window = {-10, 30}},
 		{.slice = low, .window = {1, 2}}, {.slice = wide, .window = {5, 25}},
 		{.slice = high, .minus = left, .window = {0, 33}}, {.window = {0, 1}},
 		{.slice = low, .window = {0, 2}}};
-	unsigned char rgb[40 * 40 * 3];
+	const struct ct_montage m = {.rows = 2, .cols = 3, .gap = 1, .tile = tile, .mm = 1};
+	unsigned char rgb[40 * 40 * 3] = {0};
 	struct ct_err e = {0};
 	size_t h = 0, w = 0;
 
-	OK(ct_montage_size(&h, &w, 2, 3, tile, 1, 1, &e) == 0 && h == 4 + 8 + 1 &&
-			w == 3 + 3 + 6 + 2,
+	OK(ct_montage_size(&h, &w, &m, &e) == 0 && h == 4 + 8 + 1 && w == 3 + 3 + 6 + 2,
 		"bands: %zu x %zu", w, h);
-	ct_montage_draw(rgb, h, w, 2, 3, tile, 1, 1);
+	ct_montage_draw(rgb, w, &m);
 	OK(is(pixel(rgb, w, 0, 1), 70, 70, 70), "11 of 40");
 	OK(is(pixel(rgb, w, 0, 10), 0, 0, 0) && is(pixel(rgb, w, 3, 8), 13, 13, 13) &&
 			is(pixel(rgb, w, 2, 12), 64, 64, 64),

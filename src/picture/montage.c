@@ -1,5 +1,6 @@
 /* montage.c: see montage.h. */
 #include "config.h"
+#include "core/vec3.h"
 #include "picture/montage.h"
 
 #include <math.h>
@@ -111,13 +112,10 @@ int ct_montage_slice_volume(
 
 void ct_montage_slice_view(struct ct_montage_slice *s, const struct ct_stack *p, size_t k)
 {
-	const double *u = p->view[k].u, *v = p->view[k].v;
-
 	*s = (struct ct_montage_slice){.data = ct_stack_view(p, k),
 		.step = {(ptrdiff_t)p->w, 1},
 		.n = {p->h, p->w},
-		.mm = {sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]),
-			sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])}};
+		.mm = {ct_vec3_length(p->view[k].v), ct_vec3_length(p->view[k].u)}};
 	for (int i = 0; i < 2; i++)
 		s->origin[i] = -0.5 * (double)s->n[i] * s->mm[i];
 }
@@ -162,39 +160,37 @@ static size_t side(const struct ct_montage_slice *s, int i, double mm)
 }
 
 /* Height of row r (i = 0) or width of column r (i = 1) of the sheet. */
-static size_t band(
-	int i, size_t r, size_t rows, size_t cols, const struct ct_montage_tile *tile, double mm)
+static size_t band(const struct ct_montage *m, int i, size_t r)
 {
-	const size_t n = i ? rows : cols;
+	const size_t n = i ? m->rows : m->cols;
 	size_t most = 0;
 
 	for (size_t k = 0; k < n; k++) {
-		size_t d = side(&tile[i ? k * cols + r : r * cols + k].slice, i, mm);
+		size_t d = side(&m->tile[i ? k * m->cols + r : r * m->cols + k].slice, i, m->mm);
 
 		most = d > most ? d : most;
 	}
 	return most;
 }
 
-void ct_montage_place(size_t at[static 2], size_t size[static 2], size_t r, size_t c, size_t rows,
-	size_t cols, const struct ct_montage_tile *tile, double mm, size_t gap)
+void ct_montage_place(
+	size_t at[static 2], size_t size[static 2], const struct ct_montage *m, size_t r, size_t c)
 {
 	const size_t place[2] = {r, c};
 
 	for (int i = 0; i < 2; i++) {
-		at[i] = place[i] * gap;
+		at[i] = place[i] * m->gap;
 		for (size_t k = 0; k < place[i]; k++)
-			at[i] += band(i, k, rows, cols, tile, mm);
-		size[i] = band(i, place[i], rows, cols, tile, mm);
+			at[i] += band(m, i, k);
+		size[i] = band(m, i, place[i]);
 	}
 }
 
-int ct_montage_size(size_t *h, size_t *w, size_t rows, size_t cols,
-	const struct ct_montage_tile *tile, double mm, size_t gap, struct ct_err *e)
+int ct_montage_size(size_t *h, size_t *w, const struct ct_montage *m, struct ct_err *e)
 {
 	size_t at[2], size[2];
 
-	ct_montage_place(at, size, rows - 1, cols - 1, rows, cols, tile, mm, gap);
+	ct_montage_place(at, size, m, m->rows - 1, m->cols - 1);
 	*h = at[0] + size[0];
 	*w = at[1] + size[1];
 	if (*h > MOST_SIDE || *w > MOST_SIDE || *h == 0 || *w == 0)
@@ -249,16 +245,13 @@ static void draw(unsigned char *rgb, size_t w, const struct ct_montage_tile *t, 
 	}
 }
 
-void ct_montage_draw(unsigned char *rgb, size_t h, size_t w, size_t rows, size_t cols,
-	const struct ct_montage_tile *tile, double mm, size_t gap)
+void ct_montage_draw(unsigned char *rgb, size_t w, const struct ct_montage *m)
 {
-	memset(rgb, 0, h * w * 3);
-	for (size_t k = 0; k < rows * cols; k++) {
+	for (size_t k = 0; k < m->rows * m->cols; k++) {
 		size_t at[2], size[2];
 
-		if (!tile[k].slice.data)
-			continue;
-		ct_montage_place(at, size, k / cols, k % cols, rows, cols, tile, mm, gap);
-		draw(rgb + (at[0] * w + at[1]) * 3, w, &tile[k], mm);
+		ct_montage_place(at, size, m, k / m->cols, k % m->cols);
+		if (m->tile[k].slice.data)
+			draw(rgb + (at[0] * w + at[1]) * 3, w, &m->tile[k], m->mm);
 	}
 }

@@ -70,19 +70,23 @@ struct ct_montage_tile {
 	enum ct_colour_map error;
 };
 
-/* Size of the picture of rows x cols tiles (row after row) at `mm` a pixel, `gap` pixels between
- * them. CT_EINPUT if it is larger than 32768 a side. */
-int ct_montage_size(size_t *h, size_t *w, size_t rows, size_t cols,
-	const struct ct_montage_tile *tile, double mm, size_t gap, struct ct_err *e);
+/* Tiles row after row, `gap` pixels between them, at `mm` a pixel. */
+struct ct_montage {
+	size_t rows, cols, gap;
+	struct ct_montage_tile *tile; /* [rows][cols] */
+	double mm;
+};
+
+/* Size of the picture. CT_EINPUT if it is larger than 32768 a side. */
+int ct_montage_size(size_t *h, size_t *w, const struct ct_montage *m, struct ct_err *e);
 /* Where the tile in row r and column c begins, pixels down and to the right, and the size of its
  * place: that of the largest tile in its row and in its column. */
-void ct_montage_place(size_t at[static 2], size_t size[static 2], size_t r, size_t c, size_t rows,
-	size_t cols, const struct ct_montage_tile *tile, double mm, size_t gap);
+void ct_montage_place(
+	size_t at[static 2], size_t size[static 2], const struct ct_montage *m, size_t r, size_t c);
 /* World coordinate across the plane of the middle of the voxels that ct_montage_slice_volume takes.
  */
 double ct_montage_centre(const struct ct_vol *v, enum ct_montage_plane plane, double mm);
-/* rgb[(y*w + x)*3 + c], sRGB; h and w of ct_montage_size. */
-void ct_montage_draw(unsigned char *rgb, size_t h, size_t w, size_t rows, size_t cols,
-	const struct ct_montage_tile *tile, double mm, size_t gap);
+/* rgb[(y*w + x)*3 + c], sRGB: zeroes at first, w at least that of ct_montage_size. */
+void ct_montage_draw(unsigned char *rgb, size_t w, const struct ct_montage *m);
 
 #endif

@@ -110,18 +110,6 @@ struct ct_canvas ct_canvas_of(unsigned char *rgb, size_t h, size_t w)
 	return (struct ct_canvas){rgb, h, w, {0, (ptrdiff_t)h, 0, (ptrdiff_t)w}};
 }
 
-void ct_canvas_spread(unsigned char *rgb, size_t top, size_t h, size_t w, size_t mh, size_t mw)
-{
-	for (size_t y = mh; y-- > 0;) {
-		unsigned char *to = rgb + (top + y) * w * 3;
-
-		memmove(to, rgb + y * mw * 3, mw * 3);
-		memset(to + mw * 3, 0, (w - mw) * 3);
-	}
-	memset(rgb, 0, top * w * 3);
-	memset(rgb + (top + mh) * w * 3, 0, (h - top - mh) * w * 3);
-}
-
 static void canvas_dot(
 	const struct ct_canvas *c, ptrdiff_t y, ptrdiff_t x, const unsigned char rgb[static 3])
 {

@@ -22,9 +22,6 @@ struct ct_canvas {
 
 /* All of a picture. */
 struct ct_canvas ct_canvas_of(unsigned char *rgb, size_t h, size_t w);
-/* A picture of mh x mw pixels at the beginning of rgb becomes a part of one of h x w, from row
- * `top` and column 0 on; the rest is black. */
-void ct_canvas_spread(unsigned char *rgb, size_t top, size_t h, size_t w, size_t mh, size_t mw);
 /* Fills h x w pixels from (y, x) on. */
 void ct_canvas_box(const struct ct_canvas *c, ptrdiff_t y, ptrdiff_t x, ptrdiff_t h, ptrdiff_t w,
 	const unsigned char rgb[static 3]);

@@ -1,5 +1,6 @@
 /* labels.c: see labels.h. */
 #include "config.h"
+#include "core/mem.h"
 #include "report/labels.h"
 #include "picture/text.h"
 
@@ -17,12 +18,12 @@ struct bar {
 
 static size_t bars(struct bar b[2], const struct ct_labels *l)
 {
-	const struct ct_sheet *s = l->sheet;
+	const struct ct_montage *m = &l->sheet->montage;
 	size_t n = 0;
 
 	for (int error = 0; error < 2; error++)
-		for (size_t i = 0; i < s->rows * s->cols; i++) {
-			const struct ct_montage_tile *t = &s->tile[i];
+		for (size_t i = 0; i < m->rows * m->cols; i++) {
+			const struct ct_montage_tile *t = &m->tile[i];
 
 			if (!t->slice.data || (t->minus.data != NULL) != error)
 				continue;
@@ -37,20 +38,21 @@ static size_t bars(struct bar b[2], const struct ct_labels *l)
 	return n;
 }
 
-double ct_labels_round(double mm)
+/* Longest of 1, 2, 5 times a power of ten that is not more than mm. */
+static double round_down(double mm)
 {
 	const double ten = pow(10, floor(log10(mm * (1 + 1e-9)))), m = mm * (1 + 1e-9) / ten;
 
 	return ten * (m >= 5 ? 5 : m >= 2 ? 2 : 1);
 }
 
-void ct_labels_size(struct ct_labels *l, size_t *h, size_t *w)
+/* From the size of the sheet to that of the picture around it. */
+static void size_around(struct ct_labels *l, size_t *h, size_t *w)
 {
-	const struct ct_sheet *s = l->sheet;
 	size_t at[2], size[2], wide = 0, n;
 	struct bar b[2];
 
-	ct_montage_place(at, size, 0, 0, s->rows, s->cols, s->tile, s->mm, l->gap);
+	ct_montage_place(at, size, &l->sheet->montage, 0, 0);
 	l->scale = 1 + (size[0] < size[1] ? size[0] : size[1]) / LETTERS;
 	l->top = l->names ? l->scale * (CT_TEXT_H + PAD) : 0;
 	n = l->bars ? bars(b, l) : 0;
@@ -58,10 +60,9 @@ void ct_labels_size(struct ct_labels *l, size_t *h, size_t *w)
 		for (int k = 0; k < 3; k++)
 			wide = ct_text_width(b[i].text[k]) > wide ? ct_text_width(b[i].text[k])
 								  : wide;
-	l->right = n ? l->scale * (3 * PAD + BAR + wide) : 0;
+	*w += n ? l->scale * (3 * PAD + BAR + wide) : 0;
 	n *= l->scale * LINES * CT_TEXT_H;
 	*h = l->top + (*h > n ? *h : n);
-	*w += l->right;
 	wide = l->names == 1 ? l->scale * (ct_text_width(l->name[0]) + PAD) : 0;
 	*w = *w > wide ? *w : wide;
 }
@@ -109,7 +110,7 @@ static void put_sides(const struct ct_canvas *c, const char *side, const size_t 
 static void put_scale(const struct ct_canvas *c, double mm, const size_t at[2],
 	const size_t size[2], size_t scale)
 {
-	const double length = ct_labels_round((double)size[1] * mm / 3);
+	const double length = round_down((double)size[1] * mm / 3);
 	const ptrdiff_t s = (ptrdiff_t)scale, y = (ptrdiff_t)(at[0] + size[0]) - 4 * s,
 			x = (ptrdiff_t)at[1] + 2 * s, wide = (ptrdiff_t)rint(length / mm);
 	char text[40];
@@ -121,24 +122,25 @@ static void put_scale(const struct ct_canvas *c, double mm, const size_t at[2],
 	ct_text_draw(c, y - s * (CT_TEXT_H + 1), x, scale, text, true, white);
 }
 
-void ct_labels_draw(const struct ct_labels *l, const struct ct_canvas *all, size_t mw)
+/* On and around the sheet, mw pixels wide. */
+static void put_all(const struct ct_labels *l, const struct ct_canvas *all, size_t mw)
 {
 	const struct ct_sheet *s = l->sheet;
+	const struct ct_montage *m = &s->montage;
 	struct ct_canvas c = *all;
 
 	if (l->bars)
 		put_bars(l, all, mw);
-	for (size_t i = 0; i < s->rows * s->cols; i++) {
+	for (size_t i = 0; i < m->rows * m->cols; i++) {
 		size_t at[2], size[2];
 
-		ct_montage_place(at, size, i / s->cols, i % s->cols, s->rows, s->cols, s->tile,
-			s->mm, l->gap);
+		ct_montage_place(at, size, m, i / m->cols, i % m->cols);
 		at[0] += l->top;
 		for (int k = 0; k < 2; k++) {
 			c.clip[2 * k] = (ptrdiff_t)at[k];
 			c.clip[2 * k + 1] = (ptrdiff_t)(at[k] + size[k]);
 		}
-		if (s->tile[i].slice.data) {
+		if (m->tile[i].slice.data) {
 			ct_text_draw(&c, c.clip[0] + (ptrdiff_t)l->scale,
 				c.clip[2] + 2 * (ptrdiff_t)l->scale, l->scale, s->note[i].caption,
 				true, white);
@@ -146,7 +148,7 @@ void ct_labels_draw(const struct ct_labels *l, const struct ct_canvas *all, size
 				put_sides(&c, s->note[i].side, at, size, l->scale);
 		}
 		if (i == 0)
-			put_scale(&c, s->mm, at, size, l->scale);
+			put_scale(&c, m->mm, at, size, l->scale);
 		if (i < l->names) {
 			c.clip[0] = 0;
 			c.clip[1] = (ptrdiff_t)l->top;
@@ -157,4 +159,23 @@ void ct_labels_draw(const struct ct_labels *l, const struct ct_canvas *all, size
 				white);
 		}
 	}
+}
+
+int ct_labels_draw(unsigned char **rgb, size_t *h, size_t *w, struct ct_labels *l, struct ct_err *e)
+{
+	const struct ct_montage *m = &l->sheet->montage;
+	struct ct_canvas all;
+	size_t mw;
+
+	if (ct_montage_size(h, w, m, e))
+		return -1;
+	mw = *w;
+	size_around(l, h, w);
+	if (ct_alloc0(rgb, *h * *w, 3, e))
+		return -1;
+	ct_montage_draw(*rgb + l->top * *w * 3, *w, m);
+	all = ct_canvas_of(*rgb, *h, *w);
+	if (l->names)
+		put_all(l, &all, mw);
+	return 0;
 }

@@ -12,19 +12,16 @@
 
 struct ct_labels {
 	const struct ct_sheet *sheet;
-	size_t gap;               /* between its tiles, pixels */
-	size_t names;             /* columns with a text, or 1: one for all; 0: none */
-	const char *const *name;  /* borrowed; NULL: none */
-	bool bars;                /* colour bars */
-	const char *unit;         /* of the values; "" */
-	size_t scale, top, right; /* of letters; of the margins, pixels; by ct_labels_size */
+	size_t names;            /* columns with a text, or 1: one for all; 0: nothing is written */
+	const char *const *name; /* borrowed; NULL: none */
+	bool bars;               /* colour bars */
+	const char *unit;        /* of the values; "" */
+	size_t scale, top;       /* of letters; of the margin, pixels; by ct_labels_draw */
 };
 
-/* The size of the picture around one of h x w pixels. */
-void ct_labels_size(struct ct_labels *l, size_t *h, size_t *w);
-/* Around the sheet, mw pixels wide, in row `top` of a picture of that size. */
-void ct_labels_draw(const struct ct_labels *l, const struct ct_canvas *all, size_t mw);
-/* Longest of 1, 2, 5 times a power of ten that is not more than mm. */
-double ct_labels_round(double mm);
+/* *rgb <- the picture of h x w pixels (montage.h), to be freed: the sheet with its labels.
+ * CT_EINPUT if it is too large, CT_ENOMEM. */
+int ct_labels_draw(
+	unsigned char **rgb, size_t *h, size_t *w, struct ct_labels *l, struct ct_err *e);
 
 #endif

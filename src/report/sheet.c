@@ -9,6 +9,8 @@
 #include <string.h>
 #include <strings.h>
 
+enum { GAP = 4 }; /* pixels between tiles */
+
 static size_t planes(const struct ct_sheet_rule *r)
 {
 	return r->plane == CT_SHEET_ALL_PLANES ? CT_MONTAGE_PLANES : 1;
@@ -57,11 +59,11 @@ static int picture_volume(struct ct_sheet *s, size_t at, const struct ct_vol *v,
 	const double mm = whole   ? ct_montage_position(v, p, 0.5)
 			  : c->mm ? c->at
 				  : ct_montage_position(first, p, c->at);
-	struct ct_montage_slice *slice = &s->tile[at].slice;
+	struct ct_montage_slice *slice = &s->montage.tile[at].slice;
 	int rc = 0;
 
 	if (r->surface)
-		rc = ct_surface_draw(slice, &s->own[at], v, p, r->level, s->mm, r->par, e);
+		rc = ct_surface_draw(slice, &s->own[at], v, p, r->level, s->montage.mm, r->par, e);
 	else if (r->slab)
 		rc = ct_mip_project(slice, &s->own[at], v, p, mm, r->thickness, r->slab, e);
 	else if (ct_montage_slice_volume(slice, v, p, mm))
@@ -85,7 +87,7 @@ static int picture(struct ct_sheet *s, size_t at, const struct ct_any *a,
 	if (a->kind == CT_KIND_VOLUME)
 		return picture_volume(s, at, &a->vol, &first->vol, r, k, e);
 	if (k < n) {
-		ct_montage_slice_view(&s->tile[at].slice, &a->stack, view);
+		ct_montage_slice_view(&s->montage.tile[at].slice, &a->stack, view);
 		snprintf(s->note[at].caption, sizeof s->note->caption, "view %zu", view);
 	}
 	return 0;
@@ -96,7 +98,7 @@ static int place(struct ct_sheet *s, size_t n, const struct ct_any *file, size_t
 {
 	for (size_t k = 0; k < each; k++)
 		for (size_t i = 0; i < n; i++) {
-			struct ct_montage_tile *t = &s->tile[k * n + i], *first = &s->tile[k * n];
+			struct ct_montage_tile *first = &s->montage.tile[k * n], *t = first + i;
 			struct ct_sheet_note *note = &s->note[k * n + i];
 
 			if (picture(s, k * n + i, &file[i], &file[0], r, k, e))
@@ -160,12 +162,12 @@ static void choose_window(double range[2], const struct ct_any *a)
 	}
 }
 
-static void tone(struct ct_sheet *s, const struct ct_any *first, const struct ct_sheet_rule *r)
+static void tone(struct ct_montage *m, const struct ct_any *first, const struct ct_sheet_rule *r)
 {
 	double range[2] = {(double)INFINITY, -(double)INFINITY}, error[2], fine = (double)INFINITY;
 
-	for (size_t i = 0; i < s->rows * s->cols; i++) {
-		const struct ct_montage_slice *slice = &s->tile[i].slice;
+	for (size_t i = 0; i < m->rows * m->cols; i++) {
+		const struct ct_montage_slice *slice = &m->tile[i].slice;
 
 		if (!slice->data)
 			continue;
@@ -173,7 +175,7 @@ static void tone(struct ct_sheet *s, const struct ct_any *first, const struct ct
 		ct_montage_slice_range(range, slice);
 	}
 	if (!r->surface)
-		s->mm = fine / r->zoom;
+		m->mm = fine / r->zoom;
 	choose_window(range, first);
 	if (r->surface)
 		memcpy(range, (const double[2]){0, 1}, sizeof range);
@@ -183,45 +185,46 @@ static void tone(struct ct_sheet *s, const struct ct_any *first, const struct ct
 	error[0] = r->map == CT_COLOUR_SIGNED ? -error[1] : 0;
 	if (r->error_window)
 		memcpy(error, r->error_window, sizeof error);
-	for (size_t i = 0; i < s->rows * s->cols; i++)
-		memcpy(s->tile[i].window, s->tile[i].minus.data ? error : range, sizeof range);
+	for (size_t i = 0; i < m->rows * m->cols; i++)
+		memcpy(m->tile[i].window, m->tile[i].minus.data ? error : range, sizeof range);
 }
 
 int ct_sheet_make(struct ct_sheet *s, size_t n, const struct ct_any *file,
 	const struct ct_sheet_rule *rule, struct ct_err *e)
 {
-	size_t each = 0;
+	struct ct_montage *m = &s->montage;
+	size_t each = 0, tiles;
 
 	for (size_t i = 0; i < n; i++)
 		each = pictures(&file[i], rule) > each ? pictures(&file[i], rule) : each;
-	s->cols = n;
-	s->rows = each * (rule->error ? 2 : 1);
+	*m = (struct ct_montage){.rows = each * (rule->error ? 2 : 1), .cols = n, .gap = GAP};
 	if (n == 1 && file->kind == CT_KIND_VOLUME && planes(rule) > 1) {
-		s->cols = rule->cuts;
-		s->rows = planes(rule);
+		m->cols = rule->cuts;
+		m->rows = planes(rule);
 	} else if (n == 1) {
-		s->cols = (size_t)ceil(sqrt((double)each));
-		s->rows = (each + s->cols - 1) / s->cols;
+		m->cols = (size_t)ceil(sqrt((double)each));
+		m->rows = (each + m->cols - 1) / m->cols;
 	}
-	if (ct_alloc0(&s->tile, s->rows * s->cols, sizeof *s->tile, e) ||
-		ct_alloc0(&s->note, s->rows * s->cols, sizeof *s->note, e) ||
-		ct_alloc0(&s->own, s->rows * s->cols, sizeof *s->own, e))
+	tiles = m->rows * m->cols;
+	if (ct_alloc0(&m->tile, tiles, sizeof *m->tile, e) ||
+		ct_alloc0(&s->note, tiles, sizeof *s->note, e) ||
+		ct_alloc0(&s->own, tiles, sizeof *s->own, e))
 		return -1;
 	if (rule->surface)
-		s->mm = finest(n, file, rule) / rule->zoom;
+		m->mm = finest(n, file, rule) / rule->zoom;
 	/* with one file the tiles of k = 0, 1, ... follow one another in any layout */
 	if (place(s, n, file, each, rule, e))
 		return -1;
-	tone(s, file, rule);
+	tone(m, file, rule);
 	return 0;
 }
 
 void ct_sheet_free(struct ct_sheet *s)
 {
-	for (size_t i = 0; s->own && i < s->rows * s->cols; i++)
+	for (size_t i = 0; s->own && i < s->montage.rows * s->montage.cols; i++)
 		free(s->own[i]);
 	free(s->own);
-	free(s->tile);
+	free(s->montage.tile);
 	free(s->note);
 	*s = (struct ct_sheet){0};
 }

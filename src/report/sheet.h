@@ -43,11 +43,9 @@ struct ct_sheet_note {
 };
 
 struct ct_sheet {
-	size_t rows, cols;
-	struct ct_montage_tile *tile; /* [rows][cols]; its data belong to the files, or to own */
-	struct ct_sheet_note *note;   /* likewise */
-	float **own;                  /* [rows][cols]: computed data, NULL for the others */
-	double mm;                    /* a pixel */
+	struct ct_montage montage;  /* data of tiles belong to the files, or to own */
+	struct ct_sheet_note *note; /* [rows][cols] */
+	float **own;                /* likewise: computed data, NULL for the others */
 };
 
 /* A volume of HU? */

@@ -40,8 +40,6 @@ struct params {
 	bool error, labels;
 };
 
-enum { GAP = 4 }; /* pixels between tiles */
-
 static const struct params defaults = {.slice = "0.5",
 	.zoom = 1,
 	.plane = CT_SHEET_ALL_PLANES,
@@ -311,33 +309,18 @@ static int make(struct view_job *j, const struct params *p, struct ct_sheet_rule
 static int write_picture(const struct view_job *j, const struct params *p, bool shaded,
 	const char *path, const struct ct_env *env, struct ct_err *e)
 {
-	const struct ct_sheet *s = &j->sheet;
-	struct ct_labels l = {.sheet = s,
-		.gap = GAP,
+	struct ct_labels l = {.sheet = &j->sheet,
 		.names = p->labels ? j->n : 0,
 		.name = j->name,
 		.unit = ct_sheet_in_hu(j->file) ? "HU" : "",
 		.bars = p->labels && !shaded};
 	unsigned char *rgb = NULL, *png = NULL;
-	size_t mh, mw, h, w, n;
 	struct ct_out o = {0};
+	size_t h, w, n;
 	int rc = -1;
 
-	if (ct_montage_size(&mh, &mw, s->rows, s->cols, s->tile, s->mm, GAP, e))
-		return -1;
-	h = mh;
-	w = mw;
-	ct_labels_size(&l, &h, &w);
-	if (ct_alloc(&rgb, h * w, 3, e))
-		return -1;
-	ct_montage_draw(rgb, mh, mw, s->rows, s->cols, s->tile, s->mm, GAP);
-	ct_canvas_spread(rgb, l.top, h, w, mh, mw);
-	if (p->labels) {
-		const struct ct_canvas all = ct_canvas_of(rgb, h, w);
-
-		ct_labels_draw(&l, &all, mw);
-	}
-	if (ct_image_encode_png(&png, &n, w, h, 3, rgb, e) == 0 &&
+	if (ct_labels_draw(&rgb, &h, &w, &l, e) == 0 &&
+		ct_image_encode_png(&png, &n, w, h, 3, rgb, e) == 0 &&
 		ct_out_open(&o, path, env, e) == 0 && ct_put(&o, png, n, e) == 0)
 		rc = ct_out_commit(&o, e);
 	ct_out_abandon(&o);
