@@ -44,40 +44,22 @@ void ct_survey_range_of(struct ct_survey_range *r, size_t n, const float *x)
 static void principal(double d[3], const struct ct_stack *s, size_t k)
 {
 	const struct ct_view *w = &s->view[k];
-	const double *u = w->u, *v = w->v;
 	double along[3], norm;
 
-	for (int a = 0; a < 3; a++)
-		along[a] = w->centre[a] - w->source[a];
-	d[0] = u[1] * v[2] - u[2] * v[1];
-	d[1] = u[2] * v[0] - u[0] * v[2];
-	d[2] = u[0] * v[1] - u[1] * v[0];
+	ct_vec3_minus(along, w->centre, w->source);
+	ct_vec3_cross(d, w->u, w->v);
 	if (s->beam == CT_PARALLEL)
 		memcpy(d, along, sizeof along);
-	norm = sqrt(ct_vec3_dot(d, d));
-	if (ct_vec3_dot(d, along) < 0)
-		norm = -norm;
+	norm = ct_vec3_dot(d, along) < 0 ? -ct_vec3_length(d) : ct_vec3_length(d);
 	for (int a = 0; a < 3; a++)
 		d[a] /= norm;
 }
 
-/* x with m x = b by Cramer's rule, m symmetric; false if m is near singular next to `scale`. */
-static bool solve3(double x[3], const double m[3][3], const double b[3], double scale)
-{
-	double dual[3][3], det = ct_vec3_dual(dual, m[0], m[1], m[2]);
-
-	if (!(fabs(det) > 1e-9 * scale * scale * scale))
-		return false;
-	for (int i = 0; i < 3; i++)
-		x[i] = ct_vec3_dot(dual[i], b) / det;
-	return true;
-}
-
 /* Least squares over x of the distances to the lines source + t d, the zero of
- * sum (I - d d^T)(x - source). */
+ * sum (I - d d^T)(x - source), by Cramer's rule; false if they are near parallel. */
 static bool nearest_point(double x[3], const struct ct_stack *s)
 {
-	double m[3][3] = {{0}}, b[3] = {0};
+	double m[3][3] = {{0}}, b[3] = {0}, dual[3][3], det;
 
 	for (size_t k = 0; k < s->views; k++) {
 		double d[3];
@@ -91,7 +73,12 @@ static bool nearest_point(double x[3], const struct ct_stack *s)
 				b[i] += p * s->view[k].source[j];
 			}
 	}
-	return solve3(x, m, b, (double)s->views);
+	det = ct_vec3_dual(dual, m[0], m[1], m[2]);
+	if (!(fabs(det) > 1e-9 * pow((double)s->views, 3)))
+		return false;
+	for (int i = 0; i < 3; i++)
+		x[i] = ct_vec3_dot(dual[i], b) / det;
+	return true;
 }
 
 void ct_survey_of(struct ct_survey *r, const struct ct_stack *s)
@@ -101,8 +88,8 @@ void ct_survey_of(struct ct_survey *r, const struct ct_stack *s)
 
 	*r = (struct ct_survey){
 		.dso = {none, none}, .dsd = {none, none}, .offset = {{none, none}, {none, none}}};
-	r->pitch[0] = sqrt(ct_vec3_dot(first->u, first->u));
-	r->pitch[1] = sqrt(ct_vec3_dot(first->v, first->v));
+	r->pitch[0] = ct_vec3_length(first->u);
+	r->pitch[1] = ct_vec3_length(first->v);
 	r->size[0] = r->pitch[0] * (double)s->w;
 	r->size[1] = r->pitch[1] * (double)s->h;
 	r->angle[0] = first->angle;
@@ -111,21 +98,17 @@ void ct_survey_of(struct ct_survey *r, const struct ct_stack *s)
 	r->has_iso = s->beam != CT_PARALLEL && nearest_point(r->iso, s);
 	for (size_t k = 0; k < s->views; k++) {
 		const struct ct_view *w = &s->view[k];
-		double d[3], away[3], to[3], foot;
+		double d[3], away[3], to[3], along, off;
 
 		principal(d, s, k);
-		for (int a = 0; a < 3; a++)
-			away[a] = w->centre[a] - w->source[a];
-		foot = ct_vec3_dot(away, d);
-		widen(r->dsd, foot);
-		widen(r->offset[0], ct_vec3_dot(away, w->u) / sqrt(ct_vec3_dot(w->u, w->u)));
-		widen(r->offset[1], ct_vec3_dot(away, w->v) / sqrt(ct_vec3_dot(w->v, w->v)));
-		for (int a = 0; a < 3; a++)
-			to[a] = r->iso[a] - w->source[a];
+		ct_vec3_minus(away, w->centre, w->source);
+		widen(r->dsd, ct_vec3_dot(away, d));
+		widen(r->offset[0], ct_vec3_dot(away, w->u) / ct_vec3_length(w->u));
+		widen(r->offset[1], ct_vec3_dot(away, w->v) / ct_vec3_length(w->v));
 		if (r->has_iso) {
-			double along = ct_vec3_dot(to, d),
-			       off = ct_vec3_dot(to, to) - along * along;
-
+			ct_vec3_minus(to, r->iso, w->source);
+			along = ct_vec3_dot(to, d);
+			off = ct_vec3_dot(to, to) - along * along;
 			widen(r->dso, along);
 			r->miss = fmax(r->miss, sqrt(fmax(off, 0)));
 		}
