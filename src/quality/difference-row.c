@@ -38,63 +38,42 @@ struct sums {
 	ct_f64 max, top;
 };
 
-/* CT_SUM_LANES voxels from i on. Without a mask count is not added up. */
+/* CT_SUM_LANES voxels. */
 CT_INLINE void sum_eight(struct sums *s, double *d, const float *ref, const float *test,
-	const float *mask, const struct ct_ssim_map *map, const bool masked)
+	const float *mask, const struct ct_ssim_map *map)
 {
 #pragma GCC unroll 4
 	for (size_t q = 0; q < CT_SUM_PARTS; q++) {
 		const ct_f64 a = ct_f64_widen(ref + q * LANES), b = ct_f64_widen(test + q * LANES);
-		const ct_f64 delta = b - a, m = clip(b, map) - clip(a, map);
-		ct_f64 counted = delta, square = m * m;
+		const ct_f64 w = weight(mask + q * LANES), delta = b - a, counted = w * delta;
+		const ct_f64 m = clip(b, map) - clip(a, map);
 
-		if (masked) {
-			const ct_f64 w = weight(mask + q * LANES);
-
-			counted = w * delta;
-			square = w * m * m;
-			s->count.part[q] += w;
-		}
 		ct_f64_store(d + q * LANES, delta);
+		s->count.part[q] += w;
 		s->square.part[q] += counted * delta;
 		s->abs.part[q] += ct_f64_abs(counted);
 		s->diff.part[q] += counted;
-		s->mapped.part[q] += square;
+		s->mapped.part[q] += w * m * m;
 		s->max = ct_f64_max(ct_f64_abs(counted), s->max);
 		s->top = ct_f64_max(ct_f64_max(ct_f64_abs(a), ct_f64_abs(b)), s->top);
 	}
 }
 
-/* All but the last n % CT_SUM_LANES voxels; returns how many. */
-CT_INLINE size_t sum_most(struct sums *s, double *d, const struct ct_difference_row *r,
-	const struct ct_ssim_map *map, const bool masked)
-{
-	const size_t n = r->n / CT_SUM_LANES * CT_SUM_LANES;
-	const float *ref = r->ref, *test = r->test, *mask = r->mask;
-	const struct ct_ssim_map m = *map;
-	struct sums sum = *s; /* in registers */
-
-	for (size_t i = 0; i < n; i += CT_SUM_LANES)
-		sum_eight(&sum, d + i, ref + i, test + i, masked ? mask + i : NULL, &m, masked);
-	*s = sum;
-	return n;
-}
-
 void CT_SIMD_HERE(ct_difference_row_sum)(struct ct_sums *o, double *d,
 	const struct ct_difference_row *r, const struct ct_ssim_map *map)
 {
+	const size_t most = r->n / CT_SUM_LANES * CT_SUM_LANES, rest = r->n - most;
+	const struct ct_ssim_map m = *map;
 	float ref[CT_SUM_LANES] = {0}, test[CT_SUM_LANES] = {0}, mask[CT_SUM_LANES] = {0};
 	struct sums s = {0};
-	const size_t done =
-		r->mask ? sum_most(&s, d, r, map, true) : sum_most(&s, d, r, map, false);
 
-	for (size_t i = done; i < r->n; i++) {
-		ref[i - done] = r->ref[i];
-		test[i - done] = r->test[i];
-		mask[i - done] = r->mask ? r->mask[i] : 1;
-	}
-	sum_eight(&s, d + done, ref, test, mask, map, true);
-	o->count = ct_sum8_total(&s.count) + (r->mask ? 0 : (double)done);
+	for (size_t i = 0; i < most; i += CT_SUM_LANES)
+		sum_eight(&s, d + i, r->ref + i, r->test + i, r->mask[0] + i, &m);
+	memcpy(ref, r->ref + most, rest * sizeof *ref);
+	memcpy(test, r->test + most, rest * sizeof *test);
+	memcpy(mask, r->mask[0] + most, rest * sizeof *mask);
+	sum_eight(&s, d + most, ref, test, mask, &m);
+	o->count = ct_sum8_total(&s.count);
 	o->square = ct_sum8_total(&s.square);
 	o->abs = ct_sum8_total(&s.abs);
 	o->diff = ct_sum8_total(&s.diff);
@@ -107,7 +86,7 @@ void CT_SIMD_HERE(ct_difference_row_sum)(struct ct_sums *o, double *d,
 struct place {
 	const double *d, *down;  /* of this row and the next */
 	const float *ref, *test; /* of the next slice */
-	const float *mask, *mask_down, *mask_next;
+	const float *mask[3];
 	double under, behind; /* 0 if there is no next row, no next slice; else 1 */
 };
 
@@ -115,8 +94,7 @@ struct pairs {
 	struct ct_sum8 pairs[3], gradient[3];
 };
 
-/* Without a mask pairs are not added up. */
-CT_INLINE void pair_eight(struct pairs *s, const struct place *p, size_t at, const bool masked)
+CT_INLINE void pair_eight(struct pairs *s, const struct place *p, size_t at)
 {
 #pragma GCC unroll 4
 	for (size_t q = 0; q < CT_SUM_PARTS; q++) {
@@ -124,37 +102,17 @@ CT_INLINE void pair_eight(struct pairs *s, const struct place *p, size_t at, con
 		const ct_f64 d = ct_f64_load(p->d + i), gi = ct_f64_load(p->d + i + 1) - d;
 		const ct_f64 gj = ct_f64_load(p->down + i) - d;
 		const ct_f64 gk = difference(p->ref + i, p->test + i) - d;
+		const ct_f64 w = weight(p->mask[0] + i), pi = w * weight(p->mask[0] + i + 1);
+		const ct_f64 pj = w * (weight(p->mask[1] + i) * p->under);
+		const ct_f64 pk = w * (weight(p->mask[2] + i) * p->behind);
 
-		if (masked) {
-			const ct_f64 w = weight(p->mask + i), pi = w * weight(p->mask + i + 1);
-			const ct_f64 pj = w * (weight(p->mask_down + i) * p->under);
-			const ct_f64 pk = w * (weight(p->mask_next + i) * p->behind);
-
-			s->pairs[0].part[q] += pi;
-			s->pairs[1].part[q] += pj;
-			s->pairs[2].part[q] += pk;
-			s->gradient[0].part[q] += pi * gi * gi;
-			s->gradient[1].part[q] += pj * gj * gj;
-			s->gradient[2].part[q] += pk * gk * gk;
-		} else {
-			s->gradient[0].part[q] += gi * gi;
-			s->gradient[1].part[q] += gj * gj;
-			s->gradient[2].part[q] += gk * gk;
-		}
+		s->pairs[0].part[q] += pi;
+		s->pairs[1].part[q] += pj;
+		s->pairs[2].part[q] += pk;
+		s->gradient[0].part[q] += pi * gi * gi;
+		s->gradient[1].part[q] += pj * gj * gj;
+		s->gradient[2].part[q] += pk * gk * gk;
 	}
-}
-
-/* All voxels but the last ones, so that each has a neighbour; returns how many. */
-CT_INLINE size_t pair_most(struct pairs *s, const struct place *at, size_t n, const bool masked)
-{
-	const size_t most = (n - 1) / CT_SUM_LANES * CT_SUM_LANES;
-	const struct place p = *at;
-	struct pairs sum = *s; /* in registers */
-
-	for (size_t i = 0; i < most; i += CT_SUM_LANES)
-		pair_eight(&sum, &p, i, masked);
-	*s = sum;
-	return most;
 }
 
 /* The last voxels, from a copy that ends in voxels that do not count. */
@@ -162,23 +120,15 @@ static void pair_last(struct pairs *s, const struct place *at, size_t done, size
 {
 	enum { ROW = 2 * CT_SUM_LANES };
 	float ref[ROW] = {0}, test[ROW] = {0}, mask[3][ROW] = {{0}};
-	struct place p = *at;
+	const size_t bytes = (n - done) * sizeof *ref;
+	struct place p = {at->d + done, at->down + done, ref, test, {mask[0], mask[1], mask[2]},
+		at->under, at->behind};
 
-	for (size_t i = 0; done + i < n; i++) {
-		ref[i] = at->ref[done + i];
-		test[i] = at->test[done + i];
-		mask[0][i] = at->mask ? at->mask[done + i] : 1;
-		mask[1][i] = at->mask ? at->mask_down[done + i] : 1;
-		mask[2][i] = at->mask ? at->mask_next[done + i] : 1;
-	}
-	p.d += done;
-	p.down += done;
-	p.ref = ref;
-	p.test = test;
-	p.mask = mask[0];
-	p.mask_down = mask[1];
-	p.mask_next = mask[2];
-	pair_eight(s, &p, 0, true);
+	memcpy(ref, at->ref + done, bytes);
+	memcpy(test, at->test + done, bytes);
+	for (size_t k = 0; k < 3; k++)
+		memcpy(mask[k], at->mask[k] + done, bytes);
+	pair_eight(s, &p, 0);
 }
 
 void CT_SIMD_HERE(ct_difference_row_pairs)(
@@ -188,22 +138,19 @@ void CT_SIMD_HERE(ct_difference_row_pairs)(
 		.down = r->down ? down : d,
 		.ref = r->ref + r->next,
 		.test = r->test + r->next,
-		.mask = r->mask,
-		.mask_down = r->mask ? r->mask + r->down : NULL,
-		.mask_next = r->mask ? r->mask + r->next : NULL,
+		.mask = {r->mask[0], r->mask[1], r->mask[2]},
 		.under = r->down ? 1 : 0,
 		.behind = r->next ? 1 : 0};
+	const size_t most = (r->n - 1) / CT_SUM_LANES * CT_SUM_LANES; /* each has a neighbour */
 	struct pairs s = {0};
-	const size_t done =
-		r->mask ? pair_most(&s, &p, r->n, true) : pair_most(&s, &p, r->n, false);
-	const double most = r->mask ? 0 : (double)done;
 
-	pair_last(&s, &p, done, r->n);
-	o->pairs[0] = ct_sum8_total(&s.pairs[0]) + most;
-	o->pairs[1] = ct_sum8_total(&s.pairs[1]) + most * p.under;
-	o->pairs[2] = ct_sum8_total(&s.pairs[2]) + most * p.behind;
-	for (size_t a = 0; a < 3; a++)
+	for (size_t i = 0; i < most; i += CT_SUM_LANES)
+		pair_eight(&s, &p, i);
+	pair_last(&s, &p, most, r->n);
+	for (size_t a = 0; a < 3; a++) {
+		o->pairs[a] = ct_sum8_total(&s.pairs[a]);
 		o->gradient[a] = ct_sum8_total(&s.gradient[a]);
+	}
 }
 
 CT_INLINE double clipped(double v, const struct ct_ssim_map *map)
@@ -214,17 +161,16 @@ CT_INLINE double clipped(double v, const struct ct_ssim_map *map)
 
 /* Columns [first, end); the last column of a row has no neighbour. */
 CT_INLINE void add_columns(double *restrict c, size_t pitch, const struct ct_difference_row *r,
-	const struct ct_ssim_map *map, size_t first, size_t end, const bool masked, const size_t on)
+	const struct ct_ssim_map *map, size_t first, size_t end, const size_t on)
 {
-	const float *restrict ref = r->ref, *restrict test = r->test, *restrict mask = r->mask;
+	const float *restrict ref = r->ref, *restrict test = r->test, *restrict mask = r->mask[0];
 	const struct ct_ssim_map to = *map;
 
 #pragma GCC ivdep
 	for (size_t i = first; i < end; i++) {
-		double w = masked && !(mask[i] != 0.0f) ? 0 : 1;
+		double w = mask[i] != 0.0f ? 1 : 0, p = on && mask[i + on] != 0.0f ? w : 0;
 		double d = (double)test[i] - (double)ref[i], wd = w * d;
 		double m = clipped((double)test[i], &to) - clipped((double)ref[i], &to);
-		double p = on ? (masked && !(mask[i + on] != 0.0f) ? 0 : w) : 0;
 		double g = (double)test[i + on] - (double)ref[i + on] - d;
 
 		c[i] += w;
@@ -240,11 +186,8 @@ CT_INLINE void add_columns(double *restrict c, size_t pitch, const struct ct_dif
 void CT_SIMD_HERE(ct_difference_row_columns)(double *column, size_t pitch,
 	const struct ct_difference_row *r, const struct ct_ssim_map *map)
 {
-	if (r->mask)
-		add_columns(column, pitch, r, map, 0, r->n - 1, true, 1);
-	else
-		add_columns(column, pitch, r, map, 0, r->n - 1, false, 1);
-	add_columns(column, pitch, r, map, r->n - 1, r->n, r->mask != NULL, 0);
+	add_columns(column, pitch, r, map, 0, r->n - 1, 1);
+	add_columns(column, pitch, r, map, r->n - 1, r->n, 0);
 }
 
 bool CT_SIMD_HERE(ct_difference_row_mark)(

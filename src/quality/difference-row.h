@@ -8,7 +8,8 @@
  * same row of the next slice; 0 where there is none. */
 struct ct_difference_row {
 	size_t n, down, next;
-	const float *ref, *test, *mask; /* mask NULL: all count */
+	const float *ref, *test;
+	const float *mask[3]; /* not 0: counts; of the row, the next one, that of the next slice */
 };
 
 /* Numbers of test - ref of a row of n, which end in zeros. */

@@ -11,7 +11,8 @@ enum { COLUMNS = CT_DIFFERENCE_COLUMNS };
 
 struct difference_job {
 	const size_t *n;
-	const float *ref, *test, *mask;
+	const float *ref, *test, *mask; /* mask: NULL if all count */
+	float *ones;                    /* [n[0]]: then that of a row */
 	const struct ct_ssim_map *map;
 	const struct ct_env *env;
 	float threshold;
@@ -43,13 +44,15 @@ static void sum_row(const struct difference_job *j, struct ct_difference_row *r,
 	double *d, size_t y, size_t k)
 {
 	const size_t n0 = j->n[0], at = (k * j->n[1] + y) * n0;
+	const size_t down = y + 1 < j->n[1] ? n0 : 0, next = k + 1 < j->n[2] ? n0 * j->n[1] : 0;
+	const float *mask = j->mask ? j->mask + at : j->ones;
 
 	*r = (struct ct_difference_row){.n = n0,
-		.down = y + 1 < j->n[1] ? n0 : 0,
-		.next = k + 1 < j->n[2] ? n0 * j->n[1] : 0,
+		.down = down,
+		.next = next,
 		.ref = j->ref + at,
 		.test = j->test + at,
-		.mask = j->mask ? j->mask + at : NULL};
+		.mask = {mask, j->mask ? mask + down : mask, j->mask ? mask + next : mask}};
 	CT_SIMD(ct_difference_row_sum)(s, d, r, j->map);
 	s->mapped *= j->map->scale * j->map->scale;
 }
@@ -136,12 +139,15 @@ static int set_up(struct difference_job *j, struct ct_difference *d, bool slices
 			return -1;
 	j->pitch = CT_DIFFERENCE_PITCH(n[0]);
 	if (ct_alloc0(&j->above, (n[0] + n[1]) * n[2], 1, e) ||
+		ct_alloc(&j->ones, n[0], sizeof *j->ones, e) ||
 		ct_alloc0(&j->scratch, 2 * j->pitch * ct_par_threads(j->env->par),
 			sizeof *j->scratch, e))
 		return -1;
 	if (slices && (ct_alloc(&j->row, rows, sizeof *j->row, e) ||
 			      ct_alloc0(&j->column, COLUMNS * n[0] * n[2], sizeof *j->column, e)))
 		return -1;
+	for (size_t i = 0; i < n[0]; i++)
+		j->ones[i] = 1;
 	j->slab = d->slice[2];
 	return 0;
 }
@@ -169,6 +175,7 @@ int ct_difference(struct ct_difference *d, const size_t n[static 3], const float
 	rc = 0;
 out:
 	free(j.above);
+	free(j.ones);
 	free(j.scratch);
 	free(j.row);
 	free(j.column);

@@ -36,19 +36,13 @@ static void set_slices(const struct metrics_job *j, int axis)
 		struct ct_metrics_slice *o = &j->slice[axis][k];
 
 		*o = (struct ct_metrics_slice){.voxels = (size_t)s->count,
-			.psnr = none,
-			.mae = none,
-			.rmse = none,
-			.bias = none,
+			.psnr = psnr(j, s), /* NaN without voxels, like the next */
+			.mae = s->abs / s->count,
+			.rmse = sqrt(s->square / s->count),
+			.bias = s->diff / s->count,
 			.gradient = gradient(j, s, axis)};
 		for (int kind = 0; kind < CT_SSIM_KINDS; kind++)
 			o->ssim[kind] = none;
-		if (o->voxels == 0)
-			continue;
-		o->psnr = psnr(j, s);
-		o->mae = s->abs / s->count;
-		o->rmse = sqrt(s->square / s->count);
-		o->bias = s->diff / s->count;
 	}
 }
 
@@ -136,25 +130,25 @@ bool ct_metrics_fits(enum ct_ssim_kind kind, const size_t n[static 3])
 /* The axes that a definition is evaluated across: the three for R2, else the third; the others too
  * for the sake of the slices, if they are large enough. */
 static int kind_ssim(
-	struct ct_metrics *m, const struct metrics_job *j, enum ct_ssim_kind kind, struct ct_err *e)
+	double *ssim, const struct metrics_job *j, enum ct_ssim_kind kind, struct ct_err *e)
 {
 	const size_t *n = j->ref->n;
-	bool solid = kind == CT_SSIM_3D || kind == CT_SSIM_3D_GAUSS;
-	double sum = 0;
+	const bool solid = kind == CT_SSIM_3D || kind == CT_SSIM_3D_GAUSS;
+	double mean = 0, sum = 0;
 
 	if (!ct_metrics_fits(kind, n))
 		return ct_fail(e, CT_EGEOM, "%zux%zux%zu voxels are smaller than the SSIM window",
 			n[0], n[1], n[2]);
 	for (int a = 0; a < 3; a++) {
-		bool extra = a < 2 && kind != CT_SSIM_R2;
+		const bool extra = a < 2 && kind != CT_SSIM_R2;
 
 		if (extra && (solid || !j->slice || !fits_across(kind, a, n)))
 			continue;
-		if (ct_check_stop(j->env, e) || axis_ssim(&m->ssim_axis[kind][a], j, kind, a, e))
+		if (ct_check_stop(j->env, e) || axis_ssim(&mean, j, kind, a, e))
 			return -1;
-		sum += m->ssim_axis[kind][a];
+		sum += mean;
 	}
-	m->ssim[kind] = kind == CT_SSIM_R2 ? sum / 3 : m->ssim_axis[kind][2];
+	*ssim = kind == CT_SSIM_R2 ? sum / 3 : mean;
 	return 0;
 }
 
@@ -162,9 +156,7 @@ static int all_ssim(struct ct_metrics *m, const struct metrics_job *j, struct ct
 {
 	for (int kind = 0; kind < CT_SSIM_KINDS; kind++) {
 		m->ssim[kind] = none;
-		for (int a = 0; a < 3; a++)
-			m->ssim_axis[kind][a] = none;
-		if (j->rule->ssim[kind] && kind_ssim(m, j, (enum ct_ssim_kind)kind, e))
+		if (j->rule->ssim[kind] && kind_ssim(&m->ssim[kind], j, (enum ct_ssim_kind)kind, e))
 			return -1;
 	}
 	return 0;

@@ -39,7 +39,6 @@ struct ct_metrics {
 	double mae, rmse, bias, max; /* |t - r|, root of squares, t - r, largest |t - r| */
 	double gradient[3];          /* HU/mm, along each axis; NaN if it has no neighbours */
 	double ssim[CT_SSIM_KINDS];
-	double ssim_axis[CT_SSIM_KINDS][3]; /* mean over the slices across each axis */
 };
 
 /* Compare test with ref where mask (NULL: everywhere) is not zero.
