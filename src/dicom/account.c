@@ -36,7 +36,8 @@ void series_lines(const struct series_set *set, const struct ct_env *env)
 	for (size_t k = 0; k < set->n; k++) {
 		const struct ct_series *l = &set->list[k];
 		const struct ct_slice *s = &set->census.slice[l->first];
-		const char *role = l->role == CT_PICTURE_SLICES ? "" : ct_picture_word(l->role);
+		const char *role =
+			l->role == CT_PICTURE_SLICES ? "" : CT_WORD(CT_PICTURE_LIST, l->role);
 
 		ct_log(env, CT_WARN, "series %zu: %zu %s %zux%zu '%s' %s%s%s%s%s", k + 1, l->count,
 			s->modality, s->columns, s->rows, s->about, s->series, *role ? ", " : "",
@@ -98,7 +99,7 @@ static const char *reason_word(int reason)
 	if (reason == OTHER_SERIES)
 		return "of another series";
 	return reason >= STATES ? CT_WORD(CT_FILE_LIST, reason - STATES)
-				: ct_picture_word((enum ct_picture)reason);
+				: CT_WORD(CT_PICTURE_LIST, (enum ct_picture)reason);
 }
 
 /* Why each file is not used, if so. */

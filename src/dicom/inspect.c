@@ -164,7 +164,7 @@ static json_t *series_of(const struct series_set *set, size_t k, const struct ct
 	const struct ct_series *l = &set->list[k];
 	struct ct_slice *s = set->census.slice + l->first;
 	json_t *o = json_pack("{s:I,s:s,s:I,s:[i,i],s:o*,s:o*,s:o*,s:o*,s:o*,s:o*,s:o*,s:o*,s:o*}",
-		"series", (json_int_t)k + 1, "kind", ct_picture_word(l->role), "slices",
+		"series", (json_int_t)k + 1, "kind", CT_WORD(CT_PICTURE_LIST, l->role), "slices",
 		(json_int_t)l->count, "size", (int)s->columns, (int)s->rows, "uid",
 		known(s->series), "description", known(s->about), "modality", known(s->modality),
 		"moment", known(l->moment), "kernel", known(s->kernel), "kvp", json_real(s->kvp),
@@ -177,7 +177,8 @@ static json_t *series_of(const struct series_set *set, size_t k, const struct ct
 	if (l->role == CT_PICTURE_SLICES || l->role == CT_PICTURE_OTHER)
 		judge(o, s, l->count, in, env, e);
 	else {
-		ct_fail(e, CT_EINPUT, "%s: no slices: %s", s->path, ct_picture_word(l->role));
+		ct_fail(e, CT_EINPUT, "%s: no slices: %s", s->path,
+			CT_WORD(CT_PICTURE_LIST, l->role));
 		json_object_set_new(o, "fit", json_false());
 	}
 	return o;

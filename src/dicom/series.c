@@ -4,7 +4,6 @@
 #include "core/inflate.h"
 #include "core/mem.h"
 #include "formats/hash.h"
-#include "series/moment.h"
 #include "series/restack.h"
 #include "shim/dicom.h"
 #include "dicom/derive.h"
@@ -81,7 +80,7 @@ static int part_repeats(struct ct_slice *s, size_t n, size_t *kept, struct ct_er
 	for (size_t k = 0; k < n; k++) {
 		int same = 0;
 
-		if (k > 0 && s[k].placed && ct_moment_together(&s[last], &s[k]))
+		if (k > 0 && s[k].placed && ct_slice_together(&s[last], &s[k]))
 			same = is_repeated(&s[last], &s[k], e);
 		if (same < 0)
 			return -1;

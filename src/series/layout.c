@@ -125,7 +125,7 @@ static void measure(struct ct_layout *l, const struct ct_slice *s, double *gap)
 		r->bend = fmax(r->bend, sqrt(bend));
 		r->slip = sqrt(side);
 	}
-	r->tilt = atan2(r->slip, r->length) * 180 / 3.14159265358979324;
+	r->tilt = atan2(r->slip, r->length) * 180 / M_PI;
 	for (size_t k = 1; k < n && ct_layout_uneven(l); k++) {
 		const double times = (l->at[k] - l->at[k - 1]) / r->mid;
 

@@ -121,7 +121,7 @@ int ct_restack_fill(float *data, const struct ct_layout *l, const struct ct_slic
 	struct work w = {.l = l,
 		.s = s,
 		.from = from,
-		.par = env ? env->par : NULL,
+		.par = env->par,
 		.none = none,
 		.which = {(size_t)-1, (size_t)-1}};
 	float *one = NULL;
@@ -142,7 +142,7 @@ int ct_restack_fill(float *data, const struct ct_layout *l, const struct ct_slic
 		if (data)
 			ct_mem_touch(out, area * sizeof *out);
 		if (ct_check_stop(env, e) || plane(&w, k, out, e) ||
-			(from->take && from->take(from->ctx, k, out, e)))
+			from->take(from->ctx, k, out, e))
 			goto out;
 		ct_progress(env, "reading", k + 1, l->n[2]);
 	}

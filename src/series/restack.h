@@ -5,7 +5,7 @@
 #include "series/layout.h"
 
 /* Where slices come from: n columns x rows numbers of slice k into px; and what takes plane k of
- * the grid, out, while it is in the cache, or NULL. */
+ * the grid, out, while it is in the cache. */
 struct ct_restack_source {
 	int (*read)(void *ctx, size_t k, float *px, struct ct_err *e);
 	int (*take)(void *ctx, size_t k, const float *out, struct ct_err *e);

@@ -2,14 +2,15 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/vec3.h"
-#include "series/moment.h"
 #include "series/series.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum ct_picture ct_picture_of(const struct ct_slice *s)
+/* What a picture is taken for, by storage class, modality, ImageType and place. */
+static enum ct_picture picture_of(const struct ct_slice *s)
 {
 	static const char capture[] = "1.2.840.10008.5.1.4.1.1.7"; /* and its multi-frame kin */
 
@@ -21,11 +22,6 @@ enum ct_picture ct_picture_of(const struct ct_slice *s)
 	return strcmp(s->modality, "CT") == 0 ? CT_PICTURE_SLICES : CT_PICTURE_OTHER;
 }
 
-const char *ct_picture_word(enum ct_picture role)
-{
-	return CT_WORD(CT_PICTURE_LIST, role);
-}
-
 static int by_uid(const void *p, const void *q)
 {
 	const struct ct_slice *a = p, *b = q;
@@ -34,7 +30,7 @@ static int by_uid(const void *p, const void *q)
 	if (!c)
 		c = strcmp(a->series, b->series);
 	if (!c)
-		c = (int)ct_picture_of(a) - (int)ct_picture_of(b);
+		c = (int)picture_of(a) - (int)picture_of(b);
 	if (!c)
 		c = (a->instance > b->instance) - (a->instance < b->instance);
 	if (!c)
@@ -45,7 +41,7 @@ static int by_uid(const void *p, const void *q)
 static bool alike(const struct ct_slice *a, const struct ct_slice *b)
 {
 	return strcmp(a->series, b->series) == 0 && strcmp(a->patient, b->patient) == 0 &&
-	       ct_picture_of(a) == ct_picture_of(b) && ct_slice_parallel(a, b);
+	       picture_of(a) == picture_of(b) && ct_slice_parallel(a, b);
 }
 
 /* The ranks of slices that are ordered by UID, and their places; `seen` is room for one slice a
@@ -98,7 +94,7 @@ static size_t part_copies(struct ct_slice *s, size_t n)
 		for (size_t k = i; k-- > 0 && !s[i].rank;) {
 			if (s[k].rank)
 				continue;
-			if (!ct_moment_together(&s[k], &s[i]))
+			if (!ct_slice_together(&s[k], &s[i]))
 				break;
 			s[i].rank = s[i].object[0] && s[i].frame == s[k].frame &&
 				    strcmp(s[i].object, s[k].object) == 0;
@@ -109,31 +105,136 @@ static size_t part_copies(struct ct_slice *s, size_t n)
 	return kept;
 }
 
+/* How a stack is divided into moments, the times, phases of the heart or of a contrast medium: by
+ * the value of a field, or by its rank among those at the same place. */
+struct moments {
+	int field;
+	bool any, ranked; /* any: it is divided */
+};
+
+static const char *const fields[] = {"TemporalPositionIdentifier",
+	"NominalPercentageOfCardiacPhase", "TriggerTime", "AcquisitionNumber", "AcquisitionTime",
+	"ContentTime"};
+
+enum { FIELDS = sizeof fields / sizeof *fields, FIRST_TIME = 2 };
+
+static double value(const struct ct_slice *s, int field)
+{
+	const double v[FIELDS] = {s->moment, s->phase, s->trigger,
+		s->acquisition ? s->acquisition : (double)NAN, s->acquired, s->made};
+
+	return v[field];
+}
+
+/* Slices at the place of slice k. */
+static size_t at_place(const struct ct_slice *s, size_t n, size_t k)
+{
+	size_t count = 1;
+
+	while (k + count < n && ct_slice_together(&s[k], &s[k + count]))
+		count++;
+	return count;
+}
+
+/* Does each place hold different values of the field? */
+static bool differ(const struct ct_slice *s, size_t n, int field)
+{
+	for (size_t k = 0, count; k < n; k += count) {
+		count = at_place(s, n, k);
+		for (size_t i = 0; i < count; i++) {
+			if (isnan(value(&s[k + i], field)))
+				return false;
+			for (size_t j = 0; j < i; j++)
+				if (value(&s[k + i], field) == value(&s[k + j], field))
+					return false;
+		}
+	}
+	return true;
+}
+
+/* Are there only as many values as the slices from `k` on have, which are at one place? */
+static bool closed(const struct ct_slice *s, size_t n, int field, size_t k, size_t count)
+{
+	for (size_t i = 0; i < n; i++) {
+		size_t j = 0;
+
+		while (j < count && value(&s[i], field) != value(&s[k + j], field))
+			j++;
+		if (j == count)
+			return false;
+	}
+	return true;
+}
+
+/* Of slices in order of their place: if as many as `most` share one, the first field with that many
+ * values, no two of them at one place; or the first that orders those at each place, if there are
+ * as many everywhere. */
+static void find_moments(struct moments *m, const struct ct_slice *s, size_t n)
+{
+	size_t most = 0, where = 0;
+	bool even = true;
+
+	for (size_t k = 0, count; k < n; k += count) {
+		count = at_place(s, n, k);
+		even = even && (most == 0 || count == most);
+		if (count > most) {
+			most = count;
+			where = k;
+		}
+	}
+	if (most < 2)
+		return;
+	for (int ranked = 0; ranked < 2; ranked++)
+		for (int f = ranked ? FIRST_TIME : 0; f < FIELDS; f++)
+			if (differ(s, n, f) && (ranked ? even : closed(s, n, f, where, most))) {
+				*m = (struct moments){f, true, ranked};
+				return;
+			}
+}
+
+/* Order them by moment, which `at` counts, and in it by place. */
+static void sort_moments(const struct moments *m, struct ct_slice *s, size_t n)
+{
+	for (size_t k = 0, count; k < n; k += count) {
+		count = at_place(s, n, k);
+		for (size_t i = k; i < k + count; i++) {
+			s[i].rank = 0;
+			s[i].at = m->ranked ? 0 : value(&s[i], m->field);
+			for (size_t j = k; j < k + count && m->ranked; j++)
+				s[i].at += value(&s[j], m->field) < value(&s[i], m->field);
+		}
+	}
+	ct_slice_sort(s, n);
+}
+
 static int divide(struct ct_slice *s, size_t first, size_t count, struct ct_series **list,
 	size_t *n, size_t *cap, struct ct_err *e)
 {
-	const enum ct_picture role = ct_picture_of(&s[first]);
+	const enum ct_picture role = picture_of(&s[first]);
 	const bool stack = role == CT_PICTURE_SLICES && s[first].placed;
-	struct ct_moment how = {0};
-	const size_t kept = stack ? part_copies(s + first, count) : count;
+	struct moments how = {0};
+	const size_t kept = first + (stack ? part_copies(s + first, count) : count);
 
 	if (stack)
-		ct_moment_find(&how, s + first, kept);
-	if (how.count > 1)
-		ct_moment_sort(&how, s + first, kept);
-	for (size_t k = 0, size; k < kept; k += size) {
-		struct ct_series one = {.first = first + k, .role = role};
+		find_moments(&how, s + first, kept - first);
+	if (how.any)
+		sort_moments(&how, s + first, kept - first);
+	for (size_t k = first; k < kept;) {
+		struct ct_series one = {.first = k, .role = role};
 
-		size = how.count > 1 ? ct_moment_run(&how, s + first, kept, k) : kept;
-		one.count = size;
-		if (how.count > 1)
-			ct_moment_text(&how, &s[first + k], one.moment, sizeof one.moment);
+		if (how.any)
+			snprintf(one.moment, sizeof one.moment, "%s %s%.10g", fields[how.field],
+				how.ranked ? "from " : "", value(&s[k], how.field));
+		do
+			k++;
+		while (k < kept && (!how.any || s[k].at == s[one.first].at));
+		one.count = k - one.first;
 		if (push(list, n, cap, one, e))
 			return -1;
 	}
 	return push(list, n, cap,
 		(struct ct_series){
-			.first = first + kept, .count = count - kept, .role = CT_PICTURE_COPY},
+			.first = kept, .count = first + count - kept, .role = CT_PICTURE_COPY},
 		e);
 }
 
@@ -212,7 +313,7 @@ int ct_series_pick(const struct ct_series *list, size_t n, const struct ct_slice
 	if (!found)
 		return ct_fail(e, CT_EINPUT,
 			"no series of CT slices among %zu: %s; --series takes any", n,
-			ct_picture_word(list->role));
+			CT_WORD(CT_PICTURE_LIST, list->role));
 	return ct_fail(e, CT_EGEOM, "mixed: %zu series%s; --series takes one of them", found,
 		two_patients(list, n, s) ? " of different patients" : "");
 }

@@ -30,9 +30,6 @@ struct ct_series {
  * role, and then as they come. *list (free() it) and *n. CT_ENOMEM. */
 int ct_series_list(
 	struct ct_slice *s, size_t n, struct ct_series **list, size_t *series, struct ct_err *e);
-/* What a picture is taken for, by storage class, modality, ImageType and place. */
-enum ct_picture ct_picture_of(const struct ct_slice *s);
-const char *ct_picture_word(enum ct_picture role);
 /* The series that `which` names: by its place in the list counted from 1, or by UID. NULL is the
  * only one of slices, or the only one. CT_EGEOM if there are several, CT_EUSAGE if there is no
  * such, CT_EINPUT if there is none at all. */

@@ -30,16 +30,6 @@ void ct_slice_sort(struct ct_slice *s, size_t n)
 	qsort(s, n, sizeof *s, by_rank);
 }
 
-/* To length 1; returns the length. */
-static double normalise(double a[3])
-{
-	const double length = sqrt(ct_vec3_dot(a, a));
-
-	for (int d = 0; d < 3; d++)
-		a[d] /= length;
-	return length;
-}
-
 void ct_slice_place(struct ct_slice *s, const double affine[3][4], size_t k)
 {
 	double along;
@@ -51,12 +41,13 @@ void ct_slice_place(struct ct_slice *s, const double affine[3][4], size_t k)
 		s->down[d] = sign * affine[d][1];
 		s->position[d] = sign * (affine[d][2] * (double)k + affine[d][3]);
 	}
-	s->pitch[0] = normalise(s->across);
-	s->pitch[1] = sqrt(ct_vec3_dot(s->down, s->down));
+	s->pitch[0] = ct_vec3_length(s->across);
+	s->pitch[1] = ct_vec3_length(s->down);
+	ct_vec3_unit(s->across, s->across);
 	along = ct_vec3_dot(s->across, s->down);
 	for (int d = 0; d < 3; d++)
 		s->down[d] -= along * s->across[d];
-	normalise(s->down);
+	ct_vec3_unit(s->down, s->down);
 	s->placed = true;
 }
 
@@ -102,6 +93,15 @@ bool ct_slice_parallel(const struct ct_slice *a, const struct ct_slice *b)
 		if (!(fabs(a->pitch[i] - b->pitch[i]) <= 1e-4 * a->pitch[i]))
 			return false;
 	return true;
+}
+
+bool ct_slice_together(const struct ct_slice *a, const struct ct_slice *b)
+{
+	double d = 0;
+
+	for (int i = 0; i < 3; i++)
+		d = fmax(d, fabs(a->position[i] - b->position[i]));
+	return d < 1e-3;
 }
 
 bool ct_slice_is_type(const struct ct_slice *s, int k, const char *word)

@@ -79,6 +79,8 @@ void ct_slice_normal(const struct ct_slice *s, double n[3]);
 int ct_slice_check(const struct ct_slice *s, struct ct_err *e);
 /* Is b parallel to a, of the same matrix and pixel size? */
 bool ct_slice_parallel(const struct ct_slice *a, const struct ct_slice *b);
+/* Do the two lie at one place, within a thousandth of a millimetre? */
+bool ct_slice_together(const struct ct_slice *a, const struct ct_slice *b);
 /* Sort n slices by rank, in it by `at`, in that as they stand. */
 void ct_slice_sort(struct ct_slice *s, size_t n);
 /* How ImageType's value `k`, from 0, begins: is it `word`? */
