@@ -75,8 +75,10 @@ int dicom_from(struct dicom_from *f, const struct ct_dicom_in *in, struct ct_err
 
 	*f = (struct dicom_from){.in = *in};
 	f->in.name = path;
+	if (form == NOT_DICOM)
+		return ct_fail(e, CT_EINPUT, "%s: is not DICOM", path);
 	if (form != FILE_OF_SERIES || in->n > 1)
-		return form == NOT_DICOM;
+		return 0;
 	f->folder = slash ? strndup(path, slash == path ? 1 : (size_t)(slash - path)) : strdup(".");
 	if (!f->folder || asprintf(&f->member, "%s%s%s", f->folder, slash == path ? "" : "/",
 				  slash ? slash + 1 : path) < 0) {

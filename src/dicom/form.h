@@ -19,7 +19,7 @@ struct dicom_from {
 };
 
 /* Several paths are taken as they are, one file stands for the series it belongs to, in its folder,
- * unless another is named. 1 if the first is not DICOM. CT_ENOMEM. */
+ * unless another is named. CT_EINPUT if the first is not DICOM, CT_ENOMEM. */
 int dicom_from(struct dicom_from *f, const struct ct_dicom_in *in, struct ct_err *e);
 void dicom_from_free(struct dicom_from *f);
 

@@ -80,9 +80,8 @@ int ct_dicom_read(
 
 	if (!m)
 		return ct_blame(e, in->paths[0]);
-	rc = dicom_from(&from, in, e);
-	if (rc)
-		return rc < 0 ? -1 : ct_fail(e, CT_EINPUT, "%s: is not DICOM", in->paths[0]);
+	if (dicom_from(&from, in, e))
+		return -1;
 	rc = m->read(v, &from.in, env, e);
 	dicom_from_free(&from);
 	return rc;
@@ -105,9 +104,8 @@ int ct_dicom_inspect(
 
 	if (!m)
 		return ct_blame(e, in->paths[0]);
-	rc = dicom_from(&from, in, e);
-	if (rc)
-		return rc < 0 ? -1 : ct_fail(e, CT_EINPUT, "%s: is not DICOM", in->paths[0]);
+	if (dicom_from(&from, in, e))
+		return -1;
 	rc = m->inspect(&from.in, into, env, e);
 	if (rc && from.folder)
 		ct_blame(e, in->paths[0]);

@@ -26,11 +26,9 @@ static int find_template(struct dicom_from *from, const struct ct_dicom_out *o, 
 	const struct ct_dicom_in named = {
 		.paths = &o->template, .n = 1, .series = o->source ? NULL : o->series};
 
-	if (!o->template)
-		return o->source ? dicom_from(from, o->source, e) : 1;
-	if (dicom_form_of(o->template) == NOT_DICOM)
-		return ct_fail(e, CT_EINPUT, "%s: is not DICOM", o->template);
-	return dicom_from(from, &named, e);
+	if (!o->template && (!o->source || dicom_form_of(o->source->paths[0]) == NOT_DICOM))
+		return 1;
+	return dicom_from(from, o->template ? &named : o->source, e);
 }
 
 /* The slices that the volume comes from, and what they say. */
