@@ -113,10 +113,6 @@ static void threads(void)
 	OK(memcmp(&one, &b, sizeof b) == 0, "the same bytes with three threads");
 	ct_par_free(env.par);
 	env.par = NULL;
-	test.affine[0][3] += 1;
-	OK(ct_banding(&b, map, &ref, &test, NULL, (double[]){1, 1, 4}, &env, &e) &&
-			e.code == CT_EGEOM,
-		"another grid is an error");
 }
 
 int main(void)

@@ -175,10 +175,6 @@ int main(void)
 	for (size_t s = 0; s < f.n; s++)
 		f.value[s] = s < 4 ? 1 : 0.2;
 	NEAR(ct_fsc_cross(&f, 0.5), f.width * 3.625, 1e-12, "crosses between two shells");
-	test.affine[0][3] += 1;
-	OK(ct_fsc(&one, &ref, &test, &env, &err) == -1 && err.code == CT_EGEOM,
-		"another grid is refused");
-	ct_fsc_free(&one);
 	ct_fsc_free(&f);
 	ct_par_free(env.par);
 	ct_vol_free(&ref);

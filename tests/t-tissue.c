@@ -134,11 +134,6 @@ static void wrongs(void)
 	measure(&mask);
 	OK(errors.row[CT_TISSUE_BONE].voxels == n[1] * n[2], "in the mask only (%zu)",
 		errors.row[CT_TISSUE_BONE].voxels);
-	test.affine[0][3] += 1;
-	OK(ct_tissue_errors(&errors, map, &ref, &test, NULL, &env, &err) == -1 &&
-			err.code == CT_EGEOM,
-		"another grid is refused");
-	test.affine[0][3] -= 1;
 }
 
 static void flat(void)
@@ -190,22 +185,6 @@ static void thin(void)
 	}
 }
 
-static void masks(void)
-{
-	double share;
-	size_t voxels;
-
-	mask.affine[1][3] += 1;
-	OK(ct_tissue_errors(&errors, map, &ref, &test, &mask, &env, &err) == -1 &&
-			err.code == CT_EGEOM,
-		"a mask on another grid is refused");
-	err.code = 0;
-	OK(ct_tissue_flat(&share, &voxels, map, &ref, &mask, 0.5, &env, &err) == -1 &&
-			err.code == CT_EGEOM,
-		"of flat tissue, too");
-	mask.affine[1][3] -= 1;
-}
-
 /* A wave along an axis is exp(-k^2 sigma^2/2) of it. */
 static void smooth(void)
 {
@@ -240,7 +219,6 @@ int main(void)
 	depth();
 	wrongs();
 	flat();
-	masks();
 	thin();
 	smooth();
 	free(map);

@@ -12,7 +12,7 @@ enum ct_mip { CT_MIP_LIST(CT_WORD_VALUE) };
 
 /* Slice of v as of ct_montage_slice_volume, of all planes of voxels whose middles are within
  * thickness / 2 mm of that coordinate, and of the one there if there are none; of all of them if
- * thickness is 0. NaN where one of them is. *own, for ct_room_free, holds it. 1 if it misses the
+ * thickness is 0. NaN where one of them is. *own, to be freed, holds it. 1 if it misses the
  * volume. */
 int ct_mip_project(struct ct_montage_slice *s, float **own, const struct ct_vol *v,
 	enum ct_montage_plane plane, double mm, double thickness, enum ct_mip how,

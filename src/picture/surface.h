@@ -12,7 +12,7 @@
 #include "core/par.h"
 #include "picture/montage.h"
 
-/* As a slice of v of pixels of about `pixel` mm, as many as fill it; *own, for ct_room_free, holds
+/* As a slice of v of pixels of about `pixel` mm, as many as fill it; *own, to be freed, holds
  * it. */
 int ct_surface_draw(struct ct_montage_slice *s, float **own, const struct ct_vol *v,
 	enum ct_montage_plane plane, double level, double pixel, struct ct_par *par,

@@ -174,8 +174,6 @@ int ct_banding(struct ct_banding *o, const unsigned char *map, const struct ct_v
 	struct job j = {.ref = ref, .test = test, .mask = mask, .map = map};
 
 	*o = (struct ct_banding){-1, 0, (double)NAN};
-	if (ct_vol_same_grid(ref, test, e) || (mask && ct_vol_same_grid(ref, mask, e)))
-		return -1;
 	for (j.axis = 0; j.axis < 3; j.axis++) {
 		j.factor = factor[j.axis];
 		if (j.factor >= 2 && PERIODS * j.factor <= (double)ref->n[j.axis] &&

@@ -32,8 +32,8 @@ struct ct_banding {
 };
 
 /* map: of ct_tissue_map of ref; factor: p of each axis, those of 2 and more count; where mask
- * (NULL: everywhere) is not zero. Volumes on one grid, finite. CT_EGEOM, CT_ENOMEM, CT_ESTOP. The
- * result does not depend on the number of threads. */
+ * (NULL: everywhere) is not zero. Volumes on one grid, finite. CT_ENOMEM, CT_ESTOP. The result does
+ * not depend on the number of threads. */
 int ct_banding(struct ct_banding *o, const unsigned char *map, const struct ct_vol *ref,
 	const struct ct_vol *test, const struct ct_vol *mask, const double factor[static 3],
 	const struct ct_env *env, struct ct_err *e);

@@ -19,15 +19,17 @@ static size_t bin_of(float v)
 	return bits >> 16;
 }
 
-/* The row of each bin, by the middle of its voxels among all of them. */
-static void assign(uint8_t row[BINS], const uint64_t count[BINS], uint64_t all)
+/* In place of the voxels of each bin, `all` together, its row, by the middle of them. */
+static void assign(size_t bin[BINS], size_t all)
 {
-	uint64_t before = 0;
+	size_t before = 0;
 
 	for (size_t b = 0; b < BINS; b++) {
-		row[b] = (uint8_t)fmin(
-			((double)before + 0.5 * (double)count[b]) / (double)all * ROWS, ROWS - 1);
-		before += count[b];
+		const size_t n = bin[b];
+
+		bin[b] = (size_t)fmin(
+			((double)before + 0.5 * (double)n) / (double)all * ROWS, ROWS - 1);
+		before += n;
 	}
 }
 
@@ -69,20 +71,18 @@ int ct_calibration(struct ct_calibration *c, const struct ct_vol *ref, const str
 	const struct ct_vol *std, const struct ct_vol *mask, struct ct_err *e)
 {
 	const size_t n = ct_vol_count(ref);
-	uint64_t *count, all = 0;
-	uint8_t *row;
+	size_t *bin, all = 0;
 
 	*c = (struct ct_calibration){0};
-	if (check(ref, test, std, mask, e) || ct_alloc0(&count, 2 * BINS, sizeof *count, e))
+	if (check(ref, test, std, mask, e) || ct_alloc0(&bin, BINS, sizeof *bin, e))
 		return -1;
-	row = (uint8_t *)(count + BINS);
 	for (size_t i = 0; i < n; i++) {
 		if (!mask || mask->data[i] != 0) {
-			count[bin_of(std->data[i])]++;
+			bin[bin_of(std->data[i])]++;
 			all++;
 		}
 	}
-	assign(row, count, all ? all : 1);
+	assign(bin, all ? all : 1);
 	for (size_t i = 0; i < n; i++) {
 		const double miss = (double)test->data[i] - (double)ref->data[i];
 		const double s = (double)std->data[i];
@@ -90,12 +90,12 @@ int ct_calibration(struct ct_calibration *c, const struct ct_vol *ref, const str
 		if (mask && mask->data[i] == 0)
 			continue;
 		add(&c->all, miss, s);
-		add(&c->row[row[bin_of(std->data[i])]], miss, s);
+		add(&c->row[bin[bin_of(std->data[i])]], miss, s);
 	}
 	finish(&c->all);
 	for (int k = 0; k < ROWS; k++)
 		if (c->row[k].voxels)
 			finish(&c->row[k]);
-	free(count);
+	free(bin);
 	return 0;
 }

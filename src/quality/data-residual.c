@@ -112,17 +112,6 @@ static int summarise_measured(struct ct_data_residual *c, const struct ct_vol *m
 	return rc;
 }
 
-/* map - lr. */
-static void take_off(struct ct_vol *map, const struct ct_vol *lr)
-{
-	const size_t slice = map->n[0] * map->n[1];
-
-	for (size_t k = 0; k < map->n[2]; k++) {
-		for (size_t i = k * slice; i < (k + 1) * slice; i++)
-			map->data[i] -= lr->data[i];
-	}
-}
-
 int ct_data_residual(struct ct_data_residual *c, struct ct_vol *map, const struct ct_vol *lr,
 	const struct ct_vol *test, const struct ct_degrade *d, const struct ct_env *env,
 	struct ct_err *e)
@@ -144,7 +133,8 @@ int ct_data_residual(struct ct_data_residual *c, struct ct_vol *map, const struc
 	}
 	ct_separable_apply(&s, map->data, test->data, env->par);
 	ct_separable_free(&s);
-	take_off(map, lr);
+	for (size_t i = 0; i < ct_vol_count(map); i++)
+		map->data[i] -= lr->data[i];
 	memcpy(map->affine, lr->affine, sizeof map->affine);
 	rc = summarise_measured(c, map, lr, e);
 out:

@@ -204,7 +204,7 @@ int ct_fsc(struct ct_fsc *f, const struct ct_vol *ref, const struct ct_vol *test
 	int rc = -1;
 
 	*f = (struct ct_fsc){0};
-	if (ct_vol_same_grid(ref, test, e) || set_up(&j, e))
+	if (set_up(&j, e))
 		goto out;
 	means(&j);
 	ct_par_for(env->par, j.n[2], fill_plane, &j);

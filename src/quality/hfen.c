@@ -72,8 +72,7 @@ int ct_hfen(double *out, const struct ct_vol *ref, const struct ct_vol *test,
 	float *work, *error;
 	int rc = -1;
 
-	if (ct_vol_same_grid(ref, test, e) || (mask && ct_vol_same_grid(ref, mask, e)) ||
-		ct_alloc(&work, 2 * n, sizeof *work, e))
+	if (ct_alloc(&work, 2 * n, sizeof *work, e))
 		return -1;
 	error = work + n;
 	for (size_t i = 0; i < n; i++)

@@ -89,8 +89,7 @@ int ct_structures(struct ct_structures *s, const struct ct_vol *ref, const struc
 	int rc = -1;
 
 	*s = (struct ct_structures){0};
-	if (ct_vol_same_grid(ref, test, e) || (mask && ct_vol_same_grid(ref, mask, e)) ||
-		ct_alloc(&d, 3 * n, sizeof *d, e))
+	if (ct_alloc(&d, 3 * n, sizeof *d, e))
 		return -1;
 	b = d + n;
 	work = b + n;

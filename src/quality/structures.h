@@ -17,9 +17,8 @@ struct ct_structures {
 	size_t falsely[2], missed[2], is[2]; /* bright, dark; `is`: of the truth */
 };
 
-/* sigma along each axis in voxels, t in HU; mask as in metrics.h, or NULL. CT_EGEOM if they are not
- * on one grid, CT_ENOMEM. Memory: three volumes. The result does not depend on the number of
- * threads. */
+/* sigma along each axis in voxels, t in HU; mask as in metrics.h, or NULL. Volumes on one grid.
+ * CT_ENOMEM. Memory: three volumes. The result does not depend on the number of threads. */
 int ct_structures(struct ct_structures *s, const struct ct_vol *ref, const struct ct_vol *test,
 	const struct ct_vol *mask, const double sigma[static 3], double t, const struct ct_env *env,
 	struct ct_err *e);

@@ -42,12 +42,11 @@ static void drop(unsigned char *bits, unsigned t)
 }
 
 struct tissue_job {
-	const struct ct_vol *ref, *test, *mask;
+	const struct ct_vol *x, *mask;
 	const size_t *n;
 	unsigned char *map; /* of ct_tissue_map: written */
 	const unsigned char *in;
-	const float *hu;
-	float *error;
+	float *hu, *error;
 	size_t reach;
 	size_t *since; /* [worker][longer of n[0] and n[1]] */
 	int axis;
@@ -73,34 +72,28 @@ static void sort_plane(void *arg, size_t k, size_t worker)
 	}
 }
 
-/* Along an axis, what has a voxel that is not deep within reach before it is marked, what has one
- * behind it or is marked is deep no longer: w lines, `apart` apart, of n samples, `stride` apart.
+/* Along an axis, what has a voxel that is not deep within reach, before or behind it, is deep no
+ * longer: w lines, `apart` apart, of n samples, `stride` apart.
  */
 static void erode_lines(unsigned char *map, size_t w, size_t apart, size_t n, size_t stride,
 	size_t reach, size_t *since)
 {
-	for (size_t l = 0; l < w; l++)
-		since[l] = reach + 1;
-	for (size_t t = 0; t < n; t++) {
-		for (size_t l = 0; l < w; l++) {
-			unsigned char *v = &map[t * stride + l * apart];
+	for (int back = 0; back < 2; back++) {
+		for (size_t l = 0; l < w; l++)
+			since[l] = reach + 1;
+		for (size_t i = 0; i < n; i++)
+			for (size_t l = 0; l < w; l++) {
+				const size_t t = back ? n - 1 - i : i;
+				unsigned char *v = &map[t * stride + l * apart];
 
-			since[l] = is(*v, CT_TISSUE_DEEP) ? since[l] + 1 : 0;
-			if (since[l] <= reach)
-				put(v, SHALLOW);
-		}
-	}
-	for (size_t l = 0; l < w; l++)
-		since[l] = reach + 1;
-	for (size_t t = n; t-- > 0;) {
-		for (size_t l = 0; l < w; l++) {
-			unsigned char *v = &map[t * stride + l * apart];
-
-			since[l] = is(*v, CT_TISSUE_DEEP) ? since[l] + 1 : 0;
-			if (since[l] <= reach || is(*v, SHALLOW))
-				drop(v, CT_TISSUE_DEEP);
-			drop(v, SHALLOW);
-		}
+				since[l] = is(*v, CT_TISSUE_DEEP) ? since[l] + 1 : 0;
+				if (since[l] <= reach)
+					put(v, SHALLOW);
+				if (back && is(*v, SHALLOW))
+					drop(v, CT_TISSUE_DEEP);
+				if (back)
+					drop(v, SHALLOW);
+			}
 	}
 }
 
@@ -121,42 +114,26 @@ static void erode(void *arg, size_t k, size_t worker)
 int ct_tissue_map(unsigned char **map, const struct ct_vol *ref, size_t deep,
 	const struct ct_env *env, struct ct_err *e)
 {
-	const size_t *n = ref->n;
+	const size_t *n = ref->n, voxels = ct_vol_count(ref), wide = n[0] > n[1] ? n[0] : n[1];
 	struct tissue_job j = {.n = n, .reach = deep};
-	float *hu;
 	int rc = -1;
 
-	*map = NULL;
-	if (ct_alloc(&hu, ct_vol_count(ref), sizeof *hu, e))
-		return -1;
-	j.hu = hu;
-	if (ct_smooth(hu, ref->data, n, sigma, env->par, e) ||
-		ct_alloc(&j.map, ct_vol_count(ref), 1, e))
+	if (ct_alloc(&j.hu, voxels, sizeof *j.hu, e) ||
+		ct_smooth(j.hu, ref->data, n, sigma, env->par, e) ||
+		ct_alloc(&j.map, voxels, 1, e) ||
+		ct_alloc(&j.since, wide * ct_par_threads(env->par), sizeof *j.since, e))
 		goto out;
-	if (ct_alloc(&j.since, (n[0] > n[1] ? n[0] : n[1]) * ct_par_threads(env->par),
-		    sizeof *j.since, e)) {
-		free(j.map);
-		goto out;
-	}
 	ct_par_for(env->par, n[2], sort_plane, &j);
 	for (j.axis = 0; j.axis < 3; j.axis++)
 		ct_par_for(env->par, n[j.axis == 2 ? 1 : 2], erode, &j);
-	*map = j.map;
-	free(j.since);
 	rc = 0;
 out:
-	free(hu);
+	free(j.hu);
+	free(j.since);
+	if (rc)
+		free(j.map);
+	*map = rc ? NULL : j.map;
 	return rc;
-}
-
-static void error_plane(void *arg, size_t k, size_t worker)
-{
-	const struct tissue_job *j = arg;
-	const size_t plane = j->n[0] * j->n[1];
-
-	(void)worker;
-	for (size_t i = k * plane; i < (k + 1) * plane; i++)
-		j->error[i] = j->test->data[i] - j->ref->data[i];
 }
 
 /* Voxels, sum of squares and sum of the error of each tissue. */
@@ -196,27 +173,22 @@ static void gather(struct ct_tissue_row row[N], const struct tissue_job *j)
 	}
 }
 
-static int check(const struct ct_vol *ref, const struct ct_vol *test, const struct ct_vol *mask,
-	struct ct_err *e)
-{
-	return ct_vol_same_grid(ref, test, e) || (mask && ct_vol_same_grid(ref, mask, e)) ? -1 : 0;
-}
-
 int ct_tissue_errors(struct ct_tissue_errors *o, const unsigned char *map, const struct ct_vol *ref,
 	const struct ct_vol *test, const struct ct_vol *mask, const struct ct_env *env,
 	struct ct_err *e)
 {
 	const size_t n = ct_vol_count(ref);
-	struct tissue_job j = {.ref = ref, .test = test, .mask = mask, .n = ref->n, .in = map};
+	struct tissue_job j = {.mask = mask, .n = ref->n, .in = map};
 	struct ct_tissue_row smooth[N];
 	int rc = -1;
 
 	*o = (struct ct_tissue_errors){0};
-	if (check(ref, test, mask, e) || ct_alloc(&j.sum, 3 * N * ref->n[2], sizeof *j.sum, e))
+	if (ct_alloc(&j.sum, 3 * N * ref->n[2], sizeof *j.sum, e))
 		return -1;
 	if (ct_alloc(&j.error, 2 * n, sizeof *j.error, e))
 		goto out_sum;
-	ct_par_for(env->par, ref->n[2], error_plane, &j);
+	for (size_t i = 0; i < n; i++)
+		j.error[i] = test->data[i] - ref->data[i];
 	ct_par_for(env->par, ref->n[2], add_plane, &j);
 	gather(o->row, &j);
 	if (ct_check_stop(env, e) || ct_smooth(j.error + n, j.error, ref->n, sigma, env->par, e))
@@ -247,7 +219,7 @@ static void flat_plane(void *arg, size_t k, size_t worker)
 	for (size_t y = 0; y < n[1] - (n[1] > 1); y++)
 		for (size_t x = 0; x < n[0] - (n[0] > 1); x++) {
 			const size_t i = (k * n[1] + y) * n[0] + x;
-			const float *v = j->test->data;
+			const float *v = j->x->data;
 			bool flat = true;
 
 			if (!is(j->in[i], CT_TISSUE_SOFT) || (j->mask && j->mask->data[i] == 0))
@@ -264,11 +236,10 @@ static void flat_plane(void *arg, size_t k, size_t worker)
 int ct_tissue_flat(double *share, size_t *voxels, const unsigned char *map, const struct ct_vol *x,
 	const struct ct_vol *mask, double step, const struct ct_env *env, struct ct_err *e)
 {
-	struct tissue_job j = {.test = x, .mask = mask, .n = x->n, .in = map, .step = step};
+	struct tissue_job j = {.x = x, .mask = mask, .n = x->n, .in = map, .step = step};
 	double sum[2] = {0};
 
-	if ((mask && ct_vol_same_grid(x, mask, e)) ||
-		ct_alloc(&j.sum, 2 * x->n[2], sizeof *j.sum, e))
+	if (ct_alloc(&j.sum, 2 * x->n[2], sizeof *j.sum, e))
 		return -1;
 	ct_par_for(env->par, x->n[2], flat_plane, &j);
 	for (size_t k = 0; k < x->n[2]; k++)

@@ -46,12 +46,12 @@ struct ct_tissue_errors {
 	double smooth; /* of deep: the root mean square of G(CT_TISSUE_SIGMA) * (test - ref) */
 };
 
-/* *map <- a bit 1 << t of each voxel for each tissue t that it is; ct_room_free. Memory: two
+/* *map <- a bit 1 << t of each voxel for each tissue t that it is; to be freed. Memory: two
  * volumes and a quarter, three and a quarter while it runs. CT_ENOMEM. */
 int ct_tissue_map(unsigned char **map, const struct ct_vol *ref, size_t deep,
 	const struct ct_env *env, struct ct_err *e);
 /* Where mask (NULL: everywhere) is not zero. Volumes on one grid, finite. Memory: four volumes.
- * CT_EGEOM, CT_ENOMEM, CT_ESTOP. The result does not depend on the number of threads. */
+ * CT_ENOMEM, CT_ESTOP. The result does not depend on the number of threads. */
 int ct_tissue_errors(struct ct_tissue_errors *o, const unsigned char *map, const struct ct_vol *ref,
 	const struct ct_vol *test, const struct ct_vol *mask, const struct ct_env *env,
 	struct ct_err *e);

@@ -71,10 +71,20 @@ static void end(FILE *f, const char *note)
 	fprintf(f, "</section>\n");
 }
 
+/* The head of a table of columns TH, and its end. */
+#define TABLE(columns) "<table><thead><tr>" columns "</tr></thead><tbody>\n"
+#define TH(name) "<th scope=\"col\">" name "</th>"
+#define TABLE_END "</tbody></table>\n"
 /* A row of a table: its name, and what printf makes of the rest. */
 #define ROW(f, name, ...)                                                                          \
 	(fprintf(f, "<tr><th scope=\"row\">%s</th><td>", name),                                    \
 		ct_page_write_words(f, __VA_ARGS__), fprintf(f, "</td></tr>\n"))
+/* One of a number before and after. */
+#define PAIR(f, name, number, before, after)                                                       \
+	fprintf(f,                                                                                 \
+		"<tr><th scope=\"row\">" name "</th><td>" number "</td><td>" number                \
+		"</td></tr>\n",                                                                    \
+		before, after)
 
 /* The median edge of the scan along each axis that was refined: what its blur was measured on. */
 static void put_scan_edges(FILE *f, const struct ct_page *p)
@@ -126,7 +136,7 @@ static void put_scan(FILE *f, const struct ct_page *p)
 		ROW(f, "Noise, standard deviation", "%.3g HU", p->noise);
 	else
 		ROW(f, "Noise", "none known");
-	fprintf(f, "</tbody></table>\n");
+	fputs(TABLE_END, f);
 	put_scan_edges(f, p);
 	end(f, NULL);
 }
@@ -141,7 +151,7 @@ static void put_agreement(FILE *f, const struct ct_page *p)
 	ROW(f, "Residual, 95 % of voxels below", "%.3f HU", p->agrees.p95);
 	ROW(f, "Residual, largest", "%.3f HU", p->agrees.max);
 	ROW(f, "Voxels of the scan", "%zu", p->agrees.voxels);
-	fprintf(f, "</tbody></table>\n");
+	fputs(TABLE_END, f);
 	end(f, "The result, made as coarse as the scan was, less the scan. Near zero nothing that the scan "
 	       "saw was changed; that what was added is true it does not say. A noisy scan is "
 	       "followed only up to its noise.");
@@ -156,14 +166,9 @@ static void put_tissues(FILE *f, const struct ct_page *p)
 	if (!p->std.name && !p->truth.name)
 		return;
 	begin(f, "error", "How far it is to be trusted");
-	fprintf(f,
-		"<table><thead><tr><th scope=\"col\">Tissue, by the result</th><th "
-		"scope=\"col\">voxels</th>%s%s</tr></thead><tbody>\n",
-		p->std.name
-			? "<th scope=\"col\">error to expect, RMS</th><th scope=\"col\">voxels above "
-			  "100 HU</th>"
-			: "",
-		p->truth.name ? "<th scope=\"col\">error, RMS</th>" : "");
+	fprintf(f, TABLE(TH("Tissue, by the result") TH("voxels") "%s%s"),
+		p->std.name ? TH("error to expect, RMS") TH("voxels above 100 HU") : "",
+		p->truth.name ? TH("error, RMS") : "");
 	for (int k = 0; k < CT_PAGE_TISSUES; k++)
 		all += p->tissue[k].voxels;
 	for (int k = 0; k < CT_PAGE_TISSUES; k++) {
@@ -180,7 +185,7 @@ static void put_tissues(FILE *f, const struct ct_page *p)
 			fprintf(f, "<td>%.3g HU</td>", c->actual);
 		fprintf(f, "</tr>\n");
 	}
-	fprintf(f, "</tbody></table>\n");
+	fputs(TABLE_END, f);
 	end(f, p->std.name
 			? "The error to expect is what the prior of slices, or a model of what the "
 			  "solver leaves open, says of each voxel; both were calibrated on other "
@@ -195,48 +200,41 @@ static void put_calibration(FILE *f, const struct ct_page *p)
 	if (!p->std.name || !p->truth.name)
 		return;
 	begin(f, "calibration", "Is the error to expect the error?");
-	fprintf(f,
-		"<table><thead><tr><th scope=\"col\">Tenth of voxels</th><th "
-		"scope=\"col\">expected</th><th scope=\"col\">error</th><th scope=\"col\">within "
-		"1</th><th scope=\"col\">within 2</th></tr></thead><tbody>\n");
+	fputs(TABLE(TH("Tenth of voxels") TH("expected") TH("error") TH("within 1") TH("within 2")),
+		f);
 	for (int k = 0; k <= CT_CALIBRATION_ROWS; k++) {
 		const bool last = k == CT_CALIBRATION_ROWS;
 		const struct ct_calibration_row *r = last ? &c->all : &c->row[k];
+		char name[16] = "all";
 
 		if (r->voxels == 0)
 			continue;
-		if (last)
-			fprintf(f, "<tr><th scope=\"row\">all</th>");
-		else
-			fprintf(f, "<tr><th scope=\"row\">%d</th>", k + 1);
+		if (!last)
+			snprintf(name, sizeof name, "%d", k + 1);
 		fprintf(f,
-			"<td>%.3g HU</td><td>%.3g HU</td><td>%.1f %%</td><td>%.1f %%</td></tr>\n",
-			r->expected, r->actual, 100 * r->within[0], 100 * r->within[1]);
+			"<tr><th scope=\"row\">%s</th><td>%.3g HU</td><td>%.3g HU</td><td>%.1f "
+			"%%</td><td>%.1f %%</td></tr>\n",
+			name, r->expected, r->actual, 100 * r->within[0], 100 * r->within[1]);
 	}
-	fprintf(f, "</tbody></table>\n");
+	fputs(TABLE_END, f);
 	end(f, "By the error to expect, the smallest first; voxels that expect the same stay together. Of "
 	       "normal errors 68.3 and 95.4 % are within one and two of it.");
 }
 
 static void put_truth(FILE *f, const struct ct_page *p)
 {
-	const struct ct_metrics *m[2] = {&p->was, &p->is};
+	const struct ct_metrics *was = &p->was, *is = &p->is;
 
 	if (!p->truth.name)
 		return;
 	begin(f, "truth", "Against the truth");
-	fprintf(f, "<table><thead><tr><th scope=\"col\">\u22121024 to 3071 HU</th><th "
-		   "scope=\"col\">before</th><th scope=\"col\">after</th></tr></thead><tbody>\n");
-	fprintf(f, "<tr><th scope=\"row\">PSNR</th><td>%.2f dB</td><td>%.2f dB</td></tr>\n",
-		m[0]->psnr, m[1]->psnr);
-	if (!isnan(m[1]->ssim[CT_SSIM_R2]))
-		fprintf(f, "<tr><th scope=\"row\">SSIM</th><td>%.4f</td><td>%.4f</td></tr>\n",
-			m[0]->ssim[CT_SSIM_R2], m[1]->ssim[CT_SSIM_R2]);
-	fprintf(f,
-		"<tr><th scope=\"row\">Mean absolute error</th><td>%.4g HU</td><td>%.4g HU</td></tr>\n"
-		"<tr><th scope=\"row\">Root mean square error</th><td>%.4g HU</td><td>%.4g HU</td></tr>\n"
-		"</tbody></table>\n",
-		m[0]->mae, m[1]->mae, m[0]->rmse, m[1]->rmse);
+	fputs(TABLE(TH("\u22121024 to 3071 HU") TH("before") TH("after")), f);
+	PAIR(f, "PSNR", "%.2f dB", was->psnr, is->psnr);
+	if (!isnan(is->ssim[CT_SSIM_R2]))
+		PAIR(f, "SSIM", "%.4f", was->ssim[CT_SSIM_R2], is->ssim[CT_SSIM_R2]);
+	PAIR(f, "Mean absolute error", "%.4g HU", was->mae, is->mae);
+	PAIR(f, "Root mean square error", "%.4g HU", was->rmse, is->rmse);
+	fputs(TABLE_END, f);
 	end(f, NULL);
 }
 
@@ -258,18 +256,11 @@ static void put_edges(FILE *f, const struct ct_page *p)
 	begin(f, "edges", "How sharp edges are");
 	put_curve(f, "mean profile of edges", lines, 2, -reach, reach, reach > 10 ? 5 : 2,
 		"mm from the edge");
-	fprintf(f,
-		"<table><thead><tr><th scope=\"col\">%zu edges of 300 HU or more</th><th "
-		"scope=\"col\">before</th><th scope=\"col\">after</th></tr></thead><tbody>\n"
-		"<tr><th scope=\"row\">10 to 90 %% of the step</th><td>%.2f mm</td><td>%.2f "
-		"mm</td></tr>\n",
-		o->count, o->test.rise, o->ref.rise);
+	fprintf(f, TABLE(TH("%zu edges of 300 HU or more") TH("before") TH("after")), o->count);
+	PAIR(f, "10 to 90 %% of the step", "%.2f mm", o->test.rise, o->ref.rise);
 	if (!isnan(o->test.mtf10) && !isnan(o->ref.mtf10))
-		fprintf(f,
-			"<tr><th scope=\"row\">MTF falls to 10 %%</th><td>%.3f /mm</td><td>%.3f "
-			"/mm</td></tr>\n",
-			o->test.mtf10, o->ref.mtf10);
-	fprintf(f, "</tbody></table>\n");
+		PAIR(f, "MTF falls to 10 %%", "%.3f /mm", o->test.mtf10, o->ref.mtf10);
+	fputs(TABLE_END, f);
 	end(f, "The mean profile across the edges of the result, and before at the same places.");
 }
 

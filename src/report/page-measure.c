@@ -208,40 +208,36 @@ static int warn_found(struct ct_page *p)
 	const char *history = ct_meta_get(&p->hr.vol.meta, CT_META_HISTORY);
 	const char *upsampled = ct_meta_get(&p->hr.vol.meta, CT_META_UPSAMPLE);
 	size_t body = 0, poor = 0;
+	int bad = 0;
 
 	for (int k = CT_PAGE_LUNG; k < CT_PAGE_TISSUES; k++) {
 		body += p->tissue[k].voxels;
 		poor += p->tissue[k].poor;
 	}
-	if (p->noise > CT_PAGE_NOISE &&
-		warn(p, "The scan is noisy: %.3g HU. What is small or faint may be noise.",
-			p->noise))
-		return -1;
-	if (p->known && p->agrees.rms > CT_PAGE_APART + p->noise &&
-		warn(p,
+	if (p->noise > CT_PAGE_NOISE)
+		bad |= warn(p, "The scan is noisy: %.3g HU. What is small or faint may be noise.",
+			p->noise);
+	if (p->known && p->agrees.rms > CT_PAGE_APART + p->noise)
+		bad |= warn(p,
 			"The result does not agree with the scan: %.3g HU RMS apart, where %.3g are to be "
 			"expected at most.",
-			p->agrees.rms, CT_PAGE_APART + p->noise))
-		return -1;
-	if (!p->known &&
-		warn(p, "How the scan was made is not known: whether the result agrees with "
-			"it cannot be told."))
-		return -1;
+			p->agrees.rms, CT_PAGE_APART + p->noise);
+	if (!p->known)
+		bad |= warn(p, "How the scan was made is not known: whether the result agrees with "
+			       "it cannot be told.");
 	if (upsampled && strcmp(upsampled, "prior") != 0 &&
-		!(history && (strstr(history, "ct-ddnm ") || strstr(history, "ct-restore "))) &&
-		warn(p, "No prior was used: the result shows what the scan tells, and no more."))
-		return -1;
-	if (!p->std.name &&
-		warn(p, "No expected error was given: nothing tells where the result is "
-			"to be trusted least."))
-		return -1;
-	if ((double)poor > CT_PAGE_SHARE * (double)body &&
-		warn(p,
+		!(history && (strstr(history, "ct-ddnm ") || strstr(history, "ct-restore "))))
+		bad |= warn(
+			p, "No prior was used: the result shows what the scan tells, and no more.");
+	if (!p->std.name)
+		bad |= warn(p, "No expected error was given: nothing tells where the result is "
+			       "to be trusted least.");
+	if ((double)poor > CT_PAGE_SHARE * (double)body)
+		bad |= warn(p,
 			"At %.0f %% of the voxels of the body the error to expect is above %g HU: see "
 			"the pictures with the expected error over them.",
-			100 * (double)poor / (double)body, CT_PAGE_POOR))
-		return -1;
-	return 0;
+			100 * (double)poor / (double)body, CT_PAGE_POOR);
+	return bad;
 }
 
 int ct_page_measure(struct ct_page *p, const struct ct_env *env, struct ct_err *e)

@@ -7,17 +7,17 @@
 #include <stdarg.h>
 #include <string.h>
 
-void ct_page_write_text(FILE *f, const char *s, size_t n)
+/* Text as HTML shows it: nothing in it is markup, and what is no UTF-8 is U+FFFD. */
+static void put_text(FILE *f, const char *s)
 {
-	for (size_t i = 0, m; i < n; i += m ? m : 1) {
-		m = ct_text_character(s + i, n - i);
-		if (m == 0 || ((unsigned char)s[i] < ' ' && s[i] != '\n' && s[i] != '\t') ||
-			s[i] == 127)
+	for (size_t n; *s; s += n ? n : 1) {
+		n = ct_text_character(s, 4); /* its longest; the end of the text is none */
+		if (n == 0 || ((unsigned char)*s < ' ' && *s != '\n' && *s != '\t') || *s == 127)
 			fputs("\xef\xbf\xbd", f);
-		else if (strchr("<>&\"'", s[i]))
-			fprintf(f, "&#%d;", s[i]);
+		else if (strchr("<>&\"'", *s))
+			fprintf(f, "&#%d;", *s);
 		else
-			fwrite(s + i, 1, m, f);
+			fwrite(s, 1, n, f);
 	}
 }
 
@@ -29,7 +29,7 @@ void ct_page_write_words(FILE *f, const char *fmt, ...)
 	va_start(ap, fmt);
 	vsnprintf(text, sizeof text, fmt, ap);
 	va_end(ap);
-	ct_page_write_text(f, text, strlen(text));
+	put_text(f, text);
 }
 
 /* Where a folder ends that the n characters at s, of a message, begin with: behind the last slash,
@@ -86,7 +86,7 @@ static void put_grid(FILE *f, const struct ct_vol *v)
 static void put_head(FILE *f, const struct ct_page *p)
 {
 	fputs("<h1>", f);
-	ct_page_write_text(f, p->hr.name, strlen(p->hr.name));
+	put_text(f, p->hr.name);
 	fputs("</h1>\n<p class=\"sub\">", f);
 	put_grid(f, &p->hr.vol);
 	ct_page_write_words(f, ", %g \u00d7 %g \u00d7 %g times as many as ", p->by.factor[0],
@@ -112,7 +112,7 @@ static void put_warnings(FILE *f, const struct ct_page *p)
 	fputs("<section id=\"warnings\" class=\"card warn\"><h2>What not to trust</h2>\n<ul>\n", f);
 	for (size_t i = 0; i < p->warnings; i++) {
 		fputs("<li>", f);
-		ct_page_write_text(f, p->warning[i], strlen(p->warning[i]));
+		put_text(f, p->warning[i]);
 		fputs("</li>\n", f);
 	}
 	fputs("</ul></section>\n", f);
@@ -126,12 +126,12 @@ static void put_ran(FILE *f, const struct ct_page *p)
 	fputs("<section id=\"ran\" class=\"card\"><h2>What ran</h2>\n", f);
 	if (history) {
 		fputs("<pre>", f);
-		ct_page_write_text(f, history, strlen(history));
+		put_text(f, history);
 		fputs("</pre>\n", f);
 	}
 	if (p->log && *p->log) {
 		fputs("<h2>What it took, and what was said</h2>\n<pre>", f);
-		ct_page_write_text(f, p->log, strlen(p->log));
+		put_text(f, p->log);
 		fputs("</pre>\n", f);
 	}
 	fputs("</section>\n", f);

@@ -76,9 +76,7 @@ int ct_page_write_pictures(
 	FILE *f, const struct ct_page *p, const struct ct_env *env, struct ct_err *e);
 /* The tables and curves (page-cards.c). */
 void ct_page_write_cards(FILE *f, const struct ct_page *p);
-/* Text as HTML shows it: nothing in it is markup, and what is no UTF-8 is U+FFFD. */
-void ct_page_write_text(FILE *f, const char *s, size_t n);
-/* The same of what printf makes; longer than 1000 bytes it is cut. */
+/* What printf makes, as HTML shows it; longer than 1000 bytes it is cut. */
 void ct_page_write_words(FILE *f, const char *fmt, ...) __attribute__((format(printf, 2, 3)));
 /* Names of files lose their folders, in place: they are nobody's business. */
 void ct_page_forget_folders(char *text);
