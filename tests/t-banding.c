@@ -101,7 +101,6 @@ static void none(void)
 static void threads(void)
 {
 	struct ct_banding one;
-	struct ct_err e = {0};
 
 	flat();
 	wave(2, 4, 6, 0, n[0]);

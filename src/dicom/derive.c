@@ -1,6 +1,6 @@
-/* derive.c: see derive.h. */
+/* derive.c: see image.h. */
 #include "config.h"
-#include "dicom/derive.h"
+#include "dicom/image.h"
 #include "core/vec3.h"
 #include "dicom/policy.h"
 #include "formats/hash.h"

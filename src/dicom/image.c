@@ -4,7 +4,6 @@
 #include "formats/voxels.h"
 #include "core/mem.h"
 #include "core/vec3.h"
-#include "dicom/derive.h"
 #include "dicom/image.h"
 #include "dicom/policy.h"
 

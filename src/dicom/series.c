@@ -6,7 +6,7 @@
 #include "formats/hash.h"
 #include "series/restack.h"
 #include "shim/dicom.h"
-#include "dicom/derive.h"
+#include "dicom/image.h"
 #include "dicom/module.h"
 #include "dicom/series.h"
 #include "dicom/sidecar.h"

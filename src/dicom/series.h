@@ -2,7 +2,6 @@
 #ifndef CT_DICOM_SERIES_H
 #define CT_DICOM_SERIES_H
 #include "dicom/dicom.h"
-#include "series/census.h"
 #include "series/series.h"
 
 /* The census of the paths, as series. Zeroes are empty. */

@@ -5,7 +5,6 @@
 #include "formats/out-folder.h"
 #include "formats/voxels.h"
 #include "shim/dicom-write.h"
-#include "dicom/derive.h"
 #include "dicom/form.h"
 #include "dicom/image.h"
 #include "dicom/policy.h"

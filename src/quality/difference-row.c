@@ -1,6 +1,6 @@
-/* difference-row.c: see difference-row.h. */
+/* difference-row.c: see difference.h. */
 #include "config.h"
-#include "quality/difference-row.h"
+#include "quality/difference.h"
 #include "core/vec.h"
 
 enum { LANES = CT_F64_LANES };

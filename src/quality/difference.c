@@ -2,7 +2,6 @@
 #include "config.h"
 #include "quality/difference.h"
 #include "core/mem.h"
-#include "quality/difference-row.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,9 +1,8 @@
 # What is measured: PSNR, SSIM, differences, edges, harm, the data residual.
 libct_a_SOURCES += src/quality/ssim.c src/quality/ssim.h
-SIMD_SOURCES += src/quality/ssim-tile.c src/quality/ssim-tile.h
-SIMD_SOURCES += src/quality/ssim-block.c src/quality/ssim-block.h src/quality/ssim-block-real.h
+SIMD_SOURCES += src/quality/ssim-tile.c src/quality/ssim-block.c src/quality/ssim-block-real.h src/quality/ssim-kernels.h
 libct_a_SOURCES += src/quality/difference.c src/quality/difference.h
-SIMD_SOURCES += src/quality/difference-row.c src/quality/difference-row.h
+SIMD_SOURCES += src/quality/difference-row.c
 libct_a_SOURCES += src/quality/data-residual.c src/quality/data-residual.h
 libct_a_SOURCES += src/quality/edges.c src/quality/edges.h
 libct_a_SOURCES += src/quality/metrics.c src/quality/metrics.h

@@ -1,6 +1,6 @@
-/* ssim-block.c: see ssim-block.h. */
+/* ssim-block.c: see ssim-kernels.h. */
 #include "config.h"
-#include "quality/ssim-block.h"
+#include "quality/ssim-kernels.h"
 #include "core/vec.h"
 
 enum {

@@ -1,4 +1,4 @@
-/* ssim-tile.c: see ssim-tile.h.
+/* ssim-tile.c: see ssim-kernels.h.
  *
  * In float, of the sum s = x + y and the difference d = x - y: with S, D their means and V, E their
  * variances under the window
@@ -15,7 +15,7 @@
  * slopes: the filter is symmetric and zero outside, hence its own adjoint. All of it stays in the
  * first cache. */
 #include "config.h"
-#include "quality/ssim-tile.h"
+#include "quality/ssim-kernels.h"
 #include "core/vec.h"
 
 enum {

@@ -19,8 +19,7 @@
 #include "config.h"
 #include "quality/ssim.h"
 #include "core/mem.h"
-#include "quality/ssim-block.h"
-#include "quality/ssim-tile.h"
+#include "quality/ssim-kernels.h"
 
 #include <math.h>
 #include <stdbool.h>

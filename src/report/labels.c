@@ -1,7 +1,7 @@
-/* labels.c: see labels.h. */
+/* labels.c: see sheet.h. */
 #include "config.h"
 #include "core/mem.h"
-#include "report/labels.h"
+#include "report/sheet.h"
 #include "picture/text.h"
 
 #include <math.h>

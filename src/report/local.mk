@@ -2,7 +2,7 @@
 libct_a_SOURCES += src/report/page.c src/report/page.h src/report/page-cards.c src/report/page-measure.c
 libct_a_SOURCES += src/report/page-pictures.c
 libct_a_SOURCES += src/report/report.c src/report/report.h src/report/survey.c src/report/survey.h
-libct_a_SOURCES += src/report/sheet.c src/report/sheet.h src/report/labels.c src/report/labels.h
+libct_a_SOURCES += src/report/sheet.c src/report/sheet.h src/report/labels.c
 pkgdata_DATA += src/report/report.html
 EXTRA_DIST += src/report/report.html
 noinst_DATA += report.html

@@ -1,4 +1,5 @@
-/* series.h: the pictures of a folder as stacks that belong together.
+/* series.h: every file of a folder is something: a picture, or it is said why not; and the pictures
+ * as stacks that belong together.
  *
  * A series shares SeriesInstanceUID, patient, kind of picture, matrix, pixel size and orientation;
  * where places repeat, also the moment, and nowhere else: no exposure or acquisition divides a
@@ -8,6 +9,38 @@
 #define CT_SERIES_SERIES_H
 #include "core/words.h"
 #include "series/slice.h"
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define CT_FILE_LIST(X)                                                                            \
+	X(CT_FILE_PICTURE, "picture")                                                              \
+	X(CT_FILE_FOREIGN, "not DICOM")                                                            \
+	X(CT_FILE_BARE, "DICOM without a picture") /* a report, a plan, a directory */             \
+	X(CT_FILE_DAMAGED, "damaged")                                                              \
+	X(CT_FILE_UNREADABLE, "unreadable")
+enum ct_file_state { CT_FILE_LIST(CT_WORD_VALUE) };
+
+struct ct_file {
+	char *path; /* owned; that of a folder, which could not be read, ends in / */
+	enum ct_file_state state;
+	char why[120];              /* of what is damaged or unreadable, more */
+	char series[CT_SLICE_TEXT]; /* SeriesInstanceUID; empty if not known */
+};
+
+/* Owns what it points to; zeroes are empty. */
+struct ct_census {
+	struct ct_file *file;
+	struct ct_slice *slice; /* of all pictures */
+	size_t files, slices;
+	int store; /* descriptor + 1 of what was unpacked; 0: none */
+};
+
+void ct_census_free(struct ct_census *c);
+/* May the file, which is no picture that could be read, belong to the series of `s`? What is
+ * damaged or unreadable may, unless its header names another series or its name has an ending that
+ * those of the series have not; and what has their ending, but is no DICOM nor of macOS (._x). */
+bool ct_file_may_belong(const struct ct_file *f, const struct ct_slice *s);
 
 #define CT_PICTURE_LIST(X)                                                                         \
 	X(CT_PICTURE_SLICES, "slices")                                                             \
@@ -36,4 +69,7 @@ int ct_series_list(
 int ct_series_pick(const struct ct_series *list, size_t series, const struct ct_slice *s,
 	const char *which, size_t *pick, struct ct_err *e);
 
+#ifdef __cplusplus
+}
+#endif
 #endif

@@ -9,7 +9,7 @@
 #ifndef CT_SHIM_DICOM_H
 #define CT_SHIM_DICOM_H
 #include "core/err.h"
-#include "series/census.h"
+#include "series/series.h"
 
 #include <stddef.h>
 #ifdef __cplusplus

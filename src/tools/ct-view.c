@@ -5,7 +5,7 @@
 #include "core/mem.h"
 #include "formats/any.h"
 #include "formats/io.h"
-#include "report/labels.h"
+#include "report/sheet.h"
 #include "shim/image.h"
 
 #include <ctype.h>

@@ -1,8 +1,21 @@
-/* ssim-block.h: the inner part of ssim.c, whose head explains it. Kernels (core/simd.h). */
-#ifndef CT_QUALITY_SSIM_BLOCK_H
-#define CT_QUALITY_SSIM_BLOCK_H
+/* ssim-kernels.h: the inner parts of ssim.c, whose head explains them. Kernels (core/simd.h). */
+#ifndef CT_QUALITY_SSIM_KERNELS_H
+#define CT_QUALITY_SSIM_KERNELS_H
 #include "core/simd.h"
 #include "quality/ssim.h"
+
+enum { CT_SSIM_TILE = 128 };
+
+/* Columns [first, first + n), n <= CT_SSIM_TILE, of images h x w; see ct_ssim_back_rows. */
+struct ct_ssim_tile {
+	size_t h, w, first, n;
+	const float *x, *y, *weight;
+};
+
+/* Rows [first, end) of it: gx += scale times their gradient, gx h x w; their sum of 1 - SSIM. */
+CT_SIMD_DECLARE(double, ct_ssim_tile_back,
+	(const struct ct_ssim_rule *r, const struct ct_ssim_tile *t, size_t first, size_t end,
+		float *gx, float scale));
 
 enum {
 	CT_SSIM_TX = 128,             /* columns of a tile */
