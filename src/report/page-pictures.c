@@ -178,7 +178,7 @@ void ct_page_write_meta(FILE *f, const struct ct_page *p)
 
 /* Room for one picture on its way. */
 struct desk {
-	float *sum;           /* of a picture */
+	float *sum, *one;     /* a picture, and one of those that become it */
 	int16_t *v;           /* its values */
 	unsigned char *plain; /* two bytes each */
 	unsigned char *packed;
@@ -190,6 +190,7 @@ struct desk {
 static void desk_free(struct desk *d)
 {
 	free(d->sum);
+	free(d->one);
 	free(d->v);
 	free(d->plain);
 	free(d->packed);
@@ -205,6 +206,7 @@ static int desk_alloc(struct desk *d, size_t pixels, struct ct_err *e)
 		return ct_fail(e, CT_ENOMEM, "no memory");
 	d->room = libdeflate_zlib_compress_bound(d->z, 2 * pixels);
 	return ct_alloc(&d->sum, pixels, sizeof *d->sum, e) ||
+			       ct_alloc(&d->one, pixels, sizeof *d->one, e) ||
 			       ct_alloc(&d->v, pixels, sizeof *d->v, e) ||
 			       ct_alloc(&d->plain, pixels, 2, e) ||
 			       ct_alloc(&d->packed, d->room, 1, e) ||
@@ -223,12 +225,14 @@ static int predicted(const int16_t *v, size_t w, size_t x, size_t y)
 	return between >= most ? least : between <= least ? most : left + above - between;
 }
 
-/* d->v to the text of it. */
+/* d->sum to the text of it. */
 static int put_picture(FILE *f, struct desk *d, size_t w, size_t h, struct ct_err *e)
 {
 	const size_t n = w * h;
 	size_t bytes;
 
+	for (size_t i = 0; i < n; i++)
+		d->v[i] = (int16_t)lrintf(fminf(fmaxf(d->sum[i], -32768), 32767));
 	for (size_t y = 0; y < h; y++)
 		for (size_t x = 0; x < w; x++) {
 			const size_t i = y * w + x;
@@ -278,28 +282,22 @@ static void gather(
 	}
 }
 
-static void settle(struct desk *d, size_t n)
-{
-	for (size_t i = 0; i < n; i++)
-		d->v[i] = (int16_t)lrintf(fminf(fmaxf(d->sum[i], -32768), 32767));
-}
-
 /* The largest value along the lines across the plane. */
 static void gather_most(
-	struct desk *d, float *one, const struct ct_page *p, const struct cut *c, enum kind kind)
+	struct desk *d, const struct ct_page *p, const struct cut *c, enum kind kind)
 {
 	const size_t n = c->size[0][0] * c->size[0][1];
 
 	gather(d->sum, p, c, kind, 0);
 	for (size_t k = 1; k < c->depth; k++) {
-		gather(one, p, c, kind, k);
+		gather(d->one, p, c, kind, k);
 		for (size_t i = 0; i < n; i++)
-			d->sum[i] = fmaxf(d->sum[i], one[i]);
+			d->sum[i] = fmaxf(d->sum[i], d->one[i]);
 	}
 }
 
-static int put_kind(FILE *f, struct desk *d, float *one, const struct ct_page *p,
-	const struct cut *c, enum kind kind, struct ct_err *e)
+static int put_kind(FILE *f, struct desk *d, const struct ct_page *p, const struct cut *c,
+	enum kind kind, struct ct_err *e)
 {
 	const size_t *size = c->size[kind >= STD];
 	const size_t n = kind >= STD ? c->n : c->n + 1; /* the last is the maximum */
@@ -311,8 +309,7 @@ static int put_kind(FILE *f, struct desk *d, float *one, const struct ct_page *p
 		if (k < c->n)
 			gather(d->sum, p, c, kind, c->at[k]);
 		else
-			gather_most(d, one, p, c, kind);
-		settle(d, size[0] * size[1]);
+			gather_most(d, p, c, kind);
 		if (put_picture(f, d, size[0], size[1], e))
 			return -1;
 		fprintf(f, "</script>\n");
@@ -325,15 +322,16 @@ int ct_page_write_pictures(
 {
 	struct cut cut[CT_MONTAGE_PLANES];
 	struct desk d = {0};
-	float *one = NULL;
 	size_t most = 0;
 	int rc = -1;
 
 	cut_all(cut, &p->hr.vol);
-	for (int k = 0; k < CT_MONTAGE_PLANES; k++)
-		if (cut[k].size[0][0] * cut[k].size[0][1] > most)
-			most = cut[k].size[0][0] * cut[k].size[0][1];
-	if (desk_alloc(&d, most, e) || ct_alloc(&one, most, sizeof *one, e))
+	for (int k = 0; k < CT_MONTAGE_PLANES; k++) {
+		const size_t pixels = cut[k].size[0][0] * cut[k].size[0][1];
+
+		most = pixels > most ? pixels : most;
+	}
+	if (desk_alloc(&d, most, e))
 		goto out;
 	for (int k = 0; k < CT_MONTAGE_PLANES; k++)
 		for (int kind = 0; kind < KINDS; kind++) {
@@ -341,13 +339,12 @@ int ct_page_write_pictures(
 				CT_MONTAGE_PLANES * KINDS);
 			if (ct_check_stop(env, e) ||
 				(has(p, (enum kind)kind) &&
-					put_kind(f, &d, one, p, &cut[k], (enum kind)kind, e)))
+					put_kind(f, &d, p, &cut[k], (enum kind)kind, e)))
 				goto out;
 		}
 	ct_progress(env, "pictures", CT_MONTAGE_PLANES * KINDS, CT_MONTAGE_PLANES * KINDS);
 	rc = 0;
 out:
 	desk_free(&d);
-	free(one);
 	return rc;
 }
