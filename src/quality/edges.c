@@ -33,8 +33,6 @@ struct fit {
 	double normal[3], low, step, place;
 };
 
-static const struct spread no_spread;
-
 static double value(const struct ct_vol *v, size_t i, size_t j, size_t k)
 {
 	return (double)v->data[(k * v->n[1] + j) * v->n[0] + i];
@@ -259,7 +257,7 @@ static void batch(void *arg, size_t task, size_t worker)
 	size_t end = (task + 1) * BATCH < j->edges ? (task + 1) * BATCH : j->edges;
 
 	(void)worker;
-	*s = no_spread;
+	*s = (struct spread){.edges = 0};
 	if (ct_stopping(j->env))
 		return;
 	for (size_t k = task * BATCH; k < end; k++) {
@@ -283,12 +281,11 @@ static double crossing(const double *e, size_t b, double level)
 /* |sum_b (e[b+1] - e[b]) exp(-2 pi i f b width)|, f in cycles per mm. */
 static double transfer(const double *e, size_t n, double width, double f)
 {
-	const double pi = acos(-1.0);
-	double re = 0, im = 0, x = pi * f * width, sinc = x > 0 ? sin(x) / x : 1;
+	double re = 0, im = 0, x = M_PI * f * width, sinc = x > 0 ? sin(x) / x : 1;
 
 	for (size_t b = 0; b + 1 < n; b++) {
-		re += (e[b + 1] - e[b]) * cos(2 * pi * f * width * (double)b);
-		im += (e[b + 1] - e[b]) * sin(2 * pi * f * width * (double)b);
+		re += (e[b + 1] - e[b]) * cos(2 * M_PI * f * width * (double)b);
+		im += (e[b + 1] - e[b]) * sin(2 * M_PI * f * width * (double)b);
 	}
 	return sqrt(re * re + im * im) / (sinc * sinc);
 }
@@ -334,7 +331,7 @@ void ct_edge_spread(struct ct_edge_figures *f, const double *spread, size_t n, d
 /* Add the batches up in their order and make the figures. */
 static void conclude(struct ct_edges *o, const struct edges_job *j, size_t batches)
 {
-	struct spread all = no_spread;
+	struct spread all = {.edges = 0};
 	double(*e)[BINS] = o->spread;
 
 	for (size_t t = 0; t < batches; t++) {
