@@ -1,6 +1,5 @@
 /* radiograph.c: the one picture of X rays on a detector that a file holds; see dicom.h. */
 #include "config.h"
-#include "core/inflate.h"
 #include "series/header.h"
 #include "shim/dicom-write.h"
 #include "shim/dicom.h"
@@ -80,10 +79,7 @@ static int check(const struct ct_slice *s, struct ct_err *e)
 			s->path, s->samples);
 	if (s->stored < 1 || s->stored > 32)
 		return ct_fail(e, CT_EINPUT, "%s: BitsStored is %d", s->path, s->stored);
-	return ct_inflate_check(
-		       (uint64_t)fmin(s->on_disk, 1e18), (uint64_t)fmin(s->claimed, 1e18), e)
-		       ? ct_blame(e, s->path)
-		       : 0;
+	return series_check_size(s, 1, e);
 }
 
 /* The one picture of all that was found. */

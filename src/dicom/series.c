@@ -200,8 +200,7 @@ static int check_values(struct ct_slice *s, size_t n, enum ct_units units, struc
 	return 0;
 }
 
-/* Pictures of many bytes in files of few: nothing is decoded, nothing allocated. */
-static int check_size(const struct ct_slice *s, size_t n, struct ct_err *e)
+int series_check_size(const struct ct_slice *s, size_t n, struct ct_err *e)
 {
 	double from = 0, to = 0;
 
@@ -348,7 +347,7 @@ int series_read(
 	s = set.census.slice + l->first;
 	if (series_whole(&set, pick, in->skip_damaged, env, e) ||
 		check_values(s, l->count, in->units, e) || part_repeats(s, l->count, &count, e) ||
-		check_size(s, count, e))
+		series_check_size(s, count, e))
 		goto out;
 	while ((rc = assemble(v, s, count, in, &failed, env, e)) != 0 && failed < count &&
 		in->skip_damaged) {

@@ -142,19 +142,16 @@ int sidecar_series(json_t *o, const struct ct_slice *s, const struct ct_layout *
 
 int sidecar_volume(json_t *o, const struct ct_vol *v, const char *path, struct ct_err *e)
 {
-	json_t *affine = json_array();
-	int bad = !affine;
+	const double(*a)[4] = (const double(*)[4])v->affine;
+	const bool named = !json_object_get(o, "SourceSlices") && strcmp(path, "-") != 0;
+	const bool bad =
+		put(o, "SourceGrid",
+			json_pack("{s:[I,I,I],s:[[f,f,f,f],[f,f,f,f],[f,f,f,f]]}", "Size",
+				(json_int_t)v->n[0], (json_int_t)v->n[1], (json_int_t)v->n[2],
+				"Affine", a[0][0], a[0][1], a[0][2], a[0][3], a[1][0], a[1][1],
+				a[1][2], a[1][3], a[2][0], a[2][1], a[2][2], a[2][3])) ||
+		(named && put_text(o, "SourceFile", basename(path)));
 
-	for (int r = 0; r < 3 && !bad; r++)
-		bad = json_array_append_new(
-			affine, json_pack("[f,f,f,f]", v->affine[r][0], v->affine[r][1],
-					v->affine[r][2], v->affine[r][3]));
-	bad = bad || put(o, "SourceGrid",
-			     json_pack("{s:[I,I,I],s:O}", "Size", (json_int_t)v->n[0],
-				     (json_int_t)v->n[1], (json_int_t)v->n[2], "Affine", affine));
-	json_decref(affine);
-	if (!bad && !json_object_get(o, "SourceSlices") && strcmp(path, "-") != 0)
-		bad = put_text(o, "SourceFile", basename(path));
 	return bad ? no_memory(e) : 0;
 }
 

@@ -113,21 +113,13 @@ void ct_header_uid(char out[CT_UID_TEXT], const uint64_t bits[2])
 {
 	const uint64_t high = (bits[0] & ~UINT64_C(0xf000)) | UINT64_C(0x8000);
 	const uint64_t low = (bits[1] & UINT64_MAX >> 2) | UINT64_C(1) << 63;
-	uint32_t limb[4] = {
-		(uint32_t)(high >> 32), (uint32_t)high, (uint32_t)(low >> 32), (uint32_t)low};
+	unsigned __int128 x = (unsigned __int128)high << 64 | low;
 	char digits[40];
 	size_t at = sizeof digits;
 
 	digits[--at] = '\0';
-	do { /* long division by ten */
-		uint64_t rest = 0;
-
-		for (size_t i = 0; i < 4; i++) {
-			rest = rest << 32 | limb[i];
-			limb[i] = (uint32_t)(rest / 10);
-			rest %= 10;
-		}
-		digits[--at] = (char)('0' + rest);
-	} while ((limb[0] | limb[1] | limb[2] | limb[3]) != 0);
+	do
+		digits[--at] = (char)('0' + (int)(x % 10));
+	while ((x /= 10) > 0);
 	snprintf(out, CT_UID_TEXT, "2.25.%s", digits + at);
 }
