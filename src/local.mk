@@ -16,7 +16,7 @@ libctdicom_a_SOURCES = src/tools/convert-in.c src/tools/convert-planes.c src/too
 	src/dicom/module.h src/dicom/dicom.h src/tools/scan-read.c src/tools/scan-read.h
 DICOM_SOURCES = src/dicom/module.c src/dicom/write.c src/dicom/series.c \
 	src/dicom/account.c src/dicom/series.h src/dicom/inspect.c src/dicom/image.c src/dicom/image.h \
-	src/dicom/policy.c src/dicom/policy.h src/dicom/derive.c src/dicom/radiograph.c
+	src/dicom/policy.c src/dicom/derive.c src/dicom/radiograph.c
 DICOM_LDADD = libctdicom.a libct.a $(CT_LIBS) -ldl
 if HAVE_VTK
 pkglibexec_PROGRAMS += ctsr-dicom.so

@@ -81,8 +81,8 @@ static void test_orientation(void)
 			for (size_t c = 0; c < 4; c++)
 				bad[2] +=
 					at(&s, r, c) != f(1, 5 - 2 * (double)c, 8 - 2 * (double)r);
-		places += ct_montage_slice_volume(&s, &v, CT_MONTAGE_AXIAL, 9.1) != -1 ||
-			  ct_montage_slice_volume(&s, &v, CT_MONTAGE_AXIAL, -3.1) != -1;
+		places += ct_montage_slice_volume(&s, &v, CT_MONTAGE_AXIAL, 9.1) != 1 ||
+			  ct_montage_slice_volume(&s, &v, CT_MONTAGE_AXIAL, -3.1) != 1;
 		ct_vol_free(&v);
 	}
 	OK(shape == 0, "48 orientations: sizes");

@@ -1,7 +1,7 @@
 /* What a file holds in a few numbers: ranges, scans found again from their vectors, Gaussians. */
 #include "config.h"
 #include "xray/geometry.h"
-#include "report/survey.h"
+#include "report/report.h"
 #include "tap.h"
 
 #include <stdlib.h>
@@ -14,13 +14,13 @@ static void test_range(void)
 	struct ct_survey_range r;
 
 	ct_survey_range_of(&r, 6, x);
-	OK(r.n == 6 && r.nan == 1 && r.inf == 2, "NaN and infinity are counted apart");
+	OK(r.nan == 1 && r.inf == 2, "NaN and infinity are counted apart");
 	OK(r.min == 1e7 + 1 && r.max == 1e7 + 5 && r.mean == 1e7 + 3, "range and mean");
 	NEAR(r.sd, sqrt(8.0 / 3), 1e-12, "deviation, far from 0");
 	ct_survey_range_of(&r, 2, bad);
 	OK(isnan(r.min) && isnan(r.max) && isnan(r.mean) && isnan(r.sd), "nothing finite");
 	ct_survey_range_of(&r, 0, NULL);
-	OK(r.n == 0 && isnan(r.mean), "nothing at all");
+	OK(isnan(r.mean), "nothing at all");
 }
 
 static void fill(struct ct_stack *s, const struct ct_geometry *scan)

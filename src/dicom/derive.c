@@ -2,7 +2,6 @@
 #include "config.h"
 #include "dicom/image.h"
 #include "core/vec3.h"
-#include "dicom/policy.h"
 #include "formats/hash.h"
 
 #include <inttypes.h>

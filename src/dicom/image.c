@@ -5,7 +5,6 @@
 #include "core/mem.h"
 #include "core/vec3.h"
 #include "dicom/image.h"
-#include "dicom/policy.h"
 
 #include <math.h>
 #include <stdio.h>

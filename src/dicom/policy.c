@@ -1,11 +1,21 @@
-/* policy.c: see policy.h. */
+/* policy.c: see image.h. */
 #include "config.h"
 #include "shim/dicom-write.h"
-#include "dicom/policy.h"
+#include "dicom/image.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* What PS3.15, table E.1-1, has done to an element. */
+enum deid {
+	KEPT,    /* identifies nobody */
+	EMPTIED, /* Z */
+	DROPPED, /* X */
+	UID,     /* U: another, the same for the same */
+	NAMED,   /* D: a name that is none, */
+	NUMBERED /* and an ID */
+};
 
 enum { NEEDED = 1, SINGLE = 2, FRAMES = 4 }; /* always there; in files of one picture, of many */
 

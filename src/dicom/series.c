@@ -4,7 +4,6 @@
 #include "core/inflate.h"
 #include "core/mem.h"
 #include "formats/hash.h"
-#include "series/restack.h"
 #include "shim/dicom.h"
 #include "dicom/image.h"
 #include "dicom/module.h"
@@ -111,17 +110,17 @@ static void warn_numbers(
 {
 	const size_t n = l->slices;
 	const int way = s[n - 1].instance > s[0].instance ? 1 : -1;
-	int step = 0;
+	long long step = 0;
 
 	for (size_t k = 1; k < n; k++) {
-		const int by = way * (s[k].instance - s[k - 1].instance);
+		const long long by = way * ((long long)s[k].instance - s[k - 1].instance);
 
 		if (by <= 0 || s[k].frames > 1)
 			return; /* they do not follow the places */
 		step = step == 0 || by < step ? by : step;
 	}
 	for (size_t k = 1; k < n; k++) {
-		const int by = way * (s[k].instance - s[k - 1].instance);
+		const long long by = way * ((long long)s[k].instance - s[k - 1].instance);
 
 		if (by > step && by % step == 0 && !l->lost[k])
 			ct_log(env, CT_WARN,
@@ -288,7 +287,7 @@ static int assemble(struct ct_vol *v, struct ct_slice *s, size_t n, const struct
 {
 	struct reader r = {
 		.s = s, .to = v, .in = in, .none = in->units == CT_UNITS_OTHER ? 0 : NONE_HU};
-	const struct ct_restack_source from = {read_slice, take, &r};
+	const struct ct_layout_source from = {read_slice, take, &r};
 	struct ct_layout l = {0};
 	int rc = -1;
 
@@ -297,7 +296,7 @@ static int assemble(struct ct_vol *v, struct ct_slice *s, size_t n, const struct
 		ct_hash_alloc(&r.hash, e) || begin(v, &r, &l, e) ||
 		ct_dicom_source_open(&r.from, s, n, ct_par_threads(env->par), e))
 		goto out;
-	rc = ct_restack_fill(v->data, &l, s, r.none, &from, env, e);
+	rc = ct_layout_fill(v->data, &l, s, r.none, &from, env, e);
 	if (rc) {
 		*failed = e->code == CT_EINPUT ? r.failed : n;
 		goto out;

@@ -7,7 +7,6 @@
 #include "shim/dicom-write.h"
 #include "dicom/form.h"
 #include "dicom/image.h"
-#include "dicom/policy.h"
 #include "dicom/series.h"
 #include "dicom/module.h"
 

@@ -1,7 +1,7 @@
-/* mip.c: see mip.h. */
+/* mip.c: see montage.h. */
 #include "config.h"
 #include "core/mem.h"
-#include "picture/mip.h"
+#include "picture/montage.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -33,7 +33,7 @@ static void put(double *sum, double x, bool first, enum ct_mip how)
 		*sum = x;
 }
 
-int ct_mip_project(struct ct_montage_slice *s, float **own, const struct ct_vol *v,
+int ct_montage_slice_mip(struct ct_montage_slice *s, float **own, const struct ct_vol *v,
 	enum ct_montage_plane plane, double mm, double thickness, enum ct_mip how, struct ct_err *e)
 {
 	struct ct_montage_frame f;

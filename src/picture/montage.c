@@ -93,7 +93,7 @@ int ct_montage_slice_volume(
 	ct_montage_frame_make(&f, v, plane);
 	index = plane_at(&f, mm);
 	if (index < 0)
-		return -1;
+		return 1;
 	s->data = v->data + index * stride[f.axis[0]];
 	for (int i = 0; i < 2; i++) {
 		const ptrdiff_t step = stride[f.axis[1 + i]];

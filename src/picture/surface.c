@@ -1,7 +1,7 @@
-/* surface.c: see surface.h. */
+/* surface.c: see montage.h. */
 #include "config.h"
 #include "core/mem.h"
-#include "picture/surface.h"
+#include "picture/montage.h"
 
 #include <math.h>
 
@@ -123,7 +123,7 @@ static void row(void *arg, size_t r, size_t worker)
 	}
 }
 
-int ct_surface_draw(struct ct_montage_slice *s, float **own, const struct ct_vol *v,
+int ct_montage_slice_surface(struct ct_montage_slice *s, float **own, const struct ct_vol *v,
 	enum ct_montage_plane plane, double level, double pixel, struct ct_par *par,
 	struct ct_err *e)
 {

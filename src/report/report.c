@@ -2,7 +2,6 @@
 #include "config.h"
 #include "report/report.h"
 #include "formats/text.h"
-#include "report/survey.h"
 
 #include <math.h>
 #include <stdint.h>

@@ -60,14 +60,15 @@ static int picture_volume(struct ct_sheet *s, size_t at, const struct ct_vol *v,
 			  : c->mm ? c->at
 				  : ct_montage_position(first, p, c->at);
 	struct ct_montage_slice *slice = &s->montage.tile[at].slice;
-	int rc = 0;
+	int rc;
 
 	if (r->surface)
-		rc = ct_surface_draw(slice, &s->own[at], v, p, r->level, s->montage.mm, r->par, e);
+		rc = ct_montage_slice_surface(
+			slice, &s->own[at], v, p, r->level, s->montage.mm, r->par, e);
 	else if (r->slab)
-		rc = ct_mip_project(slice, &s->own[at], v, p, mm, r->thickness, r->slab, e);
-	else if (ct_montage_slice_volume(slice, v, p, mm))
-		rc = 1;
+		rc = ct_montage_slice_mip(slice, &s->own[at], v, p, mm, r->thickness, r->slab, e);
+	else
+		rc = ct_montage_slice_volume(slice, v, p, mm);
 	if (rc) {
 		*slice = (struct ct_montage_slice){0};
 		return rc < 0 ? -1 : 0;

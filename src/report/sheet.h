@@ -4,8 +4,6 @@
 #define CT_REPORT_SHEET_H
 #include "formats/any.h"
 #include "picture/montage.h"
-#include "picture/mip.h"
-#include "picture/surface.h"
 
 #include <stdbool.h>
 

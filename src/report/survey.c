@@ -1,6 +1,6 @@
-/* survey.c: see survey.h. */
+/* survey.c: see report.h. */
 #include "config.h"
-#include "report/survey.h"
+#include "report/report.h"
 #include "core/vec3.h"
 
 #include <math.h>
@@ -17,7 +17,7 @@ void ct_survey_range_of(struct ct_survey_range *r, size_t n, const float *x)
 	double sum = 0, square = 0, range[2] = {(double)NAN, (double)NAN}, shift = 0;
 	size_t good = 0;
 
-	*r = (struct ct_survey_range){.n = n};
+	*r = (struct ct_survey_range){0};
 	for (size_t i = 0; i < n; i++) {
 		double v = (double)x[i];
 

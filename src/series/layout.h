@@ -1,10 +1,11 @@
-/* layout.h: from the places of slices to a grid, by geometry alone.
+/* layout.h: from the places of slices to a grid, by geometry alone, and its planes (restack.c).
  *
  * The grid is RAS+: i along a row, j down the columns, k along the normal of the slices, which are
  * put in that order. Its axes are at right angles, unless a tilted stack is kept as it is.
  */
 #ifndef CT_SERIES_LAYOUT_H
 #define CT_SERIES_LAYOUT_H
+#include "core/env.h"
 #include "core/words.h"
 #include "series/slice.h"
 
@@ -67,5 +68,20 @@ void ct_layout_middle(const struct ct_slice *s, double mm[3]);
 /* How many slices are missing before slice k > 0; if any are, the middles on either side. */
 size_t ct_layout_gap(const struct ct_layout *l, const struct ct_slice *s, size_t k,
 	double before[3], double after[3]);
+
+/* Where slices come from: n columns x rows numbers of slice k into px; and what takes plane k of
+ * the grid, out, while it is in the cache. */
+struct ct_layout_source {
+	int (*read)(void *ctx, size_t k, float *px, struct ct_err *e);
+	int (*take)(void *ctx, size_t k, const float *out, struct ct_err *e);
+	void *ctx;
+};
+
+/* Planes of the grid into data, or for the source to take, if that is NULL. In its plane a slice is
+ * moved by Keys' cubic kernel, held to the range of the slice, and what it does not cover becomes
+ * `none`; a plane between two slices is their mean, weighted by distance. Slices are asked for in
+ * order, each once at most. Codes of the source; CT_ENOMEM. */
+int ct_layout_fill(float *data, const struct ct_layout *l, const struct ct_slice *s, float none,
+	const struct ct_layout_source *from, const struct ct_env *env, struct ct_err *e);
 
 #endif

@@ -4,4 +4,4 @@ SIMD_SOURCES += src/series/slice-row.c src/series/slice-row.h
 libct_a_SOURCES += src/series/header.c src/series/header.h
 libct_a_SOURCES += src/series/series.c src/series/series.h
 libct_a_SOURCES += src/series/layout.c src/series/layout.h
-libct_a_SOURCES += src/series/restack.c src/series/restack.h
+libct_a_SOURCES += src/series/restack.c

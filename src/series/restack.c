@@ -1,8 +1,8 @@
-/* restack.c: see restack.h. */
+/* restack.c: the planes of a grid from slices that lie beside and between them; see layout.h. */
 #include "config.h"
 #include "core/mem.h"
 #include "resolution/resample.h"
-#include "series/restack.h"
+#include "series/layout.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -11,7 +11,7 @@
 struct work {
 	const struct ct_layout *l;
 	const struct ct_slice *s;
-	const struct ct_restack_source *from;
+	const struct ct_layout_source *from;
 	struct ct_par *par;
 	float none;
 	float *raw;     /* a slice as it comes */
@@ -114,8 +114,8 @@ static int plane(struct work *w, size_t k, float *out, struct ct_err *e)
 	return 0;
 }
 
-int ct_restack_fill(float *data, const struct ct_layout *l, const struct ct_slice *s, float none,
-	const struct ct_restack_source *from, const struct ct_env *env, struct ct_err *e)
+int ct_layout_fill(float *data, const struct ct_layout *l, const struct ct_slice *s, float none,
+	const struct ct_layout_source *from, const struct ct_env *env, struct ct_err *e)
 {
 	const size_t area = l->n[0] * l->n[1];
 	struct work w = {.l = l,
