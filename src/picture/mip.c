@@ -37,16 +37,15 @@ int ct_montage_slice_mip(struct ct_montage_slice *s, float **own, const struct c
 	enum ct_montage_plane plane, double mm, double thickness, enum ct_mip how, struct ct_err *e)
 {
 	struct ct_montage_frame f;
-	size_t range[2], lo[3] = {0}, hi[3] = {v->n[0], v->n[1], v->n[2]};
+	size_t area, range[2], lo[3] = {0}, hi[3] = {v->n[0], v->n[1], v->n[2]};
 	ptrdiff_t start = 0, step[3] = {0};
 	double *sum = NULL;
 
 	ct_montage_frame_make(&f, v, plane);
 	if (ct_montage_slice_volume(s, v, plane, mm))
 		return 1;
-	if (ct_alloc(&sum, s->n[0] * s->n[1], sizeof *sum, e))
-		return -1;
-	if (ct_alloc(own, s->n[0] * s->n[1], sizeof **own, e)) {
+	area = s->n[0] * s->n[1];
+	if (ct_alloc(&sum, area, sizeof *sum, e) || ct_alloc(own, area, sizeof **own, e)) {
 		free(sum);
 		return -1;
 	}
@@ -71,7 +70,7 @@ int ct_montage_slice_mip(struct ct_montage_slice *s, float **own, const struct c
 					at[f.axis[0]] == range[0], how);
 			}
 	}
-	for (size_t i = 0; i < s->n[0] * s->n[1]; i++)
+	for (size_t i = 0; i < area; i++)
 		(*own)[i] = (float)(how == CT_MIP_MEAN ? sum[i] / (double)(range[1] - range[0])
 						       : sum[i]);
 	free(sum);

@@ -9,6 +9,7 @@
 #include "quality/structures.h"
 #include "quality/tissue.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -36,12 +37,9 @@ bool ct_figures_get(double *v, const struct ct_figures *f, const char *name)
 static struct ct_figure *append_to(
 	struct ct_figures *f, const char *name, const char *end, double v, int digits)
 {
-	struct ct_figure *o = &f->at[f->n];
+	struct ct_figure *o = &f->at[f->n++];
 
-	if (f->n < CT_FIGURES) /* never more: what is appended here is less */
-		f->n++;
-	else
-		o--;
+	assert(f->n <= CT_FIGURES);
 	*o = (struct ct_figure){.n = 1, .v = {v}, .digits = digits};
 	snprintf(o->name, sizeof o->name, "%s%s", name, end);
 	return o;

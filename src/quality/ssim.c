@@ -1,10 +1,11 @@
 /* ssim.c: the rules of SSIM, its gradient tile by tile (ssim-tile.c), and that of volumes.
  *
- * A task is a block of slices along z. It walks tiles of columns along x, and in each chunks of
- * rows along y. Of every row the maps of the slices of the block and their neighbours are
- * filtered along z, then along x, and put behind the 2 radius rows that the chunk before has left;
- * then the chunk of each slice is filtered along y. Axes that the definition does not filter have
- * radius 0. Outside the volume all maps are zero.
+ * The window is separable, so a slice across an axis is the volume filtered along the two other
+ * axes, and the 3-D index is the volume filtered along three. A task is a block of slices along z.
+ * It walks tiles of columns along x, and in each chunks of rows along y. Of every row the maps of
+ * the slices of the block and their neighbours are filtered along z, then along x, and put behind
+ * the 2 radius rows that the chunk before has left; then the chunk of each slice is filtered along
+ * y. Axes that the definition does not filter have radius 0. Outside the volume all maps are zero.
  *
  * The maps are u = x + y, v = y - x, u^2 and v^2. With means m and variances s,
  *

@@ -20,11 +20,8 @@
  *
  * Images are h rows of w floats, rows contiguous. Sums are double. Thread-safe.
  *
- * Volumes are compared slice by slice across any axis or in 3-D, as they lie in memory. The window
- * is separable, so a slice across an axis is the volume filtered along the two other axes, and the
- * 3-D index is the volume filtered along three: nothing is gathered or transposed. A worker keeps a
- * block of 8 slices by 16 rows by 128 columns of the local moments, which stays in its cache: about
- * 0.5 MiB, whatever the volumes' size.
+ * Volumes are compared slice by slice across any axis or in 3-D, as they lie in memory, with about
+ * 0.5 MiB a worker, whatever their size.
  */
 #ifndef CT_QUALITY_SSIM_H
 #define CT_QUALITY_SSIM_H

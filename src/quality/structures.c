@@ -84,20 +84,18 @@ int ct_structures(struct ct_structures *s, const struct ct_vol *ref, const struc
 	struct ct_err *e)
 {
 	const size_t n = ct_vol_count(ref);
-	unsigned char *soft;
-	float *d, *b, *work;
+	unsigned char *soft = NULL;
+	float *d = NULL, *b, *work;
 	int rc = -1;
 
 	*s = (struct ct_structures){0};
-	if (ct_alloc(&d, 3 * n, sizeof *d, e))
-		return -1;
+	if (ct_alloc(&d, 3 * n, sizeof *d, e) || ct_alloc(&soft, n, 1, e))
+		goto out;
 	b = d + n;
 	work = b + n;
-	if (ct_alloc(&soft, n, 1, e))
-		goto out;
 	if (band(d, work, soft, ref, sigma, env->par, e) ||
 		band(b, work, NULL, test, sigma, env->par, e))
-		goto out_soft;
+		goto out;
 	s->soft = mask_soft(soft, mask, ref->n);
 	for (int k = 0; k < 2; k++) {
 		const float sign = k ? -1 : 1;
@@ -107,9 +105,8 @@ int ct_structures(struct ct_structures *s, const struct ct_vol *ref, const struc
 		count(&all, &s->falsely[k], b, d, soft, ref->n, sign, (float)t);
 	}
 	rc = 0;
-out_soft:
-	free(soft);
 out:
+	free(soft);
 	free(d);
 	return rc;
 }

@@ -46,7 +46,8 @@ struct tissue_job {
 	const size_t *n;
 	unsigned char *map; /* of ct_tissue_map: written */
 	const unsigned char *in;
-	float *hu, *error;
+	float *hu;
+	const float *error;
 	size_t reach;
 	size_t *since; /* [worker][longer of n[0] and n[1]] */
 	int axis;
@@ -180,28 +181,27 @@ int ct_tissue_errors(struct ct_tissue_errors *o, const unsigned char *map, const
 	const size_t n = ct_vol_count(ref);
 	struct tissue_job j = {.mask = mask, .n = ref->n, .in = map};
 	struct ct_tissue_row smooth[N];
+	float *error = NULL;
 	int rc = -1;
 
 	*o = (struct ct_tissue_errors){0};
-	if (ct_alloc(&j.sum, 3 * N * ref->n[2], sizeof *j.sum, e))
-		return -1;
-	if (ct_alloc(&j.error, 2 * n, sizeof *j.error, e))
-		goto out_sum;
+	if (ct_alloc(&j.sum, 3 * N * ref->n[2], sizeof *j.sum, e) ||
+		ct_alloc(&error, 2 * n, sizeof *error, e))
+		goto out;
 	for (size_t i = 0; i < n; i++)
-		j.error[i] = test->data[i] - ref->data[i];
+		error[i] = test->data[i] - ref->data[i];
+	j.error = error;
 	ct_par_for(env->par, ref->n[2], add_plane, &j);
 	gather(o->row, &j);
-	if (ct_check_stop(env, e) || ct_smooth(j.error + n, j.error, ref->n, sigma, env->par, e))
+	if (ct_check_stop(env, e) || ct_smooth(error + n, error, ref->n, sigma, env->par, e))
 		goto out;
-	j.error += n;
+	j.error = error + n;
 	ct_par_for(env->par, ref->n[2], add_plane, &j);
-	j.error -= n;
 	gather(smooth, &j);
 	o->smooth = smooth[CT_TISSUE_DEEP].rmse;
 	rc = ct_check_stop(env, e);
 out:
-	free(j.error);
-out_sum:
+	free(error);
 	free(j.sum);
 	return rc;
 }
