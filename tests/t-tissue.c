@@ -1,6 +1,6 @@
 /* Tissues: slabs of one value each, and what is deep, looked for voxel by voxel. */
 #include "config.h"
-#include "quality/smooth.h"
+#include "resolution/degrade.h"
 #include "quality/tissue.h"
 #include "core/rng.h"
 #include "tap.h"
@@ -199,7 +199,7 @@ static void smooth(void)
 
 			ref.data[i] = (float)cos(wave * ct_cell_centre((double)at[a]));
 		}
-		must(ct_smooth(test.data, ref.data, n, sigma, env.par, &err));
+		must(ct_degrade_smooth(test.data, ref.data, n, sigma, env.par, &err));
 		for (size_t i = 0; i < ct_vol_count(&ref); i++)
 			most = fmax(most,
 				fabs((double)test.data[i] -

@@ -5,11 +5,11 @@
 #include "core/simd.h"
 #include "formats/temp.h"
 
-static int begin(const struct dicom_begin *b, struct ct_err *e)
+static int begin(unsigned expand, const char *simd, struct ct_temp_kept *temp, struct ct_err *e)
 {
-	ct_inflate_allow(b->expand);
-	ct_temp_share(b->temp);
-	return ct_simd_use(b->simd, e);
+	ct_inflate_allow(expand);
+	ct_temp_share(temp);
+	return ct_simd_use(simd, e);
 }
 
 extern const struct dicom_module ctsr_dicom_module;

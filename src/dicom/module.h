@@ -18,14 +18,10 @@ __typeof__(ct_dicom_radiograph) radiograph_read;
 /* What a program says once for all its copies of core: see core/inflate.h, core/simd.h,
  * formats/temp.h. */
 struct ct_temp_kept;
-struct dicom_begin {
-	unsigned expand;
-	const char *simd; /* CTSR_CPU, or NULL */
-	struct ct_temp_kept *temp;
-};
-
 struct dicom_module {
-	int (*begin)(const struct dicom_begin *b, struct ct_err *e);
+	/* simd: CTSR_CPU, or NULL */
+	int (*begin)(
+		unsigned expand, const char *simd, struct ct_temp_kept *temp, struct ct_err *e);
 	__typeof__(series_read) *read;
 	__typeof__(dicom_write) *write;
 	__typeof__(inspect_print) *inspect;

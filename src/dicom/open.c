@@ -36,7 +36,6 @@ static void set_last_word(void)
 
 static const struct dicom_module *module(struct ct_err *e)
 {
-	const struct dicom_begin how = {ct_inflate_allowed(), getenv("CTSR_CPU"), ct_temp_table()};
 	const struct dicom_module *m = NULL;
 	void *handle = NULL;
 	char *path;
@@ -60,8 +59,9 @@ static const struct dicom_module *module(struct ct_err *e)
 		ct_fail(e, CT_EINPUT, "%s: %s; it reads and writes DICOM", path,
 			rc > 0 ? "is not installed" : dlerror());
 	free(path);
-	return m && m->begin(&how, e) == 0 ? m
-					   : NULL; /* the handle stays, as long as the program */
+	if (m && m->begin(ct_inflate_allowed(), getenv("CTSR_CPU"), ct_temp_table(), e))
+		return NULL;
+	return m; /* the handle stays, as long as the program */
 }
 #else
 static const struct dicom_module *module(struct ct_err *e)

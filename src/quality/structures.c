@@ -1,7 +1,7 @@
 /* structures.c: see structures.h. */
 #include "config.h"
 #include "core/mem.h"
-#include "quality/smooth.h"
+#include "resolution/degrade.h"
 #include "quality/structures.h"
 
 #include <math.h>
@@ -17,8 +17,8 @@ static int band(float *d, float *work, unsigned char *soft, const struct ct_vol 
 	const double outer[3] = {OUTER * sigma[0], OUTER * sigma[1], OUTER * sigma[2]};
 	const size_t plane = v->n[0] * v->n[1];
 
-	if (ct_smooth(d, v->data, v->n, sigma, par, e) ||
-		ct_smooth(work, v->data, v->n, outer, par, e))
+	if (ct_degrade_smooth(d, v->data, v->n, sigma, par, e) ||
+		ct_degrade_smooth(work, v->data, v->n, outer, par, e))
 		return -1;
 	for (size_t k = 0; k < v->n[2]; k++) {
 		for (size_t i = k * plane; i < (k + 1) * plane; i++) {

@@ -2,7 +2,7 @@
 #include "config.h"
 #include "quality/tissue.h"
 #include "core/mem.h"
-#include "quality/smooth.h"
+#include "resolution/degrade.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -120,7 +120,7 @@ int ct_tissue_map(unsigned char **map, const struct ct_vol *ref, size_t deep,
 	int rc = -1;
 
 	if (ct_alloc(&j.hu, voxels, sizeof *j.hu, e) ||
-		ct_smooth(j.hu, ref->data, n, sigma, env->par, e) ||
+		ct_degrade_smooth(j.hu, ref->data, n, sigma, env->par, e) ||
 		ct_alloc(&j.map, voxels, 1, e) ||
 		ct_alloc(&j.since, wide * ct_par_threads(env->par), sizeof *j.since, e))
 		goto out;
@@ -193,7 +193,8 @@ int ct_tissue_errors(struct ct_tissue_errors *o, const unsigned char *map, const
 	j.error = error;
 	ct_par_for(env->par, ref->n[2], add_plane, &j);
 	gather(o->row, &j);
-	if (ct_check_stop(env, e) || ct_smooth(error + n, error, ref->n, sigma, env->par, e))
+	if (ct_check_stop(env, e) ||
+		ct_degrade_smooth(error + n, error, ref->n, sigma, env->par, e))
 		goto out;
 	j.error = error + n;
 	ct_par_for(env->par, ref->n[2], add_plane, &j);

@@ -1,7 +1,7 @@
 /* tissue.h: what of a CT is which tissue, by the HU of the truth, and how large the error of
  * another is there.
  *
- * HU are those of the truth under a Gaussian of CT_TISSUE_SIGMA voxel (smooth.h), so that its
+ * HU are those of the truth under a Gaussian of CT_TISSUE_SIGMA voxel (degrade.h), so that its
  * noise hardly sorts the voxels; sorted by it, it would be a mean error. From, to (not included):
  *
  *   air         -950   beyond the body, airways, emphysema

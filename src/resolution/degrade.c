@@ -195,6 +195,19 @@ int ct_degrade_plan(struct ct_separable *s, const struct ct_degrade *d, const si
 	return ct_separable_plan(s, par, e);
 }
 
+int ct_degrade_smooth(float *out, const float *x, const size_t n[static 3],
+	const double sigma[static 3], struct ct_par *par, struct ct_err *e)
+{
+	const struct ct_degrade d = {.factor = {1, 1, 1}, .sigma = {sigma[0], sigma[1], sigma[2]}};
+	struct ct_separable s;
+
+	if (ct_degrade_plan(&s, &d, n, par, e))
+		return -1;
+	ct_separable_apply(&s, out, x, par);
+	ct_separable_free(&s);
+	return 0;
+}
+
 void ct_degrade_affine(double lo[3][4], const double hi[3][4], const size_t n[static 3],
 	const struct ct_degrade *d)
 {

@@ -76,6 +76,11 @@ int ct_degrade_axis_taps(
 /* D for a volume of n samples. Allocates. */
 int ct_degrade_plan(struct ct_separable *s, const struct ct_degrade *d, const size_t n[static 3],
 	const struct ct_par *par, struct ct_err *e);
+/* out <- x, n voxels, under a Gaussian cut at 4 sigma, continued by reflection about its faces (d c
+ * b a | a b c d); sigma along each axis in voxels, 0 leaves it as it is. Memory: two volumes while
+ * it runs. CT_EINPUT for an absurd sigma, CT_ENOMEM. */
+int ct_degrade_smooth(float *out, const float *x, const size_t n[static 3],
+	const double sigma[static 3], struct ct_par *par, struct ct_err *e);
 /* Affine of the LR grid of the n HR voxels. lo may be hi. */
 void ct_degrade_affine(double lo[3][4], const double hi[3][4], const size_t n[static 3],
 	const struct ct_degrade *d);
