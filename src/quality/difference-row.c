@@ -189,15 +189,3 @@ void CT_SIMD_HERE(ct_difference_row_columns)(double *column, size_t pitch,
 	add_columns(column, pitch, r, map, 0, r->n - 1, 1);
 	add_columns(column, pitch, r, map, r->n - 1, r->n, 0);
 }
-
-bool CT_SIMD_HERE(ct_difference_row_mark)(
-	unsigned char *restrict flag, const float *restrict v, size_t n, float threshold)
-{
-	unsigned char any = 0;
-
-	for (size_t i = 0; i < n; i++)
-		flag[i] |= v[i] > threshold;
-	for (size_t i = 0; i < n; i++)
-		any |= v[i] > threshold;
-	return any != 0;
-}

@@ -3,7 +3,6 @@
 #include "quality/difference.h"
 #include "core/mem.h"
 
-#include <math.h>
 #include <stdlib.h>
 
 enum { COLUMNS = CT_DIFFERENCE_COLUMNS };
@@ -14,7 +13,6 @@ struct difference_job {
 	float *ones;                    /* [n[0]]: then that of a row */
 	const struct ct_ssim_map *map;
 	const struct ct_env *env;
-	float threshold;
 	struct ct_sums *slab; /* [n[2]] */
 	struct ct_sums *row;  /* [n[2]][n[1]], or NULL */
 	double *column;       /* [n[2]][COLUMNS][n[0]], or NULL */
@@ -65,6 +63,7 @@ static void slab(void *arg, size_t k, size_t worker)
 		j->scratch + 2 * worker * j->pitch, j->scratch + (2 * worker + 1) * j->pitch};
 	struct ct_difference_row r[2];
 	struct ct_sums sums[2];
+	const float zero = (float)j->map->zero;
 
 	if (ct_stopping(j->env))
 		return;
@@ -81,9 +80,12 @@ static void slab(void *arg, size_t k, size_t worker)
 		if (j->column)
 			CT_SIMD(ct_difference_row_columns)
 		(j->column + k * COLUMNS * n0, n0, &r[here], j->map);
-		if (isfinite(j->threshold))
-			above[n0 + y] = CT_SIMD(ct_difference_row_mark)(
-				above, r[here].ref, n0, j->threshold);
+		for (size_t i = 0; i < n0; i++) {
+			const unsigned char is = r[here].ref[i] > zero;
+
+			above[i] |= is;
+			above[n0 + y] |= is;
+		}
 	}
 }
 
@@ -152,16 +154,11 @@ static int set_up(struct difference_job *j, struct ct_difference *d, bool slices
 }
 
 int ct_difference(struct ct_difference *d, const size_t n[static 3], const float *ref,
-	const float *test, const float *mask, const struct ct_ssim_map *map, double threshold,
-	bool slices, const struct ct_env *env, struct ct_err *e)
+	const float *test, const float *mask, const struct ct_ssim_map *map, bool slices,
+	const struct ct_env *env, struct ct_err *e)
 {
-	struct difference_job j = {.n = n,
-		.ref = ref,
-		.test = test,
-		.mask = mask,
-		.map = map,
-		.env = env,
-		.threshold = (float)threshold};
+	struct difference_job j = {
+		.n = n, .ref = ref, .test = test, .mask = mask, .map = map, .env = env};
 	int rc = -1;
 
 	*d = (struct ct_difference){0};

@@ -22,17 +22,17 @@ struct ct_difference {
 	 * The largest |d| of slices across axis 0 is not kept. slice[0] and slice[1] are NULL
 	 * unless asked for. */
 	struct ct_sums *slice[3];
-	/* Has the slice a voxel of ref above the threshold? */
+	/* Has the slice a voxel of ref above map->zero? */
 	bool *above[3];
 };
 
-/* mask (NULL: everywhere) not zero is what counts; `above` is of all voxels, and not looked for if
- * the threshold is infinite. Volumes are n voxels, i fastest; if a voxel of theirs is not finite,
- * counted or not, neither is total.square. The mask is finite. Does not depend on the number of
- * threads. *d is to be freed, even on failure. CT_ENOMEM, CT_ESTOP. */
+/* mask (NULL: everywhere) not zero is what counts; `above` is of all voxels. Volumes are n voxels,
+ * i fastest; if a voxel of theirs is not finite, counted or not, neither is total.square. The mask
+ * is finite. Does not depend on the number of threads. *d is to be freed, even on failure.
+ * CT_ENOMEM, CT_ESTOP. */
 int ct_difference(struct ct_difference *d, const size_t n[static 3], const float *ref,
-	const float *test, const float *mask, const struct ct_ssim_map *map, double threshold,
-	bool slices, const struct ct_env *env, struct ct_err *e);
+	const float *test, const float *mask, const struct ct_ssim_map *map, bool slices,
+	const struct ct_env *env, struct ct_err *e);
 void ct_difference_free(struct ct_difference *d);
 
 /* Kernels (core/simd.h) of one row of voxels, in difference-row.c. */
@@ -65,8 +65,5 @@ enum { CT_DIFFERENCE_COLUMNS = 7 };
 CT_SIMD_DECLARE(void, ct_difference_row_columns,
 	(double *column, size_t pitch, const struct ct_difference_row *r,
 		const struct ct_ssim_map *map));
-/* flag[i] |= v[i] > threshold; is any of them? */
-CT_SIMD_DECLARE(bool, ct_difference_row_mark,
-	(unsigned char *flag, const float *v, size_t n, float threshold));
 
 #endif

@@ -49,13 +49,9 @@ static void set_slices(const struct metrics_job *j, int axis)
 static int differences(struct ct_metrics *m, struct metrics_job *j, struct ct_err *e)
 {
 	const struct ct_sums *s = &j->diff.total;
-	double threshold = j->rule->window ? j->rule->lo : 0;
 
-	if (!j->rule->ssim[CT_SSIM_R2]) /* nothing else asks */
-		threshold = HUGE_VAL;
 	if (ct_difference(&j->diff, j->ref->n, j->ref->data, j->test->data,
-		    j->mask ? j->mask->data : NULL, &j->map, threshold, j->slice != NULL, j->env,
-		    e))
+		    j->mask ? j->mask->data : NULL, &j->map, j->slice != NULL, j->env, e))
 		return -1;
 	if (!isfinite(s->square) &&
 		(ct_vol_check_finite(j->ref, e) || ct_vol_check_finite(j->test, e)))

@@ -156,8 +156,7 @@ int ct_layout_survey(struct ct_layout *l, struct ct_slice *s, size_t n, struct c
 	for (size_t k = 0; k < n; k++) {
 		double by[3];
 
-		for (int r = 0; r < 3; r++)
-			by[r] = s[k].position[r] - s[0].position[r];
+		ct_vec3_minus(by, s[k].position, s[0].position);
 		l->shift[k][0] = ct_vec3_dot(by, a) / s->pitch[0];
 		l->shift[k][1] = ct_vec3_dot(by, d) / s->pitch[1];
 	}

@@ -28,10 +28,9 @@ void ct_census_free(struct ct_census *c)
  * are UIDs. */
 static const char *ending(const char *path)
 {
-	const char *slash = strrchr(path, '/'), *dot = strrchr(slash ? slash : path, '.');
+	const char *name = basename(path), *dot = strrchr(name, '.');
 
-	if (!dot || dot == path || dot[-1] == '/' ||
-		strspn(dot + 1, "0123456789") == strlen(dot + 1))
+	if (!dot || dot == name || strspn(dot + 1, "0123456789") == strlen(dot + 1))
 		return "";
 	return dot + 1;
 }
