@@ -3,9 +3,8 @@
 #include "quality/difference.h"
 #include "core/mem.h"
 
+#include <math.h>
 #include <stdlib.h>
-
-enum { COLUMNS = CT_DIFFERENCE_COLUMNS };
 
 struct difference_job {
 	const size_t *n;
@@ -13,11 +12,10 @@ struct difference_job {
 	float *ones;                    /* [n[0]]: then that of a row */
 	const struct ct_ssim_map *map;
 	const struct ct_env *env;
-	struct ct_sums *slab; /* [n[2]] */
-	struct ct_sums *row;  /* [n[2]][n[1]], or NULL */
-	double *column;       /* [n[2]][COLUMNS][n[0]], or NULL */
-	unsigned char *above; /* [n[2]][n[0] + n[1]] */
-	double *scratch;      /* [worker][2][pitch]: differences of a row and the next */
+	struct ct_sums *slab;         /* [n[2]] */
+	struct ct_sums *row, *column; /* [n[2]][n[1]], [n[2]][n[0]], or NULL */
+	unsigned char *above;         /* [n[2]][n[0] + n[1]] */
+	double *scratch;              /* [worker][2][pitch]: differences of a row and the next */
 	size_t pitch;
 };
 
@@ -54,6 +52,34 @@ static void sum_row(const struct difference_job *j, struct ct_difference_row *r,
 	s->mapped *= j->map->scale * j->map->scale;
 }
 
+static double clip(float v, const struct ct_ssim_map *map)
+{
+	const double low = (double)v > map->lo ? (double)v : map->lo;
+
+	return low < map->hi ? low : map->hi;
+}
+
+/* The row to the sums of its columns; d = test - ref. */
+static void add_columns(struct ct_sums *c, const double *d, const struct ct_difference_row *r,
+	const struct ct_ssim_map *map)
+{
+	for (size_t i = 0; i < r->n; i++) {
+		const double m = clip(r->test[i], map) - clip(r->ref[i], map);
+
+		if (r->mask[0][i] == 0)
+			continue;
+		c[i].count++;
+		c[i].square += d[i] * d[i];
+		c[i].abs += fabs(d[i]);
+		c[i].diff += d[i];
+		c[i].mapped += m * m;
+		if (i + 1 == r->n || r->mask[0][i + 1] == 0)
+			continue;
+		c[i].pairs[0]++;
+		c[i].gradient[0] += (d[i + 1] - d[i]) * (d[i + 1] - d[i]);
+	}
+}
+
 static void slab(void *arg, size_t k, size_t worker)
 {
 	const struct difference_job *j = arg;
@@ -78,8 +104,7 @@ static void slab(void *arg, size_t k, size_t worker)
 		if (j->row)
 			j->row[k * n1 + y] = sums[here];
 		if (j->column)
-			CT_SIMD(ct_difference_row_columns)
-		(j->column + k * COLUMNS * n0, n0, &r[here], j->map);
+			add_columns(j->column + k * n0, d[here], &r[here], j->map);
 		for (size_t i = 0; i < n0; i++) {
 			const unsigned char is = r[here].ref[i] > zero;
 
@@ -106,24 +131,16 @@ static void gather_above(struct ct_difference *d, const struct difference_job *j
 static void gather(struct ct_difference *d, const struct difference_job *j)
 {
 	const double square = j->map->scale * j->map->scale;
-	const size_t n = j->n[0];
 
 	for (size_t k = 0; k < j->n[2]; k++) {
-		const double *c = j->column ? j->column + k * COLUMNS * n : NULL;
-
 		add(&d->total, &j->slab[k]);
 		for (size_t y = 0; y < j->n[1] && j->row; y++)
 			add(&d->slice[1][y], &j->row[k * j->n[1] + y]);
-		for (size_t i = 0; i < n && c; i++) {
-			const struct ct_sums s = {.count = c[i],
-				.square = c[n + i],
-				.abs = c[2 * n + i],
-				.diff = c[3 * n + i],
-				.mapped = c[4 * n + i] * square,
-				.pairs = {c[5 * n + i]},
-				.gradient = {c[6 * n + i]}};
+		for (size_t i = 0; i < j->n[0] && j->column; i++) {
+			struct ct_sums *s = &j->column[k * j->n[0] + i];
 
-			add(&d->slice[0][i], &s);
+			s->mapped *= square;
+			add(&d->slice[0][i], s);
 		}
 	}
 	gather_above(d, j);
@@ -145,7 +162,7 @@ static int set_up(struct difference_job *j, struct ct_difference *d, bool slices
 			sizeof *j->scratch, e))
 		return -1;
 	if (slices && (ct_alloc(&j->row, rows, sizeof *j->row, e) ||
-			      ct_alloc0(&j->column, COLUMNS * n[0] * n[2], sizeof *j->column, e)))
+			      ct_alloc0(&j->column, n[0] * n[2], sizeof *j->column, e)))
 		return -1;
 	for (size_t i = 0; i < n[0]; i++)
 		j->ones[i] = 1;

@@ -58,12 +58,4 @@ CT_SIMD_DECLARE(void, ct_difference_row_pairs,
 	(struct ct_sums * s, const double *d, const double *down,
 		const struct ct_difference_row *r));
 
-enum { CT_DIFFERENCE_COLUMNS = 7 };
-
-/* Add the row to the sums of its columns: count, square, abs, diff, mapped, and pairs and gradient
- * along the row, n each, `pitch` apart. */
-CT_SIMD_DECLARE(void, ct_difference_row_columns,
-	(double *column, size_t pitch, const struct ct_difference_row *r,
-		const struct ct_ssim_map *map));
-
 #endif
