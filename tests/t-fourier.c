@@ -1,6 +1,6 @@
 /* Transforms of any length against direct sums. */
 #include "config.h"
-#include "quality/fourier.h"
+#include "quality/fsc.h"
 #include "core/mem.h"
 #include "core/rng.h"
 #include "tap.h"

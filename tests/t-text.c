@@ -1,6 +1,6 @@
 /* Letters, boxes and colours of pictures. */
 #include "config.h"
-#include "picture/colour.h"
+#include "picture/montage.h"
 #include "picture/text.h"
 #include "tap.h"
 
@@ -98,7 +98,7 @@ static int is(enum ct_colour_map map, double t, int r, int g, int b)
 {
 	unsigned char x[3];
 
-	ct_colour_of(x, t, map);
+	ct_colour_map_of(x, t, map);
 	return x[0] == r && x[1] == g && x[2] == b;
 }
 
@@ -121,7 +121,7 @@ static void test_colours(void)
 		unsigned char x[3];
 		double y = 0, l;
 
-		ct_colour_of(x, k / 100.0, CT_COLOUR_INFERNO);
+		ct_colour_map_of(x, k / 100.0, CT_COLOUR_INFERNO);
 		for (int c = 0; c < 3; c++)
 			y += weight[c] * (x[c] > 10 ? pow((x[c] / 255.0 + 0.055) / 1.055, 2.4)
 						    : x[c] / 255.0 / 12.92);

@@ -1,6 +1,6 @@
-/* colour.c: see colour.h. */
+/* colour.c: see montage.h. */
 #include "config.h"
-#include "picture/colour.h"
+#include "picture/montage.h"
 
 #include <math.h>
 #include <string.h>
@@ -26,7 +26,7 @@ static void between(unsigned char rgb[3], double t, const unsigned char (*place)
 		rgb[c] = byte(place[k][c] + (at - k) * (place[k + 1][c] - place[k][c]));
 }
 
-void ct_colour_of(unsigned char rgb[static 3], double t, enum ct_colour_map map)
+void ct_colour_map_of(unsigned char rgb[static 3], double t, enum ct_colour_map map)
 {
 	if (isnan(t)) {
 		memcpy(rgb, (unsigned char[3]){0, 0, 255}, 3);

@@ -240,7 +240,7 @@ static void draw(unsigned char *rgb, size_t w, const struct ct_montage_tile *t, 
 			if (!shown(&v, t, ((double)y + 0.5) * mm, ((double)x + 0.5) * mm))
 				continue;
 			v = (v - t->window[0]) / (t->window[1] - t->window[0]);
-			ct_colour_of(rgb + (y * w + x) * 3, v, map);
+			ct_colour_map_of(rgb + (y * w + x) * 3, v, map);
 		}
 	}
 }

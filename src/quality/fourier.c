@@ -1,10 +1,10 @@
-/* fourier.c: see fourier.h. A step of radix p turns lines of n samples into p times as many of n/p:
+/* fourier.c: see fsc.h. A step of radix p turns lines of n samples into p times as many of n/p:
  *
  *   y[q][c] = exp(-2 pi i q c/n) sum_d x[q + d n/p] exp(-2 pi i c d/p),  q < n/p, c < p
  *
  * where the s lines so far lie innermost. After the last step they are in order. */
 #include "config.h"
-#include "quality/fourier.h"
+#include "quality/fsc.h"
 #include "core/mem.h"
 
 #include <math.h>

@@ -3,7 +3,6 @@
 #include "config.h"
 #include "quality/fsc.h"
 #include "core/mem.h"
-#include "quality/fourier.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -81,7 +81,7 @@ static void put_bars(const struct ct_labels *l, const struct ct_canvas *c, size_
 		for (ptrdiff_t k = 0; k < tall; k++) {
 			unsigned char rgb[3];
 
-			ct_colour_of(rgb, 1 - ((double)k + 0.5) / (double)tall,
+			ct_colour_map_of(rgb, 1 - ((double)k + 0.5) / (double)tall,
 				t->minus.data ? t->error : CT_COLOUR_GREY);
 			ct_canvas_box(c, y + k, x, 1, s * BAR, rgb);
 		}
