@@ -2,6 +2,7 @@
 #include "config.h"
 #include "quality/edges.h"
 #include "core/mem.h"
+#include "core/vec3.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -25,6 +26,14 @@ struct edges_job {
 	size_t *edge;              /* chosen ones, as indices */
 	size_t edges, stride;
 	struct spread *part;
+	struct spot *spot; /* [worker][spots] */
+	size_t spots;      /* at most, of a cylinder */
+};
+
+/* A voxel of a cylinder, and its signed distance from the middle, mm. */
+struct spot {
+	double d;
+	size_t index;
 };
 
 /* One edge: where, and what the cylinder about its normal looks like. */
@@ -124,12 +133,13 @@ static void fit_normal(const struct edges_job *j, struct fit *f)
 		f->normal[a] = g[a] / sqrt(length);
 }
 
-typedef void visit_fn(void *arg, const struct fit *f, double distance, size_t index);
-
-/* Call fn for the voxels of the cylinder, with their signed distance from the voxel f->at, mm. */
-static void cylinder(const struct edges_job *j, const struct fit *f, visit_fn *fn, void *arg)
+/* The voxels of the cylinder about the voxel f->at; how many. */
+static size_t cylinder(struct spot *to, const struct edges_job *j, const struct fit *f)
 {
+	const ptrdiff_t row = (ptrdiff_t)j->ref->n[0], rows = (ptrdiff_t)j->ref->n[1];
+	const size_t middle = (f->at[2] * j->ref->n[1] + f->at[1]) * j->ref->n[0] + f->at[0];
 	double reach = REACH * j->voxel, lateral = LATERAL * j->voxel;
+	size_t n = 0;
 	int half[3];
 
 	for (int a = 0; a < 3; a++) {
@@ -137,138 +147,114 @@ static void cylinder(const struct edges_job *j, const struct fit *f, visit_fn *f
 				     lateral * sqrt(fmax(0, 1 - f->normal[a] * f->normal[a]))) /
 			     j->mm[a];
 
-		half[a] = far > 0 ? (int)fmin(far, (double)j->ref->n[a]) : 0; /* or no normal */
+		half[a] = far > 0 ? (int)fmin(far, (double)j->margin[a]) : 0; /* or no normal */
 	}
 	for (int z = -half[2]; z <= half[2]; z++)
 		for (int y = -half[1]; y <= half[1]; y++)
 			for (int x = -half[0]; x <= half[0]; x++) {
 				double p[3] = {x * j->mm[0], y * j->mm[1], z * j->mm[2]};
-				double d = p[0] * f->normal[0] + p[1] * f->normal[1] +
-					   p[2] * f->normal[2];
-				double r2 = p[0] * p[0] + p[1] * p[1] + p[2] * p[2] - d * d;
+				double d = ct_vec3_dot(p, f->normal);
 
-				if (r2 <= lateral * lateral && fabs(d) < reach)
-					fn(arg, f, d,
-						((f->at[2] + (size_t)z) * j->ref->n[1] + f->at[1] +
-							(size_t)y) *
-								j->ref->n[0] +
-							f->at[0] + (size_t)x);
+				if (ct_vec3_dot(p, p) - d * d > lateral * lateral ||
+					!(fabs(d) < reach))
+					continue;
+				to[n].d = d;
+				to[n++].index = middle + (size_t)((z * rows + y) * row + x);
 			}
+	return n;
 }
 
-struct plateaus {
-	const struct edges_job *j;
-	double n[2], sum[2], square[2]; /* below and above: the outer halves */
-	double least, most;             /* of all */
-	double centre, m, d, v, dd, dv; /* weighted regression about `centre` */
-};
-
-/* The regression that finds where the edge crosses one half. Its weight falls smoothly, to zero at
- * 1.5 voxels, so that the lattice hardly shows. */
-static void locate(void *arg, const struct fit *f, double d, size_t index)
+/* Does the cylinder hold a step between two plateaus, its outer halves? Then low and step are. */
+static bool fit_step(
+	const struct edges_job *j, struct fit *f, const struct spot *spot, size_t spots)
 {
-	struct plateaus *p = arg;
-	double v = (double)p->j->ref->data[index], u = (d - p->centre) / (1.5 * p->j->voxel), w;
+	double n[2] = {0}, sum[2] = {0}, square[2] = {0}, least = HUGE_VAL, most = -HUGE_VAL;
+	double noise, beyond;
 
-	(void)f;
-	if (fabs(u) >= 1)
-		return;
-	w = (1 - u * u) * (1 - u * u);
-	p->m += w;
-	p->d += w * d;
-	p->v += w * v;
-	p->dd += w * d * d;
-	p->dv += w * d * v;
-}
+	for (size_t i = 0; i < spots; i++) {
+		const double v = (double)j->ref->data[spot[i].index], d = spot[i].d;
 
-static void measure(void *arg, const struct fit *f, double d, size_t index)
-{
-	struct plateaus *p = arg;
-	double v = (double)p->j->ref->data[index];
-
-	(void)f;
-	if (fabs(d) > REACH / 2.0 * p->j->voxel) {
-		p->n[d > 0] += 1;
-		p->sum[d > 0] += v;
-		p->square[d > 0] += v * v;
+		if (fabs(d) > REACH / 2.0 * j->voxel) {
+			n[d > 0] += 1;
+			sum[d > 0] += v;
+			square[d > 0] += v * v;
+		}
+		least = fmin(least, v);
+		most = fmax(most, v);
 	}
-	p->least = fmin(p->least, v);
-	p->most = fmax(p->most, v);
-	locate(p, f, d, index);
-}
-
-/* Is it a step between two plateaus? Then f is complete. */
-static bool fit_edge(const struct edges_job *j, struct fit *f)
-{
-	struct plateaus p = {.j = j, .least = HUGE_VAL, .most = -HUGE_VAL};
-	double mean[2], slope;
-
-	fit_normal(j, f);
-	cylinder(j, f, measure, &p);
-	if (p.n[0] < 4 || p.n[1] < 4)
+	if (n[0] < 4 || n[1] < 4)
 		return false;
-	for (int k = 0; k < 2; k++)
-		mean[k] = p.sum[k] / p.n[k];
-	f->low = mean[0];
-	f->step = mean[1] - mean[0];
-	if (!(f->step >= j->step))
-		return false;
-	for (int k = 0; k < 2; k++)
-		if (p.square[k] / p.n[k] - mean[k] * mean[k] > 0.01 * f->step * f->step)
-			return false;
-	if (p.least < mean[0] - 0.2 * f->step || p.most > mean[1] + 0.2 * f->step)
-		return false;
-	for (int pass = 0; pass < 2; pass++) { /* again, about the place that was found */
-		slope = (p.dv - p.d * p.v / p.m) / (p.dd - p.d * p.d / p.m);
-		if (!(slope > 0))
-			return false;
-		f->place = p.d / p.m + (f->low + f->step / 2 - p.v / p.m) / slope;
-		if (!(fabs(f->place) <= 0.75 * j->voxel))
-			return false;
-		p.centre = f->place;
-		p.m = p.d = p.v = p.dd = p.dv = 0;
-		if (pass == 0)
-			cylinder(j, f, locate, &p);
+	for (int k = 0; k < 2; k++) {
+		sum[k] /= n[k];
+		square[k] = square[k] / n[k] - sum[k] * sum[k];
 	}
-	return true;
+	f->low = sum[0];
+	f->step = sum[1] - sum[0];
+	noise = 0.01 * f->step * f->step;
+	beyond = 0.2 * f->step;
+	return f->step >= j->step && square[0] <= noise && square[1] <= noise &&
+	       least >= sum[0] - beyond && most <= sum[1] + beyond;
 }
 
-struct sorter {
-	const struct edges_job *j;
-	struct spread *s;
-};
-
-static void sort(void *arg, const struct fit *f, double d, size_t index)
+/* Where the edge crosses one half, by a regression about `centre`. Its weight falls smoothly, to
+ * zero at 1.5 voxels, so that the lattice hardly shows. */
+static bool fit_place(const struct edges_job *j, struct fit *f, const struct spot *spot,
+	size_t spots, double centre)
 {
-	const struct sorter *a = arg;
-	double bin = floor(((d - f->place) / a->j->voxel + REACH) * PER_VOXEL);
+	double m = 0, sd = 0, sv = 0, dd = 0, dv = 0, slope;
 
-	if (!(bin >= 0 && bin < BINS))
-		return;
-	a->s->count[(size_t)bin] += 1;
-	a->s->sum[0][(size_t)bin] += ((double)a->j->ref->data[index] - f->low) / f->step;
-	a->s->sum[1][(size_t)bin] += ((double)a->j->test->data[index] - f->low) / f->step;
+	for (size_t i = 0; i < spots; i++) {
+		const double v = (double)j->ref->data[spot[i].index], d = spot[i].d;
+		const double u = (d - centre) / (1.5 * j->voxel), w = (1 - u * u) * (1 - u * u);
+
+		if (fabs(u) >= 1)
+			continue;
+		m += w;
+		sd += w * d;
+		sv += w * v;
+		dd += w * d * d;
+		dv += w * d * v;
+	}
+	slope = (dv - sd * sv / m) / (dd - sd * sd / m);
+	if (!(slope > 0))
+		return false;
+	f->place = sd / m + (f->low + f->step / 2 - sv / m) / slope;
+	return fabs(f->place) <= 0.75 * j->voxel;
 }
 
 static void batch(void *arg, size_t task, size_t worker)
 {
 	const struct edges_job *j = arg;
+	const size_t *n = j->ref->n,
+		     end = (task + 1) * BATCH < j->edges ? (task + 1) * BATCH : j->edges;
+	struct spot *spot = j->spot + worker * j->spots;
 	struct spread *s = &j->part[task];
-	size_t end = (task + 1) * BATCH < j->edges ? (task + 1) * BATCH : j->edges;
 
-	(void)worker;
 	*s = (struct spread){.edges = 0};
 	if (ct_stopping(j->env))
 		return;
 	for (size_t k = task * BATCH; k < end; k++) {
-		const size_t *n = j->ref->n;
 		struct fit f = {.at = {j->edge[k] % n[0], j->edge[k] / n[0] % n[1],
 					j->edge[k] / (n[0] * n[1])}};
+		size_t spots;
 
-		if (!fit_edge(j, &f))
+		fit_normal(j, &f);
+		spots = cylinder(spot, j, &f);
+		if (!fit_step(j, &f, spot, spots) || !fit_place(j, &f, spot, spots, 0) ||
+			!fit_place(j, &f, spot, spots, f.place))
 			continue;
-		cylinder(j, &f, sort, &(struct sorter){j, s});
 		s->edges++;
+		for (size_t i = 0; i < spots; i++) {
+			const double bin =
+				floor(((spot[i].d - f.place) / j->voxel + REACH) * PER_VOXEL);
+			const size_t at = spot[i].index;
+
+			if (!(bin >= 0 && bin < BINS))
+				continue;
+			s->count[(size_t)bin] += 1;
+			s->sum[0][(size_t)bin] += ((double)j->ref->data[at] - f.low) / f.step;
+			s->sum[1][(size_t)bin] += ((double)j->test->data[at] - f.low) / f.step;
+		}
 	}
 }
 
@@ -381,7 +367,8 @@ int ct_edges(struct ct_edges *o, const struct ct_vol *ref, const struct ct_vol *
 	const struct ct_vol *mask, double step, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_edge_figures none = {(double)NAN, (double)NAN, (double)NAN};
-	struct edges_job j = {.ref = ref, .test = test, .mask = mask, .env = env, .step = step};
+	struct edges_job j = {
+		.ref = ref, .test = test, .mask = mask, .env = env, .step = step, .spots = 1};
 	size_t batches;
 	int rc = -1;
 
@@ -396,11 +383,13 @@ int ct_edges(struct ct_edges *o, const struct ct_vol *ref, const struct ct_vol *
 				"%zu voxels along axis %d are too few for edges, "
 				"which need %zu",
 				ref->n[a], a, 2 * j.margin[a] + 1);
+		j.spots *= 2 * j.margin[a] + 1;
 	}
 	if (find(&j, e))
 		goto out;
 	batches = (j.edges + BATCH - 1) / BATCH;
-	if (ct_alloc(&j.part, batches, sizeof *j.part, e))
+	if (ct_alloc(&j.part, batches, sizeof *j.part, e) ||
+		ct_alloc(&j.spot, j.spots * ct_par_threads(env->par), sizeof *j.spot, e))
 		goto out;
 	ct_par_for(env->par, batches, batch, &j);
 	if (ct_check_stop(env, e))
@@ -411,5 +400,6 @@ out:
 	free(j.found);
 	free(j.edge);
 	free(j.part);
+	free(j.spot);
 	return rc;
 }
