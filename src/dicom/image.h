@@ -31,6 +31,7 @@ int image_own(struct ct_header *h, const struct image *im, size_t k, struct ct_e
 void image_free(struct image *im);
 
 /* How pictures came to be: by which commands, of which slices (derive.c). */
+
 /* CT_EINPUT unless the slices are of CT, CT_EGEOM if the volume lies beside them: then it is of
  * another patient, or in another space. */
 int derive_check(const struct image *im, struct ct_err *e);

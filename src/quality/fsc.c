@@ -73,16 +73,13 @@ static void lines(
 static void transform(void *arg, size_t k, size_t worker)
 {
 	const struct fsc_job *j = arg;
-	const size_t *n = j->n, plane = n[0] * n[1];
-	const size_t all = j->axis == 0 ? n[1] : n[0], most = j->axis == 2 ? n[0] : LINES;
-	const size_t begin = j->axis == 2 ? k * n[0] : k * plane, apart = j->axis == 0 ? n[0] : 1,
-		     stride = j->axis == 0   ? 1
-			      : j->axis == 1 ? n[0]
-					     : plane;
+	const size_t *n = j->n, stride[3] = {1, n[0], n[0] * n[1]};
+	const int a = j->axis, b = a == 0 ? 1 : 0, c = a == 2 ? 1 : 2;
+	const size_t most = a == 2 ? n[0] : LINES;
 
-	for (size_t l = 0; l < all && !ct_stopping(j->env); l += most)
-		lines(j, begin + l * apart, all - l < most ? all - l : most, apart, stride,
-			j->scratch + worker * 4 * j->room);
+	for (size_t l = 0; l < n[b] && !ct_stopping(j->env); l += most)
+		lines(j, k * stride[c] + l * stride[b], n[b] - l < most ? n[b] - l : most,
+			stride[b], stride[a], j->scratch + worker * 4 * j->room);
 }
 
 /* Cycles per mm of frequency k of an axis; squared. */

@@ -102,14 +102,11 @@ static void erode_lines(unsigned char *map, size_t w, size_t apart, size_t n, si
 static void erode(void *arg, size_t k, size_t worker)
 {
 	const struct tissue_job *j = arg;
-	const size_t *n = j->n, plane = n[0] * n[1];
-	unsigned char *at = j->map + (j->axis == 2 ? k * n[0] : k * plane);
-	size_t *since = j->since + worker * (n[0] > n[1] ? n[0] : n[1]);
+	const size_t *n = j->n, stride[3] = {1, n[0], n[0] * n[1]};
+	const int a = j->axis, b = a == 0 ? 1 : 0, c = a == 2 ? 1 : 2;
 
-	if (j->axis == 0)
-		erode_lines(at, n[1], n[0], n[0], 1, j->reach, since);
-	else
-		erode_lines(at, n[0], 1, n[j->axis], j->axis == 1 ? n[0] : plane, j->reach, since);
+	erode_lines(j->map + k * stride[c], n[b], stride[b], n[a], stride[a], j->reach,
+		j->since + worker * (n[0] > n[1] ? n[0] : n[1]));
 }
 
 int ct_tissue_map(unsigned char **map, const struct ct_vol *ref, size_t deep,
