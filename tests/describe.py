@@ -37,6 +37,7 @@ def described(tool):
     flat = re.sub(r'\s+', ' ', text)
     for o in d['options'] + d['expert'] + d['arguments']:
         assert o['type'] in TYPES and o['help'] in flat, o
+        assert re.fullmatch('[a-zA-Z]', o.get('letter', 'a')), o
         assert (o['type'] == 'file') == ('direction' in o) and (o['type'] == 'choice') == ('words' in o), o
         assert 'least' not in o or o['least'] <= o.get('default', o['least']) <= o['most'], o
         assert o['type'] != 'choice' or 'default' not in o or o['default'] in o['words'], o

@@ -156,6 +156,29 @@ static void test_files(void)
 	ctsr_volume_free(v);
 }
 
+/* A result says how it was made, after what its input says, if the program gives a line for that.
+ */
+static void test_history(void)
+{
+	ctsr_volume *hi = ball(16), *lo;
+	const ctsr_operator by = by_two();
+	ctsr_context c;
+	const char *said;
+
+	ctsr_context_init(&c, sizeof c);
+	OK(ctsr_degrade(&lo, hi, &by, &c, &e) == 0 && !ctsr_volume_get(lo, "history"),
+		"no history unless asked");
+	ctsr_volume_free(lo);
+	if (ctsr_volume_set(hi, "history", "before 1", &e))
+		exit(99);
+	c.history = "program 1.0 in out";
+	OK(ctsr_degrade(&lo, hi, &by, &c, &e) == 0 && (said = ctsr_volume_get(lo, "history")) &&
+			strstr(said, "before 1\nprogram 1.0 in out") == said,
+		"a history goes on");
+	ctsr_volume_free(lo);
+	ctsr_volume_free(hi);
+}
+
 static void test_operators(void)
 {
 	ctsr_volume *hi = ball(32), *lo, *out, *error;
@@ -461,6 +484,7 @@ int main(void)
 		"the version is that of the package");
 	test_volumes();
 	test_files();
+	test_history();
 	test_operators();
 	test_estimate();
 	test_projections();
