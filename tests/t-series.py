@@ -36,6 +36,9 @@ def make():
         series("times/%d" % turn, "1.2.6", AcquisitionTime=lambda k, t=turn: "12%02d%02d" % (10 * t, k),
                RescaleIntercept=100 * turn, RescaleSlope=1)
     for turn in range(2):
+        for key in "TemporalPositionIdentifier", "TemporalPositionIndex":
+            series("%s/%d" % (key, turn), "1.2.12", 3, **{key: turn + 1})
+    for turn in range(2):
         series("same/%d" % turn, "1.2.7", RescaleIntercept=100 * turn, RescaleSlope=1)
     # InstanceNumber leaves two out where no place is; more pictures were announced
     series("numbers", "1.2.8", InstanceNumber=lambda k: k + 1 + 2 * (k > 6))

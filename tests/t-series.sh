@@ -82,6 +82,9 @@ for k in 1 2; do
 done
 exits 2 'their UID' ct-convert --series 1.2.5 phases d.nii; has err '2 series have this UID' 'is no name of one'
 exits 5 'three turns' ct-convert times d.nii; has err 'series 3: .*AcquisitionTime from 44400$' 'are told apart by time'
+for key in TemporalPositionIdentifier TemporalPositionIndex; do
+	exits 5 "$key" ct-convert $key d.nii; has err 'series 2: 3 CT .*, TemporalPositionIdentifier 2$' 'tells two moments apart'
+done
 exits 0 'the third' ct-convert --series 3 times t3.nii
 exits 5 'what nothing tells apart' ct-convert same d.nii; has err 'two slices at one place: same/0/00.dcm and same/1/00.dcm' 'is refused'
 exits 5 'another matrix' ct-convert matrices d.nii; has err 'mixed: 2 series' 'is another series'
