@@ -54,7 +54,7 @@ static const struct {
 	struct ct_degrade d;
 } cases[] = {{"sinc 4x4x4",
 		     {{FACTOR, FACTOR, FACTOR}, {FACTOR / 2.3548, FACTOR / 2.3548, FACTOR / 2.3548},
-			     CT_DECIMATE_SINC}},
+			     CT_DECIMATE_SINC, {0}}},
 	{"means 4x4x4", {{FACTOR, FACTOR, FACTOR}, {0}, CT_DECIMATE_MEAN, {0}}},
 	{"means 1x1x4", {{1, 1, FACTOR}, {0}, CT_DECIMATE_MEAN, {0}}}};
 

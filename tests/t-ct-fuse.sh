@@ -19,6 +19,11 @@ ok $? 'which composes to the same'
 ct-compose --floor=-9999 up.nii r.nii raw.nii && ct-degrade -x 4 raw.nii back.nii
 [ "$(ct-metrics --json lr.nii back.nii | awk -F'[:,]' '/"max-hu"/ {print ($2 < 0.001)}')" = 1 ]
 ok $? 'and reduces to LR within 0.001 HU'
+exits 2 'JSON behind a volume' ct-fuse --json --residual-out=- up.nii lr.nii p.exr j.nii
+has err 'json wants OUT and --residual-out to be files' 'is refused'
+ct-fuse -n 1 --residual-out=one-r.nii up.nii lr.nii p.exr one.nii >out
+exits 0 'the residual to standard output' ct-fuse -n 1 --residual-out=- up.nii lr.nii p.exr one-out.nii
+[ "$(wc -c <out)" -eq "$(wc -c <one-r.nii)" ]; ok $? 'has no report behind it'
 exits 0 'JSON' ct-fuse --json up.nii lr.nii p.exr j.nii
 grep -q '"projections": "trusted"' out; ok $? 'with the verdict'
 exits 0 'a weight of our own' ct-fuse --expert lambda-projections=0.2 -n 10 up.nii lr.nii \

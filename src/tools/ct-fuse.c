@@ -62,13 +62,19 @@ struct fuse_job {
 	struct ct_resume resume;
 };
 
+/* Does a volume go to standard output? Then no report does. */
+static bool to_stdout(const struct params *p)
+{
+	return strcmp(p->out, "-") == 0 || (p->residual && strcmp(p->residual, "-") == 0);
+}
+
 /* Before any work: options that contradict, and outputs that are in the way. */
 static int check(struct fuse_job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
 
-	if (strcmp(p->out, "-") == 0 && j->env->json && !j->env->dry_run)
-		return ct_fail(e, CT_EUSAGE, "--json wants OUT to be a file");
+	if (to_stdout(p) && j->env->json && !j->env->dry_run)
+		return ct_fail(e, CT_EUSAGE, "--json wants OUT and --residual-out to be files");
 	return ct_resume_open(&j->resume, p->out, p->resume, opts, p, j->env, e);
 }
 
@@ -197,7 +203,8 @@ static int fuse(struct fuse_job *j, struct ct_err *e)
 	if (write_all(j, e))
 		return fuse_state_rescue(&j->resume, &j->fuse, e);
 	ct_resume_done(&j->resume);
-	return j->env->json || (j->resume.path && j->env->verbose >= 0) ? report(&r, j->env, e) : 0;
+	return !to_stdout(j->p) && (j->env->json || j->env->verbose >= 0) ? report(&r, j->env, e)
+									  : 0;
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
