@@ -90,6 +90,12 @@ static void test_errors(void)
 	ct_blame(&e, many);
 	OK(strlen(e.msg) == 200 + 2 + 290 && e.msg[200] == ':',
 		"as much of it as there is room for");
+	memcpy(many + sizeof many - 10, "/name.nii", 10);
+	ct_fail(&e, CT_EINPUT, "why");
+	ct_blame(&e, many);
+	OK(strlen(e.msg) == 205 && memcmp(e.msg, "...xx", 5) == 0 &&
+			strcmp(e.msg + 191, "/name.nii: why") == 0,
+		"of a long path its end");
 }
 
 static char heard[200];

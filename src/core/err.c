@@ -30,10 +30,13 @@ int ct_fail_errno(struct ct_err *e, enum ct_code code, const char *what)
 
 int ct_blame(struct ct_err *e, const char *what)
 {
+	enum { ROOM = 200 };
+	const size_t n = strlen(what);
+	const char *end = n > ROOM ? what + n - ROOM + 3 : what; /* a file's name is there */
 	char old[sizeof e->msg];
 
 	memcpy(old, e->msg, sizeof old);
 	old[sizeof old - 1] = '\0';
-	snprintf(e->msg, sizeof e->msg, "%.200s: %.290s", what, old);
+	snprintf(e->msg, sizeof e->msg, "%s%s: %.290s", n > ROOM ? "..." : "", end, old);
 	return -1;
 }

@@ -32,7 +32,7 @@ int ct_fail(struct ct_err *e, enum ct_code code, const char *fmt, ...)
 	__attribute__((format(printf, 3, 4)));
 /* The same, "WHAT: words of errno"; of ENOMEM the code is CT_ENOMEM, whatever the file was for. */
 int ct_fail_errno(struct ct_err *e, enum ct_code code, const char *what);
-/* Put "what: " in front of the message; returns -1. */
+/* Put "what: " in front of the message, of a long one its end; returns -1. */
 int ct_blame(struct ct_err *e, const char *what);
 
 #ifdef __cplusplus
