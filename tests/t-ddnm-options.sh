@@ -53,6 +53,12 @@ ct-phantom -q ellipsoids --size 32x32x32 --spacing 4 hr.nii && ct-degrade -q -x 
 	ct-project -q --views 2 --coarsen 4 --pixel mean hr.nii y.exr
 ok $? 'projections, fine and coarse'
 is 'max(abs(a - b) for a, b in zip(Y, means("truth.exr")[0])) < 1e-3 * NORM' 'coarse ones are means'
+# the blur of the matched operator, of a volume whose blur is undone and of one where it is not
+blur() { # blur METHOD
+	ct-upsample -qf -m "$1" lr.nii of.nii && ct-project -qf --views 2 of.nii of.exr &&
+		ct-ddnm -vf -n 1 --expert operator=matched of.exr o.exr 2>&1 | sed -n 's/.*operator of blur \(.*\) px$/\1/p'
+}
+[ "$(blur tv)" = 0 ] && [ "$(blur linear)" = 4.07678 ]; ok $? 'the blur of IN is that of the scan, unless it is undone'
 run() { out=$1; shift; ct-ddnm -q -n 4 "$@" y.exr "$out"; } # run OUT OPTION...
 
 run plain.exr --sampler ddnm
