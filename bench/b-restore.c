@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { N = 96, CELL = 4, ROWS = 128, THREADS = 2, COUNT = N * N * N };
+enum { N = 96, CELL = 4, SLICES = 4, ROWS = 128, THREADS = 2, COUNT = N * N * N };
 
 struct side {
 	struct ct_slice_network r;
@@ -64,12 +64,13 @@ static void bare(void *arg)
 {
 	struct side *s = arg;
 
-	ct_par_for(s->env.par, 3 * COUNT / (CELL * CELL) / ROWS, products, s);
+	ct_par_for(s->env.par, 3 * COUNT / (CELL * CELL * SLICES) / ROWS, products, s);
 }
 
 int main(void)
 {
-	struct side s = {.r = {.shape = {CELL, 12, 5, true}, .components = 240, .width = 640},
+	struct side s = {
+		.r = {.shape = {CELL, 12, 8, SLICES, true}, .components = 448, .width = 1024},
 		.scene = {.n = {N, N, N}, .coarse = {true, true, true}, .regime = {.sigma = 0.4}}};
 	struct ct_par *par;
 	struct ct_err e;

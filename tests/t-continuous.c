@@ -68,7 +68,7 @@ static void smooth(made_fn *make, const void *of, const float *a, const float *b
 /* The shares of the poses of a patch, all together, where it is 2 to 50 HU. */
 static void shares(const float *x)
 {
-	const struct ct_patch_shape shape = {4, 8, 3, true};
+	const struct ct_patch_shape shape = {4, 8, 3, 1, true};
 	const size_t at[3] = {4, 4, 5};
 	static float raw[CT_PATCH_MOST];
 	float y[COUNT];
@@ -96,7 +96,7 @@ static void shares(const float *x)
 
 int main(void)
 {
-	struct ct_slice_network r = {.shape = {4, 8, 3, true}, .components = 9, .width = 21};
+	struct ct_slice_network r = {.shape = {4, 8, 3, 1, true}, .components = 9, .width = 21};
 	float a[COUNT], b[COUNT], h[COUNT];
 
 	random_network(&r);

@@ -42,7 +42,7 @@ static struct ct_learn *alloc(const struct ct_example *e, bool swap, size_t comp
 	uint64_t steps, const struct ct_env *env)
 {
 	const struct ct_slice_network r = {
-		.shape = {2, 6, 1, swap}, .components = components, .width = 11};
+		.shape = {2, 6, 1, 1, swap}, .components = components, .width = 11};
 	const struct ct_learn_rule rule = {.seed = 5,
 		.steps = steps,
 		.batch = PIECES * PIECE,
@@ -145,6 +145,57 @@ static void drawing(bool swap)
 	keep /= (double)of[0];
 	NEAR((double)of[0] / (double)of[1], keep, 0.03, "patches of little contrast are rarer");
 	NEAR(sum, 0, swap ? 1e-2 : 1e-9, "half a slice from the middle of a coarse one");
+	ct_learn_free(l);
+	free_pairs(e);
+}
+
+/* Cells of two slices begin at every other one, and none goes beyond the last. */
+static void drawing_deep(void)
+{
+	const struct ct_slice_network r = {
+		.shape = {2, 4, 4, 2, true}, .components = 64, .width = 3};
+	const struct ct_learn_rule rule = {.seed = 5, .steps = 1, .batch = PIECE};
+	struct ct_env env = {0};
+	struct ct_example e[PAIRS];
+	struct ct_learn *l;
+	size_t seen[PAIRS][3] = {{0}}, of[3];
+	bool fits = true;
+
+	make_pairs(e, 120, true, true, true);
+	must(ct_learn_alloc(&l, &r, &rule, e, PAIRS, &env, &err));
+	for (uint64_t k = 0; k < 20; k++) {
+		struct ct_learn_side *d = &l->side[0];
+
+		must(ct_learn_draw(l, d, e, PAIRS, 77 + k, &err));
+		for (size_t i = 0; i < PIECE; i++) {
+			const double s =
+				100 * exp((double)ct_slice_network_features(&d->w, &l->r, i)[0]);
+			const size_t pair = (double)d->target[8 * i] * s > 9999.5;
+			size_t least[3] = {99, 99, 99}, most[3] = {0};
+
+			for (size_t j = 0; j < 8; j++) {
+				const size_t at = (size_t)lround((double)d->target[8 * i + j] * s) -
+						  10000 * pair;
+
+				of[0] = at % size[pair][0];
+				of[1] = at / size[pair][0] % size[pair][1];
+				of[2] = at / size[pair][0] / size[pair][1];
+				for (int a = 0; a < 3; a++) {
+					least[a] = of[a] < least[a] ? of[a] : least[a];
+					most[a] = of[a] > most[a] ? of[a] : most[a];
+				}
+			}
+			for (int a = 0; a < 3; a++) {
+				fits = fits && most[a] == least[a] + 1 && least[a] % 2 == 0;
+				seen[pair][a] |= (size_t)1 << (least[a] / 2);
+			}
+		}
+	}
+	OK(fits, "a cell of two slices is a cube");
+	for (size_t q = 0; q < PAIRS; q++)
+		for (int a = 0; a < 3; a++)
+			fits = fits && seen[q][a] == ((size_t)1 << size[q][a] / 2) - 1;
+	OK(fits, "and every one of them is drawn");
 	ct_learn_free(l);
 	free_pairs(e);
 }
@@ -496,9 +547,9 @@ static void refusing(void)
 	struct ct_env env = {0};
 	struct ct_example e[PAIRS];
 	const struct ct_slice_network
-		good = {.shape = {2, 6, 1, true}, .components = 6, .width = 11},
-		bad = {.shape = {2, 6, 1, true}, .components = 37, .width = 11},
-		odd = {.shape = {2, 7, 1, true}, .components = 6, .width = 11};
+		good = {.shape = {2, 6, 1, 1, true}, .components = 6, .width = 11},
+		bad = {.shape = {2, 6, 1, 1, true}, .components = 37, .width = 11},
+		odd = {.shape = {2, 7, 1, 1, true}, .components = 6, .width = 11};
 	const size_t batches[] = {0, PIECE, 64 * PIECE, 65 * PIECE};
 	const char *none = "not the state of a training: no \"step\"",
 		   *other = "not the state of this training: another network";
@@ -557,6 +608,7 @@ int main(void)
 {
 	drawing(true);
 	drawing(false);
+	drawing_deep();
 	beginning();
 	stepping();
 	refusing();

@@ -4,6 +4,7 @@
 #include "restore/patch.h"
 
 #include <stdbool.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* Value (u, v, w) of slices across an axis, held at the borders. */
@@ -29,10 +30,11 @@ static double patch_error(const float *x, const size_t n[3], int axis, const boo
 	const struct ct_patch_shape *shape, const size_t at[3])
 {
 	const ptrdiff_t side = (ptrdiff_t)shape->side, depth = (ptrdiff_t)shape->depth;
+	const ptrdiff_t slices = (ptrdiff_t)shape->slices, before = (depth - slices) / 2;
 	const ptrdiff_t cell = (ptrdiff_t)shape->cell, margin = (side - cell) / 2;
 	const ptrdiff_t about = 2 * cell < side ? 2 * cell : side, from = (side - about) / 2;
-	static float got[40 * 40 * 5];
-	double p[5][40][40], mu = 0, mean = 0, square = 0, x1 = 0, y1 = 0, z1 = 0, worst = 0;
+	static float got[40 * 40 * 6];
+	double p[6][40][40], mu = 0, mean = 0, square = 0, x1 = 0, y1 = 0, z1 = 0, worst = 0;
 	const double all = (double)(side * side * depth);
 	struct ct_patch_pose pose;
 	struct ct_slicing s;
@@ -44,12 +46,13 @@ static double patch_error(const float *x, const size_t n[3], int axis, const boo
 				p[k][j][i] =
 					value(x, n, axis, coarse, (ptrdiff_t)at[0] - margin + i,
 						(ptrdiff_t)at[1] - margin + j,
-						(ptrdiff_t)at[2] - depth / 2 + k);
+						(ptrdiff_t)at[2] - before + k);
 				mean += p[k][j][i] / all;
 			}
-	for (ptrdiff_t j = margin - 1; j <= margin + cell; j++)
-		for (ptrdiff_t i = margin - 1; i <= margin + cell; i++)
-			mu += p[depth / 2][j][i] / (double)((cell + 2) * (cell + 2));
+	for (ptrdiff_t k = before; k < before + slices; k++)
+		for (ptrdiff_t j = margin - 1; j <= margin + cell; j++)
+			for (ptrdiff_t i = margin - 1; i <= margin + cell; i++)
+				mu += p[k][j][i] / (double)((cell + 2) * (cell + 2) * slices);
 	for (ptrdiff_t k = 0; k < depth; k++)
 		for (ptrdiff_t j = 0; j < side; j++)
 			for (ptrdiff_t i = 0; i < side; i++)
@@ -87,15 +90,16 @@ static double patch_error(const float *x, const size_t n[3], int axis, const boo
 
 static void patches(void)
 {
-	static const struct ct_patch_shape shapes[] = {
-		{2, 6, 1, true}, {3, 5, 5, false}, {8, 40, 3, true}, {4, 10, 3, false}};
+	static const struct ct_patch_shape shapes[] = {{2, 6, 1, 1, true}, {3, 5, 5, 1, false},
+		{8, 40, 3, 1, true}, {4, 10, 3, 1, false}, {4, 10, 6, 2, true},
+		{4, 8, 4, 4, false}};
 	static const bool coarse[][3] = {{true, true, true}, {true, false, false},
 		{false, true, false}, {false, false, true}};
 	const size_t n[3] = {13, 17, 11};
 	float *x = normals(13 * 17 * 11, 21, 0, 200);
 	double worst = 0;
 
-	for (size_t k = 0; k < 4; k++)
+	for (size_t k = 0; k < sizeof shapes / sizeof *shapes; k++)
 		for (int axis = 0; axis < 3; axis++)
 			for (uint64_t q = 0; q < 40; q++) {
 				struct ct_slicing s;
@@ -105,7 +109,10 @@ static void patches(void)
 				ct_slicing_of(&s, x, n, axis, coarse[q % 4]);
 				for (int a = 0; a < 3; a++)
 					at[a] = ct_rng_below(22, k, 3 * q + (uint64_t)a,
-						s.n[a] - (a < 2 ? shapes[k].cell - 1 : 0));
+						s.n[a] -
+							(a < 2 ? shapes[k].cell
+							       : shapes[k].slices) +
+							1);
 				error = patch_error(x, n, axis, coarse[q % 4], &shapes[k], at);
 				worst = error <= worst ? worst : error;
 			}
@@ -113,21 +120,78 @@ static void patches(void)
 	free(x);
 }
 
+static double largest(const float *x, size_t n)
+{
+	double most = 0;
+
+	for (size_t i = 0; i < n; i++)
+		most = fmax(most, fabs((double)x[i]));
+	return most;
+}
+
+/* The values of a cell, turned, come back to their voxels, those behind the last slice to none. */
+static void cells(void)
+{
+	static const struct ct_patch_shape shape = {3, 5, 5, 3, true};
+	static const bool coarse[3] = {true, true, true};
+	const size_t n[3] = {13, 12, 14}, all = 13 * 12 * 14;
+	float *x = normals(all, 23, 0, 200), *back = calloc(all, sizeof *back), patch[5 * 5 * 5];
+	double worst = 0;
+	unsigned turns = 0;
+
+	if (!back)
+		exit(99);
+	for (int axis = 0; axis < 3; axis++)
+		for (uint64_t q = 0; q < 40; q++) {
+			float cell[27], lies[27] = {0};
+			struct ct_patch_pose pose;
+			struct ct_slicing s;
+			size_t at[3];
+
+			ct_slicing_of(&s, x, n, axis, coarse);
+			for (int a = 0; a < 3; a++)
+				at[a] = ct_rng_below(24, q, (uint64_t)a, s.n[a] - 2);
+			if (!ct_patch_cut(patch, &pose, &s, &shape, at))
+				exit(99);
+			turns |= 1u << pose.turn;
+			ct_patch_cell(cell, &s, &shape, &pose, at);
+			ct_patch_back(lies, cell, &shape, &pose);
+			s.n[2] = at[2] + 2; /* the third slice of the cell is not there */
+			memset(back, 0, all * sizeof *back);
+			ct_patch_put(back, NULL, lies, &s, &shape, at);
+			for (size_t k = 0; k < 18; k++) {
+				const size_t place = (at[0] + k % 3) * s.stride[0] +
+						     (at[1] + k / 3 % 3) * s.stride[1] +
+						     (at[2] + k / 9) * s.stride[2];
+
+				back[place] -= pose.share * x[place];
+			}
+			worst = fmax(worst, largest(back, all));
+		}
+	NEAR(worst, 0, 1e-3, "a cell that is turned is put back where it was");
+	OK(turns == 0xffff, "in every pose (%x)", turns);
+	free(x);
+	free(back);
+}
+
 static void shapes(void)
 {
-	static const struct ct_patch_shape good[] = {{2, 4, 1, true}, {8, 40, 5, true},
-		{8, 10, 3, false}},
-					   bad[] = {{1, 5, 1, true}, {9, 11, 1, true},
-						   {8, 42, 1, true}, {2, 4, 7, true},
-						   {2, 4, 0, true}, {2, 4, 2, true},
-						   {3, 4, 1, true}, {2, 5, 1, true}};
-	char words[80];
+	static const struct ct_patch_shape good[] = {{2, 4, 1, 1, true}, {8, 40, 7, 1, true},
+		{8, 10, 3, 1, false}, {2, 4, 8, 4, true}, {2, 4, 4, 4, true}},
+					   bad[] = {{1, 5, 1, 1, true}, {9, 11, 1, 1, true},
+						   {8, 42, 1, 1, true}, {2, 4, 9, 1, true},
+						   {2, 4, 0, 1, true}, {2, 4, 2, 1, true},
+						   {3, 4, 1, 1, true}, {2, 5, 1, 1, true},
+						   {2, 4, 4, 0, true}, {2, 4, 7, 5, true},
+						   {2, 4, 2, 4, true}, {2, 4, 5, 2, true}};
+	char words[100];
 
 	for (size_t k = 0; k < sizeof good / sizeof *good; k++)
 		OK(ct_patch_shape_check(&good[k], &err) == 0, "a shape at the limits");
 	for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
-		snprintf(words, sizeof words, "no patch has cell %zu, side %zu and depth %zu",
-			bad[k].cell, bad[k].side, bad[k].depth);
+		snprintf(words, sizeof words,
+			"no patch has cell %zu, side %zu, depth %zu and slices %zu", bad[k].cell,
+			bad[k].side, bad[k].depth, bad[k].slices);
 		OK(ct_patch_shape_check(&bad[k], &err) == -1 && err.code == CT_EINPUT &&
 				strcmp(err.msg, words) == 0,
 			"%s", err.msg);
@@ -137,6 +201,7 @@ static void shapes(void)
 int main(void)
 {
 	patches();
+	cells();
 	shapes();
 	return tap_done();
 }

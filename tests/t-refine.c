@@ -215,8 +215,8 @@ int main(void)
 {
 	struct ct_vol lo, mute;
 
-	prior.r[0] =
-		(struct ct_slice_network){.shape = {4, 8, 1, false}, .components = 9, .width = 21};
+	prior.r[0] = (struct ct_slice_network){
+		.shape = {4, 8, 1, 1, false}, .components = 9, .width = 21};
 	random_network(&prior.r[0]);
 	make(&lo, true);
 	make(&mute, false);

@@ -51,7 +51,7 @@ static double farthest(const float *a, const float *b, size_t n)
 
 static void patches(void)
 {
-	const struct ct_patch_shape shape = {4, 10, 3, true};
+	const struct ct_patch_shape shape = {4, 10, 3, 1, true};
 	const size_t at[3] = {8, 12, 11};
 	float x[COUNT], y[COUNT], a[300], b[300], cell[16], lies[16] = {0}, back[COUNT] = {0};
 	struct ct_patch_pose pose, other;
@@ -102,8 +102,8 @@ static void patches(void)
 	ct_slicing_of(&s, y, n3, 0, all);
 	OK(!ct_patch_cut(a, &pose, &s, &shape, at), "a patch of less than 10 HU is flat");
 	for (int k = 0; k < 5; k++) {
-		const struct ct_patch_shape bad[] = {{4, 11, 1, true}, {4, 10, 2, true},
-			{9, 19, 1, true}, {4, 42, 1, true}, {4, 4, 1, true}};
+		const struct ct_patch_shape bad[] = {{4, 11, 1, 1, true}, {4, 10, 2, 1, true},
+			{9, 19, 1, 1, true}, {4, 42, 1, 1, true}, {4, 4, 1, 1, true}};
 
 		OK(ct_patch_shape_check(&bad[k], &err) == -1 && err.code == CT_EINPUT,
 			"shape %d is refused", k);
@@ -179,7 +179,7 @@ static void twin(double *out, const struct ct_slice_network *r, const float *x, 
 static void network(void)
 {
 	struct ct_slice_network q = {0},
-				r = {.shape = {2, 6, 1, true}, .components = 9, .width = 21};
+				r = {.shape = {2, 6, 1, 1, true}, .components = 9, .width = 21};
 	struct ct_slice_network_work w = {0};
 	struct ct_tensors t = {0};
 	struct ct_slice_network_ready ready;
@@ -208,8 +208,8 @@ static void network(void)
 	OK(worst < 1e-5, "the network is what it says (%g)", worst);
 	must(ct_slice_network_put(&r, &t, "2", &err));
 	must(ct_slice_network_get(&q, &t, "2", &err));
-	OK(q.shape.cell == 2 && q.shape.side == 6 && q.shape.depth == 1 && q.shape.swap &&
-			q.components == 9 && q.width == 21 &&
+	OK(q.shape.cell == 2 && q.shape.side == 6 && q.shape.depth == 1 && q.shape.slices == 1 &&
+			q.shape.swap && q.components == 9 && q.width == 21 &&
 			memcmp(q.all, r.all, r.at[CT_PARTS] * sizeof *r.all) == 0 &&
 			memcmp(q.mean, r.mean, (36 + 9 * 36) * sizeof *r.mean) == 0,
 		"and comes back from its tensors");
@@ -261,7 +261,8 @@ static void lessons(struct ct_example *e, size_t n, int law)
 static struct ct_learn *school(const struct ct_example *e, size_t n, size_t steps,
 	const struct ct_env *env, double gain[2])
 {
-	const struct ct_slice_network r = {.shape = {2, 8, 1, true}, .components = 64, .width = 32};
+	const struct ct_slice_network r = {
+		.shape = {2, 8, 1, 1, true}, .components = 64, .width = 32};
 	const struct ct_learn_rule rule = {.seed = 9,
 		.steps = steps ? steps : 1,
 		.batch = 2 * CT_LEARN_PIECE,
@@ -312,7 +313,7 @@ static void learning(void)
 	OK(ct_learn_alloc(&a,
 		   ra =
 			   &(struct ct_slice_network){
-				   .shape = {2, 8, 1, true}, .components = 8, .width = 8},
+				   .shape = {2, 8, 1, 1, true}, .components = 8, .width = 8},
 		   &(struct ct_learn_rule){.steps = 1, .batch = CT_LEARN_PIECE}, e, PAIRS, &one,
 		   &err) == 0 &&
 			ct_learn_begin(a, &err) == -1 && err.code == CT_EINPUT,
@@ -339,7 +340,7 @@ static int mean(float *h, const struct ct_scene *s, const struct ct_slice_networ
 
 static void prediction(void)
 {
-	struct ct_slice_network r = {.shape = {4, 8, 3, true}, .components = 9, .width = 21};
+	struct ct_slice_network r = {.shape = {4, 8, 3, 1, true}, .components = 9, .width = 21};
 	struct ct_env one = {0}, three = {0};
 	struct ct_scene s = {.n = {N, N, N}, .coarse = {true, true, true}};
 	float x[COUNT], y[COUNT], a[COUNT], b[COUNT], c[COUNT];
@@ -604,7 +605,8 @@ static void restoring(void)
 	double sum = 0;
 	bool axes[3];
 
-	p.r[0] = (struct ct_slice_network){.shape = {4, 8, 1, true}, .components = 9, .width = 21};
+	p.r[0] = (struct ct_slice_network){
+		.shape = {4, 8, 1, 1, true}, .components = 9, .width = 21};
 	random_network(&p.r[0]);
 	must(ct_vol_alloc(&truth, n3, &err));
 	must(ct_vol_alloc(&lo, m, &err));

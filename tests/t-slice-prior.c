@@ -18,12 +18,12 @@
 static struct ct_env env;
 
 static void random_network(struct ct_slice_network *r, uint64_t seed, size_t cell, size_t side,
-	size_t depth, bool swap)
+	size_t depth, size_t slices, bool swap)
 {
 	size_t n;
 
 	*r = (struct ct_slice_network){
-		.shape = {cell, side, depth, swap}, .components = 9, .width = 13};
+		.shape = {cell, side, depth, slices, swap}, .components = 9, .width = 13};
 	n = ct_patch_count(&r->shape);
 	must(ct_slice_network_alloc(r, &err));
 	ct_rng_normals(10 * n, r->mean, seed, 0, 0);
@@ -34,8 +34,8 @@ static void random_network(struct ct_slice_network *r, uint64_t seed, size_t cel
 		r->all[i] *= 0.2f;
 }
 
-/* What is expected of a cell of slice at[2], of which `phases` make a coarse one, to h: 0 if it is
- * flat. */
+/* What is expected of a cell from slice at[2] on, of which `phases` make a coarse one, to h: 0 if
+ * it is flat. */
 static size_t expect_cell(float *h, const struct ct_slice_network *r,
 	const struct ct_slice_network_ready *q, struct ct_slice_network_work *w,
 	const struct ct_slicing *of, const struct ct_regime *regime, const size_t at[3],
@@ -44,12 +44,12 @@ static size_t expect_cell(float *h, const struct ct_slice_network *r,
 	static float raw[CT_PATCH_MOST];
 	struct ct_patch_pose pose[CT_PATCH_POSES];
 	const size_t count = ct_patch_look(raw, pose, of, &r->shape, at);
-	float cell[CT_PATCH_CELL * CT_PATCH_CELL] = {0};
+	float cell[CT_PATCH_CELL_MOST] = {0};
 
 	for (size_t p = 0; p < count; p++) {
 		ct_patch_turn(w->patch, raw, &r->shape, &pose[p]);
-		ct_slice_network_describe(
-			ct_slice_network_features(w, r, 0), &pose[p], regime, at[2], phases);
+		ct_slice_network_describe(ct_slice_network_features(w, r, 0), &pose[p], regime,
+			at[2], phases, r->shape.slices);
 		must(ct_slice_network_run(r, q, w, 1, &err));
 		ct_patch_back(cell, w->out, &r->shape, &pose[p]);
 	}
@@ -82,7 +82,7 @@ static size_t predict(float *h, const struct ct_scene *s, const struct ct_slice_
 			continue;
 		used++;
 		ct_slicing_of(&of, s->x, s->n, axis, s->coarse);
-		for (at[2] = 0; at[2] < of.n[2]; at[2]++)
+		for (at[2] = 0; at[2] < of.n[2]; at[2] += r->shape.slices)
 			for (at[1] = 0; at[1] + cell <= of.n[1]; at[1] += cell)
 				for (at[0] = 0; at[0] + cell <= of.n[0]; at[0] += cell) {
 					const size_t phases = s->coarse[axis] ? cell : 1;
@@ -125,7 +125,7 @@ static void prediction(void)
 		bool can[3];
 
 		memcpy(s.coarse, coarse[k % 4], sizeof s.coarse);
-		random_network(&r, 32, 3, 7, 3, swap);
+		random_network(&r, 32, 3, 7, 3 + k % 2 * 3, 1 + k % 2 * 3, swap);
 		if (ct_predict_axes(can, &r, &s, NULL) > 0) {
 			predict(h, &s, &r, axes, &want[0], &want[1]);
 			memset(h + all, 0, all * sizeof *h);
@@ -286,11 +286,11 @@ static void restoring(void)
 
 	if (!want)
 		exit(99);
-	random_network(&p.r[0], 51, 4, 8, 1, true);
-	random_network(&p.r[1], 52, 4, 6, 3, true);
-	random_network(&p.r[2], 53, 4, 8, 1, false);
-	random_network(&p.r[3], 54, 2, 6, 1, true);
-	random_network(&p.r[4], 55, 4, 10, 1, true);
+	random_network(&p.r[0], 51, 4, 8, 1, 1, true);
+	random_network(&p.r[1], 52, 4, 6, 3, 1, true);
+	random_network(&p.r[2], 53, 4, 8, 1, 1, false);
+	random_network(&p.r[3], 54, 2, 6, 1, 1, true);
+	random_network(&p.r[4], 55, 4, 10, 1, 1, true);
 	for (int k = 0; k < 8; k++) {
 		struct ct_restore_rule rule = {.weight = k == 1 ? 0.3 : 1,
 			.cap = k == 5 ? 30 : 0,
@@ -351,7 +351,7 @@ static void between_factors(double fx, double fy, double fz, size_t cell)
 	size_t cells, textured;
 	struct scan s;
 
-	random_network(&p.r[0], 56, cell, cell + 4, 1, (fx > 1) + (fy > 1) + (fz > 1) > 1);
+	random_network(&p.r[0], 56, cell, cell + 4, 1, 1, (fx > 1) + (fy > 1) + (fz > 1) > 1);
 	scan_of(&s, fx, fy, fz);
 	rule.by = s.by;
 	for (int a = 0; a < 3; a++) {
@@ -423,7 +423,7 @@ static void wide_points(void)
 	struct scan s;
 	double mean, narrow;
 
-	random_network(&p.r[0], 57, 4, 8, 1, false);
+	random_network(&p.r[0], 57, 4, 8, 1, 1, false);
 	scan_of(&s, 1, 1, 4);
 	mean = added_to(&s, &p, CT_DECIMATE_MEAN, sqrt(0.37 * 0.37 - 1. / 12));
 	NEAR(added_to(&s, &p, CT_DECIMATE_POINT, 0.37) / mean, 1, 1e-5, "wide points are means");
@@ -458,8 +458,8 @@ static void knowing(void)
 	struct ct_tensors w = {0}, none = {0};
 	struct scan s;
 
-	random_network(&a, 61, 3, 5, 1, true);
-	random_network(&b, 62, 5, 7, 1, false);
+	random_network(&a, 61, 3, 5, 1, 1, true);
+	random_network(&b, 62, 5, 7, 1, 1, false);
 	must(ct_slice_network_put(&a, &w, "3", &err));
 	must(ct_slice_network_put(&b, &w, "thick-5", &err));
 	must(ct_slice_network_put(&a, &w, "again-3", &err));

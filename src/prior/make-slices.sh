@@ -15,7 +15,7 @@ net() { # net NAME KEYS ct-train options: trains one more network and adds it to
 		"$@" "$work/$name.safetensors" "$ct"
 	with=$work/$name.safetensors
 }
-net 4 cubes=48,cube=80,depth=5,components=320,width=1024 -x 4 -n 20000
+net 4 cubes=48,cube=80,slices=4,depth=8,components=448,width=1024 -x 4 -n 20000
 net 2 cubes=8,cube=64,depth=5,components=200,width=512 -x 2 -p 12 -n 5000
 net 3 cubes=8,cube=72,depth=5,components=200,width=512 -x 3 -p 13 -n 5000
 net 8 cubes=10,cube=96,depth=3,components=240,width=512 -x 8 -n 5000

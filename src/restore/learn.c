@@ -21,16 +21,16 @@ static bool aim(struct ct_slicing *s, const struct ct_example **pair, int *axis,
 {
 	const uint64_t seed = l->rule.seed;
 	const struct ct_example *p = &pairs[ct_rng_below(seed, stream, DRAWS * q, n)];
-	const size_t cell = l->r.shape.cell;
+	const size_t cell = l->r.shape.cell, slices = l->r.shape.slices;
 
 	*axis = (int)ct_rng_below(seed, stream, DRAWS * q + 1, 3);
 	*pair = p;
 	if (!ct_patch_shape_fits(&l->r.shape, *axis, p->coarse))
 		return false;
 	ct_slicing_of(s, p->base, p->n, *axis, p->coarse);
-	if (s->n[0] < cell || s->n[1] < cell)
+	if (s->n[0] < cell || s->n[1] < cell || s->n[2] < slices)
 		return false;
-	at[2] = ct_rng_below(seed, stream, DRAWS * q + 2, s->n[2]);
+	at[2] = ct_rng_below(seed, stream, DRAWS * q + 2, s->n[2] / slices) * slices;
 	at[0] = ct_rng_below(seed, stream, DRAWS * q + 3, s->n[0] / cell * (s->n[1] / cell));
 	at[1] = at[0] / (s->n[0] / cell) * cell;
 	at[0] = at[0] % (s->n[0] / cell) * cell;
@@ -57,7 +57,8 @@ int ct_learn_draw(const struct ct_learn *l, struct ct_learn_side *d, const struc
 		if (ct_rng_uniform(l->rule.seed, stream, DRAWS * q + 4) >= keep)
 			continue;
 		ct_slice_network_describe(ct_slice_network_features(&d->w, &l->r, row), &pose,
-			&p->regime, at[2], p->coarse[axis] ? l->r.shape.cell : 1);
+			&p->regime, at[2], p->coarse[axis] ? l->r.shape.cell : 1,
+			l->r.shape.slices);
 		s.x = p->rest;
 		ct_patch_cell(d->target + row * cell, &s, &l->r.shape, &pose, at);
 		d->weight[row++] = (float)((double)pose.s * (double)pose.s / keep / p->variance);

@@ -27,11 +27,14 @@ bool ct_patch_shape_fits(const struct ct_patch_shape *shape, int axis, const boo
 
 int ct_patch_shape_check(const struct ct_patch_shape *shape, struct ct_err *e)
 {
-	if (shape->side > CT_PATCH_SIDE || shape->depth > CT_PATCH_DEPTH || shape->depth % 2 == 0 ||
-		shape->cell < 2 || shape->cell > CT_PATCH_CELL || shape->side < shape->cell + 2 ||
+	if (shape->side > CT_PATCH_SIDE || shape->depth > CT_PATCH_DEPTH || shape->slices < 1 ||
+		shape->slices > CT_PATCH_SLICES || shape->depth < shape->slices ||
+		(shape->depth - shape->slices) % 2 || shape->cell < 2 ||
+		shape->cell > CT_PATCH_CELL || shape->side < shape->cell + 2 ||
 		(shape->side - shape->cell) % 2)
-		return ct_fail(e, CT_EINPUT, "no patch has cell %zu, side %zu and depth %zu",
-			shape->cell, shape->side, shape->depth);
+		return ct_fail(e, CT_EINPUT,
+			"no patch has cell %zu, side %zu, depth %zu and slices %zu", shape->cell,
+			shape->side, shape->depth, shape->slices);
 	return 0;
 }
 
@@ -54,8 +57,8 @@ static void gather(float *raw, const struct ct_slicing *s, const struct ct_patch
 
 	axis(u, shape->side, (ptrdiff_t)at[0] - margin, s->n[0], s->stride[0]);
 	axis(v, shape->side, (ptrdiff_t)at[1] - margin, s->n[1], s->stride[1]);
-	axis(w, shape->depth, (ptrdiff_t)at[2] - (ptrdiff_t)(shape->depth / 2), s->n[2],
-		s->stride[2]);
+	axis(w, shape->depth, (ptrdiff_t)at[2] - (ptrdiff_t)((shape->depth - shape->slices) / 2),
+		s->n[2], s->stride[2]);
 	for (size_t k = 0; k < shape->depth; k++)
 		for (size_t j = 0; j < shape->side; j++) {
 			const float *row = s->x + w[k] + v[j];
@@ -65,17 +68,18 @@ static void gather(float *raw, const struct ct_slicing *s, const struct ct_patch
 		}
 }
 
-/* mu over the cell and one pixel around it, in its own slice. */
+/* mu over the cell and one pixel around it, in its own slices. */
 static float level(const float *raw, const struct ct_patch_shape *shape)
 {
 	const size_t m = (shape->side - shape->cell) / 2 - 1, n = shape->cell + 2;
-	const float *p = raw + shape->depth / 2 * shape->side * shape->side + m * shape->side + m;
+	const size_t area = shape->side * shape->side, first = (shape->depth - shape->slices) / 2;
 	float sum = 0;
 
-	for (size_t j = 0; j < n; j++)
-		for (size_t i = 0; i < n; i++)
-			sum += p[j * shape->side + i];
-	return sum / (float)(n * n);
+	for (size_t k = first; k < first + shape->slices; k++)
+		for (size_t j = m; j < m + n; j++)
+			for (size_t i = m; i < m + n; i++)
+				sum += raw[k * area + j * shape->side + i];
+	return sum / (float)(n * n * shape->slices);
 }
 
 /* Standard deviation about the patch's own mean; sums about mu, near which its values lie. */
@@ -98,10 +102,10 @@ static void moments(
 	float m[static 3], const float *raw, const struct ct_patch_shape *shape, float mu, float s)
 {
 	const size_t n = 2 * shape->cell < shape->side ? 2 * shape->cell : shape->side;
-	const size_t from = (shape->side - n) / 2, half = shape->depth / 2;
-	const float middle = 0.5f * (float)(n - 1);
+	const size_t from = (shape->side - n) / 2, depth = shape->depth;
+	const float middle = 0.5f * (float)(n - 1), half = 0.5f * (float)(depth - 1);
 	const float inside = s * (float)(shape->depth * n) * (float)(n * n / 4);
-	const float across = s * (float)(n * n) * (float)(half * (half + 1));
+	const float across = s * (float)(n * n) * (float)(depth * depth / 4);
 	float x = 0, y = 0, z = 0;
 
 	for (size_t k = 0; k < shape->depth; k++)
@@ -116,11 +120,11 @@ static void moments(
 				row += d;
 			}
 			y += row * ((float)j - middle);
-			z += row * ((float)k - (float)half);
+			z += row * ((float)k - half);
 		}
 	m[0] = x / inside;
 	m[1] = y / inside;
-	m[2] = half ? z / across : 1; /* one slice has no other side */
+	m[2] = depth > 1 ? z / across : 1; /* one slice has no other side */
 }
 
 /* From 0 at t = 0 to 1 at t = 1, smoothly. */
@@ -232,38 +236,44 @@ bool ct_patch_cut(float *out, struct ct_patch_pose *pose, const struct ct_slicin
 void ct_patch_cell(float *out, const struct ct_slicing *s, const struct ct_patch_shape *shape,
 	const struct ct_patch_pose *pose, const size_t at[static 3])
 {
-	const ptrdiff_t cell = (ptrdiff_t)shape->cell;
-	const struct turned t = turned(shape->cell, 1, s->stride, pose);
+	const ptrdiff_t cell = (ptrdiff_t)shape->cell, slices = (ptrdiff_t)shape->slices;
+	const struct turned t = turned(shape->cell, shape->slices, s->stride, pose);
 	const float *from =
 		s->x + at[0] * s->stride[0] + at[1] * s->stride[1] + at[2] * s->stride[2] + t.first;
 
-	for (ptrdiff_t j = 0; j < cell; j++)
-		for (ptrdiff_t i = 0; i < cell; i++)
-			*out++ = from[j * t.step[1] + i * t.step[0]] / pose->s;
+	for (ptrdiff_t k = 0; k < slices; k++)
+		for (ptrdiff_t j = 0; j < cell; j++)
+			for (ptrdiff_t i = 0; i < cell; i++)
+				*out++ = from[k * t.step[2] + j * t.step[1] + i * t.step[0]] /
+					 pose->s;
 }
 
 void ct_patch_back(float *cell, const float *in, const struct ct_patch_shape *shape,
 	const struct ct_patch_pose *pose)
 {
-	const ptrdiff_t n = (ptrdiff_t)shape->cell;
-	const struct turned t = turned(shape->cell, 1, (const size_t[]){1, shape->cell, 0}, pose);
+	const ptrdiff_t n = (ptrdiff_t)shape->cell, slices = (ptrdiff_t)shape->slices;
+	const size_t stride[3] = {1, shape->cell, shape->cell * shape->cell};
+	const struct turned t = turned(shape->cell, shape->slices, stride, pose);
 
-	for (ptrdiff_t j = 0; j < n; j++)
-		for (ptrdiff_t i = 0; i < n; i++)
-			cell[t.first + j * t.step[1] + i * t.step[0]] +=
-				*in++ * pose->s * pose->share;
+	for (ptrdiff_t k = 0; k < slices; k++)
+		for (ptrdiff_t j = 0; j < n; j++)
+			for (ptrdiff_t i = 0; i < n; i++)
+				cell[t.first + k * t.step[2] + j * t.step[1] + i * t.step[0]] +=
+					*in++ * pose->s * pose->share;
 }
 
 void ct_patch_put(float *to, float *square, const float *cell, const struct ct_slicing *s,
 	const struct ct_patch_shape *shape, const size_t at[static 3])
 {
-	for (size_t j = 0; j < shape->cell; j++)
-		for (size_t i = 0; i < shape->cell; i++, cell++) {
-			const size_t place = (at[0] + i) * s->stride[0] +
-					     (at[1] + j) * s->stride[1] + at[2] * s->stride[2];
+	for (size_t k = 0; k < shape->slices && at[2] + k < s->n[2]; k++)
+		for (size_t j = 0; j < shape->cell; j++)
+			for (size_t i = 0; i < shape->cell; i++, cell++) {
+				const size_t place = (at[0] + i) * s->stride[0] +
+						     (at[1] + j) * s->stride[1] +
+						     (at[2] + k) * s->stride[2];
 
-			to[place] += *cell;
-			if (square)
-				square[place] += *cell * *cell;
-		}
+				to[place] += *cell;
+				if (square)
+					square[place] += *cell * *cell;
+			}
 }

@@ -1,8 +1,8 @@
 /* patch.h: what a slice shows around one of its cells, in the form that the slice network learns.
  *
  * A cell is a square of `cell` x `cell` fine pixels of a slice: what became one pixel of the LR
- * slice. Its patch is the square of `side` pixels about it, in `depth` slices about its own (the
- * border repeated). Patches are made alike before they are looked at:
+ * slice, in `slices` slices. Its patch is the square of `side` pixels about it, in `depth` slices
+ * about its own (the border repeated). Patches are made alike before they are looked at:
  *
  *   level    mu, the mean of the cell and the pixels about it, and s, the standard deviation of the
  *            patch: x = (patch - mu) / s. A patch with s <= CT_PATCH_FLAT says nothing
@@ -25,12 +25,22 @@
 
 #define CT_PATCH_FLAT 10.0f /* HU */
 
-enum { CT_PATCH_SIDE = 40, CT_PATCH_DEPTH = 5, CT_PATCH_CELL = 8, CT_PATCH_POSES = 16 };
-enum { CT_PATCH_MOST = CT_PATCH_SIDE * CT_PATCH_SIDE * CT_PATCH_DEPTH };
+enum {
+	CT_PATCH_SIDE = 40,
+	CT_PATCH_DEPTH = 8,
+	CT_PATCH_CELL = 8,
+	CT_PATCH_SLICES = 4,
+	CT_PATCH_POSES = 16
+};
+enum {
+	CT_PATCH_MOST = CT_PATCH_SIDE * CT_PATCH_SIDE * CT_PATCH_DEPTH,
+	CT_PATCH_CELL_MOST = CT_PATCH_CELL * CT_PATCH_CELL * CT_PATCH_SLICES
+};
 
 struct ct_patch_shape {
-	size_t cell, side, depth; /* side - cell even, depth odd, within the limits above */
-	bool swap;                /* are the two axes of a slice equals? */
+	/* side - cell and depth - slices even, within the limits above */
+	size_t cell, side, depth, slices;
+	bool swap; /* are the two axes of a slice equals? */
 };
 
 /* The slices of a volume across one of its axes: u and v are the other two, u the faster. */
@@ -51,6 +61,12 @@ static inline size_t ct_patch_count(const struct ct_patch_shape *p)
 	return p->side * p->side * p->depth;
 }
 
+/* Values of a cell. */
+static inline size_t ct_patch_cell_count(const struct ct_patch_shape *p)
+{
+	return p->cell * p->cell * p->slices;
+}
+
 /* CT_EINPUT unless it is within these limits. */
 int ct_patch_shape_check(const struct ct_patch_shape *shape, struct ct_err *e);
 /* Are slices across `axis` such: both of their axes coarse (swap), or one of them? */
@@ -58,8 +74,8 @@ bool ct_patch_shape_fits(const struct ct_patch_shape *shape, int axis, const boo
 /* Slices across `axis`. If only one of the other two is coarse, it is v. */
 void ct_slicing_of(struct ct_slicing *s, const float *x, const size_t n[static 3], int axis,
 	const bool coarse[static 3]);
-/* The patch, as it lies, about the cell whose first pixel is at[0], at[1] of slice at[2], and its
- * poses, that of the moments' signs first: how many, 0 if it is flat. */
+/* The patch, as it lies, about the cell whose first pixel is at[0], at[1] of slice at[2], its
+ * first, and its poses, that of the moments' signs first: how many, 0 if it is flat. */
 size_t ct_patch_look(float *raw, struct ct_patch_pose pose[static CT_PATCH_POSES],
 	const struct ct_slicing *s, const struct ct_patch_shape *shape, const size_t at[static 3]);
 /* Made alike in one of them. */
@@ -74,8 +90,8 @@ void ct_patch_cell(float *out, const struct ct_slicing *s, const struct ct_patch
 /* Its inverse: add to a cell, as it lies, s times the values in the pose, times its share. */
 void ct_patch_back(float *cell, const float *in, const struct ct_patch_shape *shape,
 	const struct ct_patch_pose *pose);
-/* Add a cell, as it lies, to a volume of that slicing, and the squares to another, if it is not
- * NULL. Thread-safe for different cells. */
+/* Add a cell, as it lies, to a volume of that slicing, but for slices behind its last; and the
+ * squares to another, if it is not NULL. Thread-safe for different cells. */
 void ct_patch_put(float *to, float *square, const float *cell, const struct ct_slicing *s,
 	const struct ct_patch_shape *shape, const size_t at[static 3]);
 

@@ -46,7 +46,7 @@ static void put(struct predict_job *j, const struct side *d, size_t i)
 	const size_t out = j->r->out, end = i + d->poses[i];
 	const struct ct_patch_shape *shape = &j->r->shape;
 	const size_t count = j->r->cell;
-	float cell[CT_PATCH_CELL * CT_PATCH_CELL] = {0}, v = 0;
+	float cell[CT_PATCH_CELL_MOST] = {0}, v = 0;
 	const size_t *at = d->at[i];
 
 	for (; i < end; i++) {
@@ -93,17 +93,18 @@ static void look(struct predict_job *j, struct side *d, const size_t at[static 3
 
 		ct_patch_turn(d->w.patch + i * ct_patch_count(shape), raw, shape, &pose[p]);
 		ct_slice_network_describe(ct_slice_network_features(&d->w, j->r, i), &pose[p],
-			&j->scene->regime, at[2], j->coarse ? shape->cell : 1);
+			&j->scene->regime, at[2], j->coarse ? shape->cell : 1, shape->slices);
 		d->pose[i] = pose[p];
 		memcpy(d->at[i], at, sizeof d->at[i]);
 	}
 }
 
-static void slice(void *arg, size_t k, size_t worker)
+/* The cells of a group of slices. */
+static void slices(void *arg, size_t group, size_t worker)
 {
 	struct predict_job *j = arg;
 	struct side *d = &j->side[worker];
-	const size_t cell = j->r->shape.cell;
+	const size_t cell = j->r->shape.cell, k = group * j->r->shape.slices;
 	int was;
 
 	if (d->failed.code || ct_stopping(j->env))
@@ -120,11 +121,11 @@ static void slice(void *arg, size_t k, size_t worker)
 
 static int across(struct predict_job *j, int axis, struct ct_err *e)
 {
-	const size_t threads = ct_par_threads(j->env->par);
+	const size_t threads = ct_par_threads(j->env->par), deep = j->r->shape.slices;
 
 	ct_slicing_of(&j->s, j->scene->x, j->scene->n, axis, j->scene->coarse);
 	j->coarse = j->scene->coarse[axis];
-	ct_par_for(j->env->par, j->s.n[2], slice, j);
+	ct_par_for(j->env->par, (j->s.n[2] + deep - 1) / deep, slices, j);
 	j->g->done += j->s.n[2];
 	for (size_t t = 0; t < threads; t++)
 		if (j->side[t].failed.code) {

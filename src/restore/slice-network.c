@@ -47,7 +47,7 @@ int ct_slice_network_alloc(struct ct_slice_network *r, struct ct_err *e)
 			"no slice network has %zu components of %zu values and %zu neurons", k, n,
 			r->width);
 	r->inputs = k + CT_SLICE_NETWORK_FEATURES;
-	r->cell = r->shape.cell * r->shape.cell;
+	r->cell = ct_patch_cell_count(&r->shape);
 	r->out = r->cell + 1;
 	for (int p = 0; p < CT_PARTS; p++) {
 		const struct kept part = kept_at(r, WEIGHTS + p);
@@ -73,9 +73,9 @@ void ct_slice_network_free(struct ct_slice_network *r)
 
 void ct_slice_network_describe(float features[static CT_SLICE_NETWORK_FEATURES],
 	const struct ct_patch_pose *pose, const struct ct_regime *regime, size_t across,
-	size_t cell)
+	size_t cell, size_t slices)
 {
-	float phase = ((float)(across % cell) + 0.5f) / (float)cell - 0.5f;
+	float phase = ((float)(across % cell) + 0.5f * (float)slices) / (float)cell - 0.5f;
 
 	features[0] = logf(pose->s / 100);
 	features[1] = 4 * (pose->turn & 4 ? -phase : phase);
@@ -250,13 +250,14 @@ static int get(
 	return 0;
 }
 
-enum { CELL, SIDE, DEPTH, SWAP, COMPONENTS, WIDTH, SHAPES };
+enum { CELL, SIDE, DEPTH, SWAP, COMPONENTS, WIDTH, SLICES, SHAPES };
 
 int ct_slice_network_put(
 	const struct ct_slice_network *r, struct ct_tensors *w, const char *name, struct ct_err *e)
 {
 	float shape[SHAPES] = {(float)r->shape.cell, (float)r->shape.side, (float)r->shape.depth,
-		r->shape.swap ? 1 : 0, (float)r->components, (float)r->width};
+		r->shape.swap ? 1 : 0, (float)r->components, (float)r->width,
+		(float)r->shape.slices};
 	struct ct_slice_network own = *r;
 
 	if (put(w, name, &(struct kept){"shape", 1, {SHAPES}, shape}, e))
@@ -281,8 +282,8 @@ int ct_slice_network_get(
 		if (!(shape[i] >= 0 && shape[i] <= 8192))
 			return ct_fail(
 				e, CT_EINPUT, "tensor \"%s.shape\": %g", name, (double)shape[i]);
-	r->shape = (struct ct_patch_shape){
-		(size_t)shape[CELL], (size_t)shape[SIDE], (size_t)shape[DEPTH], shape[SWAP] > 0};
+	r->shape = (struct ct_patch_shape){(size_t)shape[CELL], (size_t)shape[SIDE],
+		(size_t)shape[DEPTH], (size_t)shape[SLICES], shape[SWAP] > 0};
 	r->components = (size_t)shape[COMPONENTS];
 	r->width = (size_t)shape[WIDTH];
 	if (ct_slice_network_alloc(r, e))

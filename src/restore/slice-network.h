@@ -60,11 +60,11 @@ struct ct_slice_network {
 int ct_slice_network_alloc(struct ct_slice_network *r, struct ct_err *e);
 void ct_slice_network_free(struct ct_slice_network *r);
 
-/* Features of a patch of slice `across`: size, phase and regime. `cell` slices make a coarse one
- * (1: none). */
+/* Features of a patch of `slices` slices from `across` on: size, phase and regime. `cell` slices
+ * make a coarse one (1: none). */
 void ct_slice_network_describe(float features[static CT_SLICE_NETWORK_FEATURES],
 	const struct ct_patch_pose *pose, const struct ct_regime *regime, size_t across,
-	size_t cell);
+	size_t cell, size_t slices);
 
 /* Rows of work of n patches. */
 struct ct_slice_network_work {

@@ -25,6 +25,7 @@ static const struct train_params defaults = {
 	.depth = 3,
 	.components = 160,
 	.width = 512,
+	.slices = 1,
 	.noise = 30,
 };
 
@@ -93,7 +94,9 @@ static const struct ct_opt opts[] = {
 	CT_EXPERT(noise, "noise", "HU", 0, 1000, "add noise of up to HU to half of the examples",
 		SLICES),
 	CT_EXPERT(window, "window", "LO:HI", 0, 0, "clip half of the examples to LO:HI HU", SLICES),
-	CT_EXPERT(depth, "depth", "N", 1, 5, "slices of a patch, an odd number", SLICES),
+	CT_EXPERT(depth, "depth", "N", 1, 8,
+		"slices of a patch: so many as of a cell, and an even number more", SLICES),
+	CT_EXPERT(slices, "slices", "N", 1, 4, "slices of a cell", SLICES),
 	CT_EXPERT(
 		components, "components", "N", 1, 4096, "principal components of a patch", SLICES),
 	CT_EXPERT(width, "width", "N", 1, 8192, "neurons of a hidden layer", SLICES),
@@ -210,7 +213,7 @@ static int begin_slices(struct train_subject *s, struct train_data *data,
 			.seed = env->seed},
 		.network = {.shape = {(size_t)p->factor,
 				    p->patch ? (size_t)p->patch : 3 * (size_t)p->factor,
-				    (size_t)p->depth, !p->thick},
+				    (size_t)p->depth, (size_t)p->slices, !p->thick},
 			.components = (size_t)p->components,
 			.width = (size_t)p->width},
 		.learn = {.seed = env->seed,

@@ -53,7 +53,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 /* A small one, whole. */
 size_t fuzz_seed(size_t k, unsigned char **data)
 {
-	struct ct_slice_network r = {.shape = {2, 4, 1, true}, .components = 2, .width = 2};
+	struct ct_slice_network r = {.shape = {2, 4, 1, 1, true}, .components = 2, .width = 2};
 	struct ct_tensors w = {0};
 	struct ct_err e = {0};
 	size_t n;
