@@ -83,6 +83,7 @@ static size_t height(const struct run *r)
 
 static int peek(struct run *r, size_t *value)
 {
+	*value = 0;
 	if (height(r) == 0)
 		return bad(r, "nothing is on the stack");
 	*value = r->stack[r->n_stack - 1];
