@@ -174,6 +174,43 @@ static void cells(void)
 	free(back);
 }
 
+/* A patch that hardly changes across its slices is looked at in both poses: the share of each, from
+ * its moment over s and the sum of |position|, for even and odd depths. */
+static void shares(void)
+{
+	static const struct ct_patch_shape shapes[] = {{4, 8, 6, 2, true}, {4, 8, 5, 1, true}};
+	static const bool coarse[3] = {true, true, true};
+	enum { SIDE = 8, COUNT = SIDE * SIDE * SIDE };
+	const size_t n[3] = {SIDE, SIDE, SIDE}, at[3] = {2, 2, 3};
+	float x[COUNT], raw[COUNT];
+
+	for (size_t q = 0; q < 2; q++) {
+		const double depth = (double)shapes[q].depth, half = (depth - 1) / 2;
+		const size_t count = ct_patch_count(&shapes[q]);
+		double square = 0, moment = 0, reach = 0, t;
+		struct ct_patch_pose pose[CT_PATCH_POSES];
+		struct ct_slicing s;
+
+		for (size_t i = 0; i < COUNT; i++)
+			x[i] = (float)(i % SIDE * 90 + i / SIDE % SIDE * 40) +
+			       0.7f * (float)(i / SIDE / SIDE);
+		ct_slicing_of(&s, x, n, 2, coarse);
+		OK(ct_patch_look(raw, pose, &s, &shapes[q], at) == 2, "two poses");
+		for (size_t i = 0; i < count; i++) /* of a ramp: its mean is that of its cell */
+			square += pow((double)(raw[i] - pose[0].mu), 2) / (double)count;
+		for (size_t i = 0; i < count; i++)
+			moment +=
+				(double)(raw[i] - pose[0].mu) * ((double)(i / SIDE / SIDE) - half);
+		for (size_t k = 0; k < shapes[q].depth; k++)
+			reach += fabs((double)k - half);
+		t = 0.5 + moment / (sqrt(square) * SIDE * SIDE * reach) / 0.02;
+		OK(t > 0.6 && t < 0.9, "near the middle (%g)", t);
+		NEAR((double)pose[0].share, t * t * (3 - 2 * t), 1e-3, "the share of one");
+		NEAR((double)(pose[0].share + pose[1].share), 1, 1e-6, "the other has the rest");
+		OK(pose[0].turn == 0 && pose[1].turn == 4, "mirrored across");
+	}
+}
+
 static void shapes(void)
 {
 	static const struct ct_patch_shape good[] = {{2, 4, 1, 1, true}, {8, 40, 7, 1, true},
@@ -202,6 +239,7 @@ int main(void)
 {
 	patches();
 	cells();
+	shares();
 	shapes();
 	return tap_done();
 }

@@ -100,6 +100,31 @@ static size_t predict(float *h, const struct ct_scene *s, const struct ct_slice_
 	return used;
 }
 
+/* The phase of a cell of slices is how far its middle is from that of the coarse slice, over it. */
+static void phases(void)
+{
+	const struct ct_patch_pose plain = {.s = 100}, mirrored = {.s = 100, .turn = 4};
+	const struct ct_regime regime = {0};
+	static const struct {
+		size_t across, cell, slices;
+		float phase;
+	} all[] = {{4, 4, 4, 0}, {4, 4, 2, -0.25f}, {6, 4, 2, 0.25f}, {5, 4, 1, -0.125f},
+		{9, 1, 1, 0}};
+	float f[CT_SLICE_NETWORK_FEATURES];
+	bool right = true;
+
+	for (size_t k = 0; k < sizeof all / sizeof *all; k++) {
+		ct_slice_network_describe(
+			f, &plain, &regime, all[k].across, all[k].cell, all[k].slices);
+		right = right && f[1] == 4 * all[k].phase &&
+			f[2] == 8 * all[k].phase * all[k].phase;
+		ct_slice_network_describe(
+			f, &mirrored, &regime, all[k].across, all[k].cell, all[k].slices);
+		right = right && f[1] == -4 * all[k].phase; /* NOLINT: exact fractions */
+	}
+	OK(right, "the phase of a cell");
+}
+
 static void prediction(void)
 {
 	static const bool coarse[][3] = {{true, true, true}, {false, false, true},
@@ -652,6 +677,7 @@ static void examples(void)
 
 int main(void)
 {
+	phases();
 	prediction();
 	restoring();
 	between_factors(1, 1, 2, 3);
