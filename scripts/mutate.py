@@ -76,6 +76,7 @@ def mutants(line):
         return []
     code = re.sub(r'(= \{+)0|((?:\breturn|\brc =|[?:]) -)1\b', r'\1\2#', code)  # any other does as well
     code = re.sub(r'\[(static )?\d+\](?= = \{|,|\)|;)', lambda m: '#' * len(m.group(0)), code)  # room
+    code = re.sub(r'(\bCT_EXPERT\(.*), 0, 0,', r'\1, #, #,', code)  # a word or a flag has no range
     for pattern, to in SWAPS:
         for m in re.finditer(pattern, code):
             found.append(line[:m.start()] + to + line[m.end():])

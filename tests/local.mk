@@ -284,7 +284,7 @@ endif
 check_PROGRAMS += tests/t-restore
 tests_t_restore_SOURCES = tests/t-restore.c tests/texture.h tests/slice-network.h
 check_PROGRAMS += tests/t-example
-tests_t_example_SOURCES = tests/t-example.c tests/texture.h
+tests_t_example_SOURCES = tests/t-example.c tests/texture.h tests/slice-network.h
 check_PROGRAMS += tests/t-learn
 tests_t_learn_SOURCES = tests/t-learn.c tests/numbers.h
 check_PROGRAMS += tests/t-frees

@@ -2,10 +2,13 @@
 #include "config.h"
 #include "core/rng.h"
 #include "core/vol.h"
+#include "resolution/degrade.h"
 #include "restore/example.h"
 #include "tests/tap.h"
+#include "slice-network.h"
 #include "texture.h"
 
+#include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <string.h>
@@ -94,8 +97,72 @@ static void examples(void)
 	ct_vol_free(&v);
 }
 
+/* RMS of D of a and of b, as pair p was degraded: what an LR scan tells apart. */
+static double apart(const struct ct_example *p, const float *a, const float *b)
+{
+	struct ct_degrade d = {.decimate = p->regime.decimate};
+	struct ct_vol v = {0}, lo[2] = {0};
+	double sum = 0;
+
+	for (int axis = 0; axis < 3; axis++) {
+		d.factor[axis] = 4;
+		d.sigma[axis] = 4 * p->regime.sigma;
+	}
+	must(ct_vol_alloc(&v, p->n, &err));
+	for (int k = 0; k < 2; k++) {
+		memcpy(v.data, k ? b : a, COUNT * sizeof *v.data);
+		must(ct_degrade_volume(&lo[k], &v, &d, 0, 0, NULL, &err));
+	}
+	for (size_t i = 0; i < ct_vol_count(&lo[0]); i++)
+		sum += pow((double)lo[0].data[i] - (double)lo[1].data[i], 2);
+	sum = sqrt(sum / (double)ct_vol_count(&lo[0]));
+	ct_vol_free(&v);
+	ct_vol_free(&lo[0]);
+	ct_vol_free(&lo[1]);
+	return sum;
+}
+
+/* What a prior adds to the base of a pair agrees with the scan, and is taken off the rest. */
+static void second_pass(void)
+{
+	struct ct_slice_prior prior = {
+		.n = 1, .r[0] = {.shape = {4, 8, 4, 2, true}, .components = 9, .width = 8}};
+	const struct ct_example_rule rule = {
+		.side = 24, .factor = 4, .scale = {1, 1.2}, .seed = 5, .after = &prior};
+	const size_t n[3] = {40, 36, 34};
+	struct ct_env env = {0};
+	struct ct_vol v = {0};
+	struct ct_example p = {0};
+	float truth[COUNT], before[COUNT];
+	double off = 0, added = 0, sum = 0;
+
+	random_network(&prior.r[0]);
+	must(ct_vol_alloc(&v, n, &err));
+	texture(v.data, n, 21);
+	must(ct_example_alloc(&p, &v, &rule, 3, &env, &err));
+	for (size_t i = 0; i < COUNT; i++) {
+		truth[i] = p.base[i] + p.rest[i];
+		before[i] = p.base[i];
+	}
+	must(ct_example_after(&p, &rule, 3, &env, &err));
+	for (size_t i = 0; i < COUNT; i++) {
+		off = fmax(off, fabs((double)(p.base[i] + p.rest[i] - truth[i])));
+		added += pow((double)(p.base[i] - before[i]), 2) / COUNT;
+		sum += pow((double)p.rest[i], 2) / COUNT;
+	}
+	OK(off < 1e-3, "base and rest are the truth (%g)", off);
+	OK(added > 1, "the prior has added to the base (%g)", added);
+	off = apart(&p, p.base, truth);
+	OK(off < 0.05, "which agrees with the scan (%g)", off);
+	NEAR(p.variance, sum, 1e-6 * sum, "the variance is that of the new rest");
+	ct_example_free(&p);
+	ct_slice_network_free(&prior.r[0]);
+	ct_vol_free(&v);
+}
+
 int main(void)
 {
 	examples();
+	second_pass();
 	return tap_done();
 }

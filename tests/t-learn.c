@@ -200,6 +200,32 @@ static void drawing_deep(void)
 	free_pairs(e);
 }
 
+/* A pair of fewer slices than a cell has is not drawn from. */
+static void drawing_thin(void)
+{
+	const struct ct_slice_network r = {
+		.shape = {2, 4, 4, 2, true}, .components = 64, .width = 3};
+	const struct ct_learn_rule rule = {.seed = 5, .steps = 1, .batch = PIECE};
+	struct ct_env env = {0};
+	struct ct_example e[PAIRS];
+	struct ct_learn *l;
+	struct ct_learn_side *d;
+	size_t thin = 0;
+
+	make_pairs(e, 120, true, true, true);
+	e[1].n[2] = 1;
+	must(ct_learn_alloc(&l, &r, &rule, e, PAIRS, &env, &err));
+	d = &l->side[0];
+	must(ct_learn_draw(l, d, e, PAIRS, 77, &err));
+	for (size_t i = 0; i < PIECE; i++)
+		thin += (double)d->target[8 * i] * 100 *
+				exp((double)ct_slice_network_features(&d->w, &l->r, i)[0]) >
+			9999.5;
+	OK(thin == 0, "no cell of two slices lies in one slice (%zu)", thin);
+	ct_learn_free(l);
+	free_pairs(e);
+}
+
 /* The patches, or features, 1 and targets of all that a beginning looks at: sums of products
  * (m,m), each row times the root of its weight. */
 static double *products(struct ct_learn *l, size_t m, bool features)
@@ -609,6 +635,7 @@ int main(void)
 	drawing(true);
 	drawing(false);
 	drawing_deep();
+	drawing_thin();
 	beginning();
 	stepping();
 	refusing();

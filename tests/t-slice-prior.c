@@ -36,7 +36,7 @@ static void random_network(struct ct_slice_network *r, uint64_t seed, size_t cel
 
 /* What is expected of a cell from slice at[2] on, of which `phases` make a coarse one, to h: 0 if
  * it is flat. */
-static size_t expect_cell(float *h, const struct ct_slice_network *r,
+static size_t expect_cell(float *h, float *v, const struct ct_slice_network *r,
 	const struct ct_slice_network_ready *q, struct ct_slice_network_work *w,
 	const struct ct_slicing *of, const struct ct_regime *regime, const size_t at[3],
 	size_t phases)
@@ -44,7 +44,7 @@ static size_t expect_cell(float *h, const struct ct_slice_network *r,
 	static float raw[CT_PATCH_MOST];
 	struct ct_patch_pose pose[CT_PATCH_POSES];
 	const size_t count = ct_patch_look(raw, pose, of, &r->shape, at);
-	float cell[CT_PATCH_CELL_MOST] = {0};
+	float cell[CT_PATCH_CELL_MOST] = {0}, sum = 0;
 
 	for (size_t p = 0; p < count; p++) {
 		ct_patch_turn(w->patch, raw, &r->shape, &pose[p]);
@@ -52,15 +52,20 @@ static size_t expect_cell(float *h, const struct ct_slice_network *r,
 			at[2], phases, r->shape.slices);
 		must(ct_slice_network_run(r, q, w, 1, &err));
 		ct_patch_back(cell, w->out, &r->shape, &pose[p]);
+		sum += pose[p].share * pose[p].s * pose[p].s * expf(fminf(w->out[r->out - 1], 20));
 	}
 	if (count)
 		ct_patch_put(h, NULL, cell, of, &r->shape, at);
+	for (size_t k = 0; k < r->cell; k++)
+		cell[k] = sum;
+	if (count && v)
+		ct_patch_put(v, NULL, cell, of, &r->shape, at);
 	return count > 0;
 }
 
 /* One cell after the other; the mean over the axes. Returns how many axes. */
-static size_t predict(float *h, const struct ct_scene *s, const struct ct_slice_network *r,
-	const bool axes[3], size_t *textured, size_t *cells)
+static size_t predict(float *h, float *error, const struct ct_scene *s,
+	const struct ct_slice_network *r, const bool axes[3], size_t *textured, size_t *cells)
 {
 	const size_t cell = r->shape.cell, all = s->n[0] * s->n[1] * s->n[2];
 	struct ct_slice_network_work w = {0};
@@ -89,7 +94,7 @@ static size_t predict(float *h, const struct ct_scene *s, const struct ct_slice_
 
 					++*cells;
 					*textured += expect_cell(
-						h, r, &q, &w, &of, &s->regime, at, phases);
+						h, error, r, &q, &w, &of, &s->regime, at, phases);
 				}
 	}
 	for (size_t i = 0; i < all; i++)
@@ -109,7 +114,7 @@ static void phases(void)
 		size_t across, cell, slices;
 		float phase;
 	} all[] = {{4, 4, 4, 0}, {4, 4, 2, -0.25f}, {6, 4, 2, 0.25f}, {5, 4, 1, -0.125f},
-		{9, 1, 1, 0}};
+		{9, 1, 1, 0}, {8, 1, 4, 0}};
 	float f[CT_SLICE_NETWORK_FEATURES];
 	bool right = true;
 
@@ -130,7 +135,7 @@ static void prediction(void)
 	static const bool coarse[][3] = {{true, true, true}, {false, false, true},
 		{true, false, false}, {true, true, false}};
 	const size_t n[3] = {14, 11, 9}, all = 14 * 11 * 9;
-	float *x = normals(all, 31, 0, 150), *h = malloc(2 * all * sizeof *h);
+	float *x = normals(all, 31, 0, 150), *h = malloc(4 * all * sizeof *h), *u = h + 2 * all;
 	double worst = 0;
 	bool same = true;
 
@@ -142,7 +147,7 @@ static void prediction(void)
 		struct ct_scene s = {.x = x,
 			.n = {n[0], n[1], n[2]},
 			.regime = {.sigma = 0.4, .noise = 7, .decimate = CT_DECIMATE_POINT}};
-		struct ct_guess g = {.h = h + all};
+		struct ct_guess g = {.h = h + all, .v = u + all};
 		const bool swap = k < 4;
 		const bool axes[3] = {true, k != 1, true};
 		struct ct_slice_network r;
@@ -150,14 +155,16 @@ static void prediction(void)
 		bool can[3];
 
 		memcpy(s.coarse, coarse[k % 4], sizeof s.coarse);
-		random_network(&r, 32, 3, 7, 3 + k % 2 * 3, 1 + k % 2 * 3, swap);
+		random_network(&r, 32, 4, 8, 3 + k % 2 * 3, 1 + k % 2 * 3, swap);
 		if (ct_predict_axes(can, &r, &s, NULL) > 0) {
-			predict(h, &s, &r, axes, &want[0], &want[1]);
+			memset(u, 0, 2 * all * sizeof *u);
+			predict(h, u, &s, &r, axes, &want[0], &want[1]);
 			memset(h + all, 0, all * sizeof *h);
 			must(ct_predict(&g, &s, &r, axes, &textured, &cells, &env, &err));
 			for (size_t i = 0; i < all; i++)
 				h[all + i] /= (float)g.axes;
 			worst = fmax(worst, apart(all, h + all, h));
+			worst = fmax(worst, apart(all, u + all, u));
 			same = same && textured == want[0] && cells == want[1] && textured < cells;
 		}
 		ct_slice_network_free(&r);
@@ -275,7 +282,8 @@ static void twin(float *out, double *added, const struct scan *s, const struct c
 
 		if ((double)p->r[k].shape.cell != most || p->again[k] != again)
 			continue;
-		axes = (double)predict(h + ALL, &scene, &p->r[k], rule->axes, &textured, &cells);
+		axes = (double)predict(
+			h + ALL, NULL, &scene, &p->r[k], rule->axes, &textured, &cells);
 		for (size_t i = 0; axes > 0 && i < ALL; i++)
 			h[i] += (float)axes * h[ALL + i];
 		used += axes;

@@ -20,7 +20,7 @@ same known same; ok $? 'at its defaults'
 ct-info -v known.safetensors >out; has out '^  *4.shape' 'a prior of both axes'
 small="$small -x 2 --expert=depth=1"
 run plain
-for o in '-p 8' --expert=batch=512 --expert=lr=2e-3 '--expert=decay=10' --expert=ema=0.1 '--expert=noise=30' '--expert=thick=yes' '--expert=cubes=3' '--expert=cube=26' \
+for o in '-p 8' --expert=batch=512 --expert=lr=2e-3 '--expert=decay=10' --expert=ema=0.1 '--expert=noise=30' '--expert=thick=yes' '--expert=cubes=3' '--expert=cube=26' --expert=slices=2,depth=4 \
 	'--expert=width=23' '--expert=components=19' '-s 1' '-n 2'; do
 	run other -f $o; s=$?
 	[ $s -eq 0 ] && ! same plain other; ok $? "$o is something else"
@@ -31,12 +31,20 @@ same plain one; ok $? 'whose examples are the same'
 run kept -f --cache kept; ls kept >was
 ct-train $small --cache kept two.safetensors scans/2.nii 2>two.log; ls kept >is
 [ "$(wc -l <was)" -ge 3 ] && cmp was is; ok $? 'whatever stands beside a file'
+run after --expert=again=yes --with plain.safetensors; ! same plain after; ok $? 'a second pass learns from what the first made'
+for k in 1 2; do
+	run after-kept -f --cache kept --expert=again=yes --with plain.safetensors
+	same after after-kept; ok $? "the same of kept examples, run $k"
+done
+[ "$(wc -l <was)" -eq "$(($(find kept -type f | wc -l) / 2))" ]; ok $? 'which are those of the first pass, and as many more'
 run seen --validate held.nii --expert=validate-every=1
 [ "$(grep -c 'held-out loss [0-9]' seen.log)" -eq 1 ]; ok $? 'tells what it knows of others'
 cmp plain.safetensors.state seen.safetensors.state; ok $? 'and learns nothing from them but what to expect'
 ct-train $small -v more.safetensors scans held.nii 2>err; has err '^ct-train: 6 examples$' 'all that fit are examples'
 
 exits 2 'no components' ct-train $small --expert components=0 no.safetensors scans; has err 'components: 0 is outside \[1, 4096\]' 'is refused'
+exits 3 'fewer slices than a cell has' ct-train $small --expert slices=2 no.safetensors scans; has err 'depth 1 and slices 2$' 'are refused'
+! grep -q 'examples' err; ok $? 'before examples are made'
 exits 2 'half a piece' ct-train $small --expert batch=300 no.safetensors scans
 has err '--expert batch: expected a multiple of 256' 'is refused'
 ct-phantom -q --size 13x40x40 ellipsoids little.nii

@@ -45,7 +45,7 @@ int ct_restore_confidence(struct ct_restore_rule *rule, bool *little, size_t cel
 	rule->doubt = points || rule->noise > 0 ? 0 : 1.2;
 	rule->gate = aliases || rule->noise > 0 ? 0 : 15;
 	rule->steps = aliases ? 0 : 0.05;
-	rule->cap = aliases ? 0 : 62.5 * most;
+	rule->cap = aliases ? 0 : 125 * most;
 	rule->again = AGAIN;
 	rule->flat = points && !(rule->noise > 0);
 	rule->passes = rule->noise > 0 && !points ? 1 : 2; /* the most that gain */

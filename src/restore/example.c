@@ -112,47 +112,36 @@ void ct_example_regime(struct ct_example *p, const struct ct_example_rule *r, ui
 		p->coarse[a] = !r->thick || a == axis;
 }
 
-/* What the prior adds to it, as ct-upsample would. */
-static int restored(struct ct_vol *base, const struct ct_vol *lo, const struct ct_degrade *d,
-	const struct ct_example_rule *r, double noise, const struct ct_env *env, struct ct_err *e)
+/* What made the LR scan of that pair. */
+static struct ct_degrade degradation(const struct ct_example *p, const struct ct_example_rule *r)
 {
-	struct ct_restore_rule rule = {.by = *d, .noise = noise, .axes = {true, true, true}};
-	struct ct_restore_report report;
-	bool little;
+	struct ct_degrade d = {.decimate = p->regime.decimate};
 
-	if (ct_restore_confidence(&rule, &little, r->factor, lo->n, e))
-		return -1;
-	rule.passes = 1;
-	rule.flat = false;
-	return ct_restore(base, NULL, lo, r->after, &rule, &report, env, e) ? -1 : 0;
+	for (int a = 0; a < 3; a++) {
+		d.factor[a] = p->coarse[a] ? (double)r->factor : 1;
+		d.sigma[a] = p->coarse[a] ? p->regime.sigma * d.factor[a] : 0;
+	}
+	return d;
 }
 
 /* *base <- what the solver makes of a scan of the truth. */
 static int solve(struct ct_vol *base, const struct ct_vol *truth, const struct ct_example *p,
 	const struct ct_example_rule *r, uint64_t index, const struct ct_env *env, struct ct_err *e)
 {
-	const struct ct_regime *g = &p->regime;
-	struct ct_upsample_rule rule = {.method = CT_UPSAMPLE_AUTO,
+	const struct ct_upsample_rule rule = {.method = CT_UPSAMPLE_AUTO,
 		.known = true,
-		.by.decimate = g->decimate,
+		.by = degradation(p, r),
 		.plain = true,
-		.noise = g->noise,
+		.noise = p->regime.noise,
 		.iterations = ITERATIONS,
 		.tolerance = 0.05};
-	struct ct_degrade *d = &rule.by;
 	struct ct_upsample_report report;
 	struct ct_vol lo = {0};
-	int rc;
+	int rc = ct_degrade_volume(&lo, truth, &rule.by, rule.noise, r->seed + index, NULL, e) ||
+				 ct_upsample(base, &lo, &rule, &report, env, e)
+			 ? -1
+			 : 0;
 
-	for (int a = 0; a < 3; a++) {
-		d->factor[a] = p->coarse[a] ? (double)r->factor : 1;
-		d->sigma[a] = p->coarse[a] ? g->sigma * d->factor[a] : 0;
-	}
-	rc = ct_degrade_volume(&lo, truth, d, g->noise, r->seed + index, NULL, e) ||
-			     ct_upsample(base, &lo, &rule, &report, env, e) ||
-			     (r->after && restored(base, &lo, d, r, g->noise, env, e))
-		     ? -1
-		     : 0;
 	ct_vol_free(&lo);
 	return rc;
 }
@@ -195,6 +184,43 @@ int ct_example_alloc(struct ct_example *p, const struct ct_vol *v,
 out:
 	ct_vol_free(&truth);
 	ct_vol_free(&base);
+	return rc;
+}
+
+int ct_example_after(struct ct_example *p, const struct ct_example_rule *r, uint64_t index,
+	const struct ct_env *env, struct ct_err *e)
+{
+	const size_t count = p->n[0] * p->n[1] * p->n[2];
+	const struct ct_env alone = {.stop = env->stop};
+	struct ct_restore_rule rule = {
+		.by = degradation(p, r), .noise = p->regime.noise, .axes = {true, true, true}};
+	struct ct_restore_report report;
+	struct ct_vol v = {0}, lo = {0};
+	bool little;
+	int rc = -1;
+
+	if (ct_vol_alloc(&v, p->n, e))
+		return -1;
+	for (size_t i = 0; i < count; i++)
+		v.data[i] = p->base[i] + p->rest[i];
+	if (ct_degrade_volume(&lo, &v, &rule.by, rule.noise, r->seed + index, NULL, e) ||
+		ct_restore_confidence(&rule, &little, r->factor, lo.n, e))
+		goto out;
+	rule.passes = 1;
+	rule.flat = false;
+	for (size_t i = 0; i < count; i++) {
+		p->rest[i] = v.data[i];
+		v.data[i] = p->base[i];
+	}
+	rc = ct_restore(&v, NULL, &lo, r->after, &rule, &report, &alone, e);
+	for (size_t i = 0; i < count && rc == 0; i++) {
+		p->base[i] = v.data[i];
+		p->rest[i] -= v.data[i];
+	}
+	ct_example_weigh(p);
+out:
+	ct_vol_free(&v);
+	ct_vol_free(&lo);
 	return rc;
 }
 

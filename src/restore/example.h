@@ -16,7 +16,7 @@ struct ct_example_rule {
 	double scale[2]; /* voxels of a cube are so many of the volume's, from .. to */
 	double noise;    /* HU, at most; half of the pairs have none */
 	double clip[2];  /* HU that half of them are clipped to; NaN: none */
-	const struct ct_slice_prior *after; /* adds to what the solver makes; NULL: none does */
+	const struct ct_slice_prior *after; /* adds to what the solver made; or NULL */
 	const char *hash;                   /* of that prior, for who keeps examples; or NULL */
 	uint64_t seed;
 };
@@ -29,6 +29,10 @@ void ct_example_soft(bool soft[static 3], const struct ct_vol *v);
 int ct_example_alloc(struct ct_example *p, const struct ct_vol *v,
 	const struct ct_example_rule *rule, uint64_t index, const struct ct_env *env,
 	struct ct_err *e);
+/* And what rule->after adds to the base of that pair, whose rest becomes what is then still
+ * missing. */
+int ct_example_after(struct ct_example *p, const struct ct_example_rule *rule, uint64_t index,
+	const struct ct_env *env, struct ct_err *e);
 /* Set what made the LR scan of that pair, and the axes along which it is coarse. */
 void ct_example_regime(struct ct_example *p, const struct ct_example_rule *rule, uint64_t index);
 /* Set the variance of a pair whose rest is there. */

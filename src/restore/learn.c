@@ -123,9 +123,9 @@ static int gradient(const struct ct_learn *l, struct ct_learn_side *d, float *g,
 		    e) ||
 		outer(g + at[CT_PART_3], g + at[CT_PART_3_BIAS], w->out, w->h2, out, wide, e))
 		return -1;
-	for (size_t i = 1; i <= PIECE;
-		i++) /* the spread learns from the layers, not they from it */
-		w->out[i * out - 1] = 0;
+	/* The spread learns from the layers, not they from it. */
+	for (size_t i = 0; i < PIECE; i++)
+		w->out[i * out + out - 1] = 0;
 	return back(d->d2, w->out, l->all + at[CT_PART_3], out, wide, w->a2, e) ||
 			       outer(g + at[CT_PART_2], g + at[CT_PART_2_BIAS], d->d2, w->h1, wide,
 				       wide, e) ||
@@ -304,6 +304,12 @@ int ct_learn_save(const struct ct_learn *l, struct ct_tensors *w, struct ct_err 
 		       : 0;
 }
 
+static bool same_shape(const struct ct_patch_shape *a, const struct ct_patch_shape *b)
+{
+	return a->cell == b->cell && a->side == b->side && a->depth == b->depth &&
+	       a->slices == b->slices && a->swap == b->swap;
+}
+
 int ct_learn_restore(struct ct_learn *l, const struct ct_tensors *w, struct ct_err *e)
 {
 	const size_t n = l->r.at[CT_PARTS], inputs = ct_patch_count(&l->r.shape);
@@ -317,7 +323,7 @@ int ct_learn_restore(struct ct_learn *l, const struct ct_tensors *w, struct ct_e
 	if (ct_slice_network_get(&r, w, "average", e))
 		goto out;
 	if (r.at[CT_PARTS] != n || r.components != l->r.components ||
-		memcmp(&r.shape, &l->r.shape, sizeof r.shape) != 0) {
+		!same_shape(&r.shape, &l->r.shape)) {
 		ct_fail(e, CT_EINPUT, "not the state of this training: another network");
 		goto out;
 	}

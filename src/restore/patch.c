@@ -29,9 +29,9 @@ int ct_patch_shape_check(const struct ct_patch_shape *shape, struct ct_err *e)
 {
 	if (shape->side > CT_PATCH_SIDE || shape->depth > CT_PATCH_DEPTH || shape->slices < 1 ||
 		shape->slices > CT_PATCH_SLICES || shape->depth < shape->slices ||
-		(shape->depth - shape->slices) % 2 || shape->cell < 2 ||
-		shape->cell > CT_PATCH_CELL || shape->side < shape->cell + 2 ||
-		(shape->side - shape->cell) % 2)
+		(shape->depth - shape->slices) % 2 || shape->slices == 3 || shape->cell < 2 ||
+		shape->cell > CT_PATCH_CELL || shape->cell % shape->slices ||
+		shape->side < shape->cell + 2 || (shape->side - shape->cell) % 2)
 		return ct_fail(e, CT_EINPUT,
 			"no patch has cell %zu, side %zu, depth %zu and slices %zu", shape->cell,
 			shape->side, shape->depth, shape->slices);

@@ -1,8 +1,9 @@
 /* predict.h: what a volume lacks, by a slice network (slice-network.h) on its slices.
  *
- * Every slice across an axis whose other two axes are ones that the slice network knows (both
- * coarse, or one coarse and one fine) is cut into cells; what is predicted for a voxel is the mean
- * over the axes. Cells whose patch is flat are 0 and cost nothing but the look.
+ * Across an axis whose other two axes are ones that the slice network knows (both coarse, or one
+ * coarse and one fine), every r->shape.slices slices are cut into cells, the last of them in part;
+ * what is predicted for a voxel is the mean over the axes. Cells whose patch is flat are 0 and cost
+ * nothing but the look.
  */
 #ifndef CT_RESTORE_PREDICT_H
 #define CT_RESTORE_PREDICT_H

@@ -75,7 +75,8 @@ void ct_slice_network_describe(float features[static CT_SLICE_NETWORK_FEATURES],
 	const struct ct_patch_pose *pose, const struct ct_regime *regime, size_t across,
 	size_t cell, size_t slices)
 {
-	float phase = ((float)(across % cell) + 0.5f * (float)slices) / (float)cell - 0.5f;
+	const float middle = (float)(across % cell) + 0.5f * (float)slices;
+	const float phase = cell == 1 ? 0 : middle / (float)cell - 0.5f;
 
 	features[0] = logf(pose->s / 100);
 	features[1] = 4 * (pose->turn & 4 ? -phase : phase);

@@ -50,7 +50,7 @@ struct ct_slice_network {
 	size_t components, width; /* K, neurons of a hidden layer */
 	size_t inputs, cell,
 		out;         /* F, values of a cell, and those of `out`, the spread among them */
-	float *mean, *basis; /* (inputs), (K,inputs); owned, one block at mean */
+	float *mean, *basis; /* (patch), (K,patch); owned, one block at mean */
 	float spread[CT_SPREADS]; /* what the error is, of what the slices say: see below */
 	float *all;               /* owned */
 	size_t at[CT_PARTS + 1];  /* of each part in `all`, and the count of all */
@@ -61,7 +61,7 @@ int ct_slice_network_alloc(struct ct_slice_network *r, struct ct_err *e);
 void ct_slice_network_free(struct ct_slice_network *r);
 
 /* Features of a patch of `slices` slices from `across` on: size, phase and regime. `cell` slices
- * make a coarse one (1: none). */
+ * make a coarse one (1: none does, and there is no phase). */
 void ct_slice_network_describe(float features[static CT_SLICE_NETWORK_FEATURES],
 	const struct ct_patch_pose *pose, const struct ct_regime *regime, size_t across,
 	size_t cell, size_t slices);

@@ -92,6 +92,24 @@ static int keep(const char *path, const char *key, const struct ct_example *p, s
 	return rc;
 }
 
+static int make(struct ct_example *p, const char *folder, const struct ct_vol *v,
+	const double bytes[static 2], const struct ct_example_rule *rule, uint64_t index,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_example_rule before = *rule;
+	int rc;
+
+	if (!rule->after)
+		return ct_example_alloc(p, v, rule, index, env, e);
+	before.after = NULL;
+	before.hash = NULL;
+	rc = train_cache_example(p, folder, v, bytes, &before, index, env, e);
+	if (rc || ct_example_after(p, rule, index, env, e) == 0)
+		return rc;
+	ct_example_free(p);
+	return -1;
+}
+
 int train_cache_example(struct ct_example *p, const char *folder, const struct ct_vol *v,
 	const double bytes[static 2], const struct ct_example_rule *rule, uint64_t index,
 	const struct ct_env *env, struct ct_err *e)
@@ -100,13 +118,13 @@ int train_cache_example(struct ct_example *p, const char *folder, const struct c
 	int rc = -1;
 
 	if (!folder)
-		return ct_example_alloc(p, v, rule, index, env, e);
+		return make(p, folder, v, bytes, rule, index, env, e);
 	if (name_of(&key, &path, folder, v, bytes, rule, index, e))
 		goto out;
 	rc = 0;
 	if (read_back(p, path, key, rule, index))
 		goto out;
-	rc = ct_example_alloc(p, v, rule, index, env, e);
+	rc = make(p, folder, v, bytes, rule, index, env, e);
 	if (rc == 0 && keep(path, key, p, e)) {
 		ct_example_free(p);
 		rc = -1;

@@ -361,8 +361,9 @@ int train_slices(struct train_subject *s, struct train_data *data,
 	j->rule = p->examples;
 	snprintf(j->name, sizeof j->name, "%s%s%zu", p->again ? "again-" : "",
 		p->examples.thick ? "thick-" : "", p->examples.factor);
-	return (p->cache && train_cache_open(p->cache, e)) || read_with(j, data, e) ||
-			       read_data(j, data, e) || start(j, e)
+	return ct_patch_shape_check(&p->network.shape, e) ||
+			       (p->cache && train_cache_open(p->cache, e)) ||
+			       read_with(j, data, e) || read_data(j, data, e) || start(j, e)
 		       ? -1
 		       : 0;
 }
