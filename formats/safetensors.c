@@ -72,6 +72,12 @@ static int read_header(struct reader *d)
 	if (n < 2 || n > MOST_HEADER)
 		return ct_fail(d->e, CT_EINPUT, "not a safetensors file: a header of %llu bytes",
 			(unsigned long long)n);
+	d->size = UINT64_MAX;
+	if (fstat(fileno(d->f), &st) == 0 && S_ISREG(st.st_mode) && d->f != stdin) {
+		if ((uint64_t)st.st_size < 8 + n)
+			return ct_fail(d->e, CT_EINPUT, "ends inside its header");
+		d->size = (uint64_t)st.st_size - 8 - n;
+	}
 	if (ct_alloc(&text, n, 1, d->e))
 		return -1;
 	if (fread(text, 1, n, d->f) != n)
@@ -79,9 +85,6 @@ static int read_header(struct reader *d)
 	else
 		d->header = json_loadb(text, n, JSON_REJECT_DUPLICATES, &why);
 	free(text);
-	d->size = UINT64_MAX;
-	if (fstat(fileno(d->f), &st) == 0 && S_ISREG(st.st_mode) && d->f != stdin)
-		d->size = (uint64_t)st.st_size - 8 - n;
 	if (rc == 0 && !json_is_object(d->header))
 		rc = ct_fail(d->e, CT_EINPUT, "the header is not a JSON object: %.100s",
 			d->header ? "another type" : why.text);

@@ -253,7 +253,7 @@ tests_t_keep_SOURCES = tests/t-keep.c
 check_PROGRAMS += tests/t-rescue
 tests_t_rescue_SOURCES = tests/t-rescue.c
 check_PROGRAMS += tests/t-hostile
-tests_t_hostile_SOURCES = tests/t-hostile.c tests/nifti-make.h
+tests_t_hostile_SOURCES = tests/t-hostile.c tests/nifti-make.h tests/bound.h
 check_PROGRAMS += tests/t-fit-state tests/t-fit tests/t-refit
 tests_t_fit_state_SOURCES = tests/t-fit-state.c
 tests_t_fit_SOURCES = tests/t-fit.c
@@ -279,7 +279,7 @@ check_PROGRAMS += tests/t-evidence
 tests_t_evidence_SOURCES = tests/t-evidence.c tests/capture.h tests/scratch.h
 if HAVE_OIIO
 check_PROGRAMS += tests/t-libraries
-tests_t_libraries_SOURCES = tests/t-libraries.c tests/capture.h src/tools/lib/libraries.cc
+tests_t_libraries_SOURCES = tests/t-libraries.c tests/bound.h tests/capture.h src/tools/lib/libraries.cc
 endif
 check_PROGRAMS += tests/t-restore
 tests_t_restore_SOURCES = tests/t-restore.c tests/texture.h tests/slice-network.h

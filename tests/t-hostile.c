@@ -1,6 +1,7 @@
 /* Small files that ask for much: time and memory stay within what the file is worth. A limit on the
  * processor's time ends the test where time grows with the square of a count. */
 #include "config.h"
+#include "bound.h"
 #include "core/mem.h"
 #include "core/stack.h"
 #include "core/tensors.h"
@@ -105,6 +106,52 @@ static void test_tensors(void)
 		"65000 tensors without numbers are read");
 	ct_tensors_free(&w);
 }
+
+#ifndef BOUND_NONE
+/* What reading the tensors ends with, where there is little memory. */
+static enum ct_code with_little(const char *path)
+{
+	struct ct_tensors w = {0};
+	pid_t child = fork();
+	int got = -1;
+
+	if (child == 0) {
+		e = (struct ct_err){0};
+		if (!bound_memory(40) || (ct_tensors_read(path, &w, &e) == 0))
+			_exit(99);
+		_exit((int)e.code);
+	}
+	waitpid(child, &got, 0);
+	return WIFEXITED(got) ? (enum ct_code)WEXITSTATUS(got) : CT_OK;
+}
+
+/* A header of so many bytes, with the n numbers that there are. */
+static void write_header(const char *path, uint64_t bytes, int n)
+{
+	FILE *f = fopen(path, "wb");
+
+	fwrite(&bytes, sizeof bytes, 1, f);
+	fprintf(f, "{\"x\":[1");
+	for (int i = 1; i < n; i++)
+		fprintf(f, ",1");
+	fprintf(f, "]}");
+	fclose(f);
+}
+
+/* Memory is what fails, not the file, from a pipe too; and a short file asks for none. */
+static void test_little(void)
+{
+	enum { MANY = 2000000 };
+
+	write_header("short.safetensors", 100000000, 1);
+	OK(with_little("short.safetensors") == CT_EINPUT, "a short file with a long header");
+	write_header("long.safetensors", 2 * MANY + 7, MANY);
+	OK(with_little("long.safetensors") == CT_ENOMEM, "a header that memory fails for");
+	if (!freopen("long.safetensors", "rb", stdin))
+		exit(99);
+	OK(with_little("-") == CT_ENOMEM, "from standard input, too");
+}
+#endif
 
 static void test_keys(void)
 {
@@ -231,6 +278,9 @@ int main(void)
 
 	if (!mkdtemp(root) || chdir(root) || setrlimit(RLIMIT_CPU, &limit))
 		return 99;
+#ifndef BOUND_NONE
+	test_little();
+#endif
 	test_pairs();
 	test_tensors();
 	test_keys();

@@ -1,6 +1,7 @@
 /* What the libraries in C++ cannot do without memory, or throw where no one catches, is a failure
  * with a message, not an abort. */
 #include "config.h"
+#include "bound.h"
 #include "capture.h"
 #include "core/err.h"
 
@@ -25,16 +26,12 @@ static void throw_int(void)
 static void begin_again(long mib)
 {
 	char program[400], name[] = "again", *argv[] = {name, name, NULL};
-	struct rlimit most;
-	long pages = 0;
-	FILE *f = fopen("/proc/self/statm", "r");
 	ssize_t n = readlink("/proc/self/exe", program, sizeof program - 1);
 
-	if (!f || fscanf(f, "%ld", &pages) != 1 || n <= 0)
+	if (n <= 0)
 		_exit(1);
 	program[n] = '\0';
-	most.rlim_cur = most.rlim_max = (rlim_t)(pages * sysconf(_SC_PAGESIZE) + (mib << 20));
-	if (setrlimit(RLIMIT_AS, &most) == 0)
+	if (bound_memory(mib))
 		execv(program, argv);
 	_exit(1);
 }
@@ -79,8 +76,7 @@ int main(int argc, char **argv)
 		"one has no memory");
 	OK(ends(throw_int, CT_ENOMEM, "t-libraries" SAYS "a library threw something\n"),
 		"one throws what is no exception");
-#if !defined __SANITIZE_ADDRESS__ &&                                                               \
-	!defined __SANITIZE_THREAD__ /* they take more than any limit */
+#ifndef BOUND_NONE
 	OK(ends(with_little, CT_ENOMEM, "again" SAYS "the libraries need 64 MiB to begin with\n"),
 		"too little to begin with");
 	OK(ends(with_enough, 0, ""), "and enough");
