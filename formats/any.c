@@ -1,11 +1,7 @@
-/* any.c: readers of several formats; see any.h and format.h. */
+/* any.c: the list of all formats; see any.h. */
 #include "config.h"
 #include "formats/any.h"
-#include "formats/format.h"
-#include "formats/io.h"
 
-#include <ctype.h>
-#include <errno.h>
 #include <stdio.h>
 #include <sys/stat.h>
 
@@ -69,48 +65,4 @@ bool ct_any_is_stack(const char *path)
 int ct_any_read(const char *path, struct ct_any *a, struct ct_err *e)
 {
 	return ct_format_read(formats, path, a, e);
-}
-
-/* By the first byte. Never seeks, but for voxels at the end of a file. */
-static const struct ct_format *format_of(FILE *f)
-{
-	const int first = getc(f);
-
-	if (first != EOF)
-		ungetc(first, f);
-	return isalpha(first) ? &ct_format_metaimage : &ct_format_nifti; /* which also reads NRRD */
-}
-
-int ct_vol_read(const char *path, struct ct_vol *v, struct ct_err *e)
-{
-	struct ct_any a = {0};
-	int tries = 2;
-	bool again;
-	FILE *f;
-	int rc;
-
-	do {
-		if (ct_io_open(path, &f, e))
-			return -1;
-		errno = 0;
-		rc = ct_format_read_stream(format_of(f), f, path, &a, e);
-		if (ct_io_starved(&again, path, e)) {
-			ct_any_free(&a);
-			rc = -1;
-		}
-		ct_io_close(f);
-	} while (again && --tries);
-	*v = a.vol;
-	return rc;
-}
-
-int ct_tensors_read(const char *path, struct ct_tensors *w, struct ct_err *e)
-{
-	static const struct ct_format *const list[] = {
-		&ct_format_safetensors, &ct_format_pytorch, NULL};
-	struct ct_any a = {0};
-	int rc = ct_format_read(list, path, &a, e);
-
-	*w = a.tensors;
-	return rc;
 }

@@ -1,7 +1,8 @@
 /* any.h: what a file is, by content, and formats as objects: how to recognise, read and write one.
  *
  * A program names the formats that it reads in a list, which ends with NULL, and only those are
- * linked: format.c knows none. any.c has a list of all.
+ * linked: format.c knows none. any.c has a list of all, vol-read.c and tensors-read.c (format.h)
+ * have those of their kind.
  */
 #ifndef CT_FORMATS_ANY_H
 #define CT_FORMATS_ANY_H

@@ -23,6 +23,14 @@ for t in $CT_TOOLS; do
 		skip "$t: mandoc finds nothing" 'no mandoc'
 	fi
 done
+# a library that is not linked need not be there: who asks for volumes reads no other format
+for t in ct-degrade ct-metrics; do
+	if command -v ldd >/dev/null; then
+		! ldd "$(command -v $t)" | grep -qE 'OpenEXR|deflate'; ok $? "$t links no library of EXR"
+	else
+		skip "$t links no library of EXR" 'no ldd'
+	fi
+done
 # a file that is not there: status 3 and its name, nothing made
 missing() { # missing TOOL ARGS...
 	exits 3 "$1 names a missing file" "$@"
