@@ -36,6 +36,23 @@ static int measure(struct ct_source *s, struct ct_err *e)
 	return 0;
 }
 
+/* The next block of the compressed file. */
+static void refill(struct ct_source *s)
+{
+	s->z.next_in = s->in;
+	s->z.avail_in = (uInt)fread(s->in, 1, BLOCK, s->f);
+	s->from += s->z.avail_in;
+}
+
+/* What begins with the first byte of gzip. */
+static int check_gzip(struct ct_source *s, struct ct_err *e)
+{
+	refill(s);
+	if (s->z.avail_in < 2)
+		return read_error(s, e);
+	return s->in[1] == 0x8b ? 0 : ct_fail(e, CT_EINPUT, "not a NIfTI file");
+}
+
 int ct_source_open(struct ct_source *s, FILE *f, enum ct_packing packing, struct ct_err *e)
 {
 	*s = (struct ct_source){.f = f, .packed = packing == CT_PACKING_ZLIB};
@@ -59,7 +76,7 @@ int ct_source_open(struct ct_source *s, FILE *f, enum ct_packing packing, struct
 		s->in = NULL;
 		return ct_fail(e, CT_ENOMEM, "no memory for zlib");
 	}
-	return 0;
+	return packing == CT_PACKING_TELL ? check_gzip(s, e) : 0;
 }
 
 void ct_source_close(struct ct_source *s)
@@ -69,14 +86,6 @@ void ct_source_close(struct ct_source *s)
 	free(s->in);
 	free(s->block);
 	*s = (struct ct_source){0};
-}
-
-/* The next block of the compressed file. */
-static void refill(struct ct_source *s)
-{
-	s->z.next_in = s->in;
-	s->z.avail_in = (uInt)fread(s->in, 1, BLOCK, s->f);
-	s->from += s->z.avail_in;
 }
 
 /* Up to n bytes of the compressed file; fewer only at its end. */

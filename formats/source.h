@@ -16,7 +16,7 @@
 enum { CT_SOURCE_BLOCK = 1 << 18 };
 
 enum ct_packing {
-	CT_PACKING_TELL, /* gzip, if it begins with that byte */
+	CT_PACKING_TELL, /* gzip, if it begins with its two bytes; else not, and NIfTI */
 	CT_PACKING_NONE,
 	CT_PACKING_ZLIB, /* or gzip */
 };

@@ -272,6 +272,9 @@ static void test_truncation(void)
 	ct_vol_free(&v);
 	gz[size - 6] ^= 1;
 	OK(parse(gz, size, &v) && strstr(err.msg, "compressed"), "a wrong check sum is refused");
+	gz[1] ^= 1;
+	OK(parse(gz, size, &v) && err.code == CT_EINPUT && strstr(err.msg, "not a NIfTI file"),
+		"what only begins like gzip is none: %s", err.msg);
 	free(m.p);
 }
 
