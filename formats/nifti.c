@@ -215,6 +215,15 @@ int ct_nifti_put(struct ct_nifti_planes *w, size_t n, const float *x, struct ct_
 	return ct_blame(e, w->path);
 }
 
+/* In the place of the one that was written. */
+static int put_head_again(struct ct_nifti_planes *w, const struct ct_nii_head *h, struct ct_err *e)
+{
+	if (w->s.packed)
+		return ct_fail(e, CT_EOUTPUT,
+			"%s: is compressed: its header cannot change any more", w->path);
+	return ct_sink_rewind(&w->s, e) || ct_sink_give(&w->s, h->p, h->n, e) ? -1 : 0;
+}
+
 int ct_nifti_close(struct ct_nifti_planes *w, const struct ct_vol *v, int rc,
 	const struct ct_env *env, struct ct_err *e)
 {
@@ -226,7 +235,7 @@ int ct_nifti_close(struct ct_nifti_planes *w, const struct ct_vol *v, int rc,
 	if (rc == 0)
 		rc = ct_sink_end(&w->s, e);
 	if (rc == 0 && memcmp(h.p, w->head.p, h.n) != 0)
-		rc = ct_sink_rewind(&w->s, e) || ct_sink_give(&w->s, h.p, h.n, e) ? -1 : 0;
+		rc = put_head_again(w, &h, e);
 	free(h.p);
 	rc = ct_sink_close(&w->s, rc, e);
 	free(w->head.p);

@@ -647,6 +647,11 @@ static void test_planes(void)
 	OK(rc && err.code == CT_ENUMERIC && strstr(err.msg, "p.nii: a voxel does not fit int16"),
 		"%s", err.msg);
 	ct_nifti_close(w, &v, -1, &force, &err);
+	must(ct_nifti_create(&w, "p.nii.gz", &v, CT_NIFTI_F32, false, &force, &err) ||
+		ct_nifti_put(w, 60, v.data, &err) || ct_meta_set(&v.meta, "key", "beyond", &err));
+	OK(ct_nifti_close(w, &v, 0, &force, &err) == -1 && err.code == CT_EOUTPUT &&
+			access("p.nii.gz", F_OK) != 0,
+		"not where it is compressed: %s", err.msg);
 	ct_vol_free(&v);
 }
 
