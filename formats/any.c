@@ -57,9 +57,15 @@ size_t ct_any_head(unsigned char head[static CT_SNIFF], const char *path)
 bool ct_any_is_stack(const char *path)
 {
 	unsigned char head[CT_SNIFF];
-	const size_t n = strcmp(path, "-") == 0 ? 0 : ct_any_head(head, path);
+	struct stat st;
+	size_t n;
 
-	return n == 0 || ct_format_exr.sniff(head, n) != CT_SNIFF_NO;
+	if (strcmp(path, "-") == 0)
+		return true;
+	n = ct_any_head(head, path);
+	if (n)
+		return ct_format_exr.sniff(head, n) != CT_SNIFF_NO;
+	return stat(path, &st) != 0 || !S_ISREG(st.st_mode) || st.st_size > 0; /* no empty file */
 }
 
 int ct_any_read(const char *path, struct ct_any *a, struct ct_err *e)

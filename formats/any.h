@@ -89,7 +89,8 @@ static inline bool ct_any_is_tar(const unsigned char *data, size_t n)
 
 /* The first bytes of a regular file, how many; 0 of what is none or cannot be read. */
 size_t ct_any_head(unsigned char head[static CT_SNIFF], const char *path);
-/* Is it to be read as a stack: by its first bytes, or since it is none that has some? */
+/* Does the reader of stacks get it? By its first bytes. It also gets "-", what is no regular file,
+ * and what cannot be opened, to say why. */
 bool ct_any_is_stack(const char *path);
 /* Any of our files, "-" too. *a must be zero. CT_EINPUT for another kind of file. */
 int ct_any_read(const char *path, struct ct_any *a, struct ct_err *e);

@@ -210,6 +210,9 @@ static void test_is_stack(void)
 	OK(ct_any_is_stack("s.exr"), "a stack is one");
 	save("x", "\x76\x2f\x31", 3);
 	OK(!ct_any_is_stack("x"), "three bytes are none");
+	save("x", "", 0);
+	OK(!ct_any_is_stack("x"), "an empty file is none");
+	OK(ct_any_is_stack("fifo"), "a pipe is taken for one");
 	OK(ct_any_is_stack("none"), "of no file the reader of stacks tells");
 }
 
