@@ -43,7 +43,8 @@ struct reader {
 	exr_context_t c;
 	const unsigned char *data; /* the whole file */
 	size_t bytes;
-	char msg[200]; /* the library's first complaint */
+	char msg[200];     /* the library's first complaint */
+	exr_result_t code; /* of that */
 	struct part *part;
 	size_t n, pairs; /* parts; metadata that were looked at */
 	struct ct_err *e;
@@ -85,14 +86,18 @@ static void complaint(exr_const_context_t c, exr_result_t code, const char *msg)
 	if (!c || exr_get_user_data(c, &user) != EXR_ERR_SUCCESS || !user)
 		return;
 	d = user;
-	if (!d->msg[0])
-		snprintf(d->msg, sizeof d->msg, "%s",
-			msg && *msg ? msg : exr_get_default_error_message(code));
+	if (d->msg[0])
+		return;
+	d->code = code;
+	snprintf(d->msg, sizeof d->msg, "%s",
+		msg && *msg ? msg : exr_get_default_error_message(code));
 }
 
 /* Of a part, or NULL. */
 static int lib_fail(struct reader *d, const struct part *p, exr_result_t r)
 {
+	if (d->msg[0])
+		r = d->code;
 	ct_fail(d->e, r == EXR_ERR_OUT_OF_MEMORY ? CT_ENOMEM : CT_EINPUT, "%s",
 		d->msg[0] ? d->msg : exr_get_default_error_message(r));
 	return p ? ct_blame(d->e, p->name) : -1;

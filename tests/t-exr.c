@@ -1,8 +1,10 @@
 /* EXR stacks: bit-exact round trips, any order of parts, damaged and hostile files. */
 #include "config.h"
+#include "bound.h"
 #include "core/clock.h"
 #include "core/mem.h"
 #include "core/rng.h"
+#include "formats/any.h"
 #include "formats/exr.h"
 #include "formats/format.h"
 #include "tap.h"
@@ -12,6 +14,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/wait.h>
 #include <unistd.h>
 #include <zlib.h>
 
@@ -315,7 +318,7 @@ static void test_damage(const char *path)
 	struct ct_err e = {0};
 	struct ct_stack s, t;
 	unsigned char *p;
-	size_t n, read = 0, unnamed = 0;
+	size_t n, read = 0, unnamed = 0, first = 0;
 
 	fill(&s, 2, 5, 7);
 	if (ct_stack_write(path, &s, &force, &e))
@@ -329,9 +332,11 @@ static void test_damage(const char *path)
 			ct_stack_free(&t);
 		}
 		unnamed += !strstr(e.msg, path) || e.code != CT_EINPUT;
+		first += strstr(e.msg, "Invalid size") != NULL; /* of several complaints */
 	}
 	OK(read == 0, "cut at any of %zu bytes it is refused", n);
 	OK(unnamed == 0, "with the name of the file");
+	OK(first > 0, "and the first complaint of the library");
 	for (size_t i = 0; i + 22 < n; i++) /* the data windows grow to 2^20 squared */
 		if (memcmp(p + i, "dataWindow\0box2i", 17) == 0)
 			memcpy(p + i + 17 + 4 + 8, "\xff\xff\x0f\x00\xff\xff\x0f\x00", 8);
@@ -342,6 +347,40 @@ static void test_damage(const char *path)
 	refused("/dev/null", "not an EXR file", CT_EINPUT, "an empty file");
 	refused("no-such.exr", "No such file", CT_EINPUT, "no file");
 }
+
+#ifndef BOUND_NONE
+/* The code of what is refused, in MiB of memory more than there is now. */
+static enum ct_code code_within(long mib, const unsigned char *p, size_t n)
+{
+	struct ct_err e = {0};
+	struct ct_any a = {0};
+	const pid_t child = fork();
+	int got = -1;
+
+	if (child == 0)
+		_exit(bound_memory(mib) && ct_format_read_bytes(
+						   &ct_format_exr, p, n, "x.exr", &a, &e) == -1
+				? (int)e.code
+				: 99);
+	waitpid(child, &got, 0);
+	return WIFEXITED(got) ? (enum ct_code)WEXITSTATUS(got) : CT_OK;
+}
+
+/* No room for an attribute is no error of the file. */
+static void test_memory(void)
+{
+	static const char head[] = "\x76\x2f\x31\1\2\0\0\0a\0string\0\0\0\0\2"; /* of 32 MiB */
+	const size_t n = sizeof head - 1 + (32 << 20);
+	unsigned char *p = calloc(n, 1);
+
+	if (!p)
+		exit(99);
+	memcpy(p, head, sizeof head - 1);
+	OK(code_within(16, p, n) == CT_ENOMEM, "too little memory");
+	OK(code_within(200, p, n) == CT_EINPUT, "enough, and a file that ends too early");
+	free(p);
+}
+#endif
 
 /* Chunks at the edge of shrinking: the deflated size is often exactly the plain one. */
 static void test_zip(void)
@@ -485,6 +524,9 @@ int main(int argc, char **argv)
 	if (fd < 0)
 		exit(99);
 	close(fd);
+#ifndef BOUND_NONE
+	test_memory(); /* first: malloc keeps what was freed */
+#endif
 	test_round_trip(path, 1, 1, 3, CT_CONE);
 	test_round_trip(path, 3, 33, 17, CT_PARALLEL);
 	test_zip();
