@@ -58,7 +58,7 @@ int ct_nii_ext_read(struct ct_meta *m, size_t *pairs, size_t k, int ecode, const
 		json_decref(o);
 		return rc;
 	}
-	if (ct_alloc(&text, 16 + (bytes + 2) / 3 * 4, 1, e))
+	if (ct_alloc(&text, 16 + CT_TEXT_BASE64(bytes), 1, e))
 		return -1;
 	snprintf(name, sizeof name, "%s%zu", foreign, k);
 	head = snprintf(text, 14, "%d ", ecode);

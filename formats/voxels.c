@@ -29,19 +29,24 @@ size_t ct_voxel_bytes(int code)
 	}
 }
 
+#define SWAP(bits)                                                                                 \
+	static void swap##bits(size_t n, uint##bits##_t *p)                                        \
+	{                                                                                          \
+		_Pragma("omp simd") for (size_t i = 0; i < n; i++) p[i] =                          \
+			__builtin_bswap##bits(p[i]);                                               \
+	}
+SWAP(16)
+SWAP(32)
+SWAP(64)
+
 void ct_voxels_swap(size_t n, size_t bytes, void *p)
 {
-	switch (bytes) {
-#define SWAP(bits)                                                                                 \
-	case bits / 8:                                                                             \
-		_Pragma("omp simd") for (size_t i = 0; i < n; i++)((uint##bits##_t *)p)[i] =       \
-			__builtin_bswap##bits(((uint##bits##_t *)p)[i]);                           \
-		break;
-		SWAP(16)
-		SWAP(32)
-		SWAP(64)
-	default: break;
-	}
+	if (bytes == 2)
+		swap16(n, p);
+	else if (bytes == 4)
+		swap32(n, p);
+	else if (bytes == 8)
+		swap64(n, p);
 }
 
 /* IEEE binary16: exact, NaN stays NaN. */
