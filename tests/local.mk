@@ -195,13 +195,15 @@ else
 EXTRA_DIST += tests/t-image.c
 endif
 if HAVE_VTK
-check_PROGRAMS += tests/t-apart tests/t-fragments
+check_PROGRAMS += tests/t-apart tests/t-fragments tests/t-held
 tests_t_apart_SOURCES = tests/t-apart.cc
 tests_t_apart_LDADD = libctshim.a libct.a $(CT_LIBS)
 tests_t_fragments_SOURCES = tests/t-fragments.cc
 tests_t_fragments_LDADD = libctshim.a libct.a $(CT_LIBS)
+tests_t_held_SOURCES = tests/t-held.cc
+tests_t_held_LDADD = libctshim.a libct.a $(VTK_LIBS) $(CT_LIBS)
 else
-EXTRA_DIST += tests/t-apart.cc tests/t-fragments.cc
+EXTRA_DIST += tests/t-apart.cc tests/t-fragments.cc tests/t-held.cc
 endif
 check_PROGRAMS += tests/t-ddnm-gold
 tests_t_ddnm_gold_SOURCES = tests/t-ddnm-gold.c

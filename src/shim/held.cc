@@ -86,8 +86,13 @@ void Held::hold(int store, uint64_t begin, uint64_t size)
 	while (size > 0) {
 		const ssize_t n = sendfile(fd, store, &from, std::min<uint64_t>(size, 1 << 30));
 
-		if (n <= 0)
+		if (n <= 0) {
+			const int why = errno;
+
+			close(fd); /* who throws here is not destroyed */
+			errno = why;
 			fail("memory");
+		}
 		size -= static_cast<uint64_t>(n);
 	}
 }

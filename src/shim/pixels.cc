@@ -132,6 +132,7 @@ int PixelFile::open(const ct_slice &s, ct_err *e)
 
 	if (fd >= 0)
 		close(fd);
+	fd = -1; /* what follows may throw */
 	of = nullptr;
 	held.reset(new Held(s));
 	fd = ::open(held->path(), O_RDONLY | O_CLOEXEC);
