@@ -17,7 +17,9 @@
 
 #define MARK ".ct-XXXXXX"
 #define CLAIM ".ct-locked" /* like one of those */
-#define PATIENCE 2.0       /* seconds: who looks whether it is stale has it for a moment */
+/* Seconds: who looks whether it is stale has a lock for a moment; what a killed run started ends
+ * within them. */
+#define PATIENCE 2.0
 enum { KEPT = 16, TRIES = 100, MARKED = sizeof MARK - 1, RANDOM = 6 };
 
 /* Where the thread finds them that ends the program. */
@@ -57,6 +59,17 @@ mode_t ct_temp_umask(void)
 bool ct_temp_lock(int fd)
 {
 	return flock(fd, LOCK_EX | LOCK_NB) == 0;
+}
+
+bool ct_temp_wait(int fd)
+{
+	const double start = ct_clock_wall();
+	bool got;
+
+	while (!(got = ct_temp_lock(fd)) && errno == EWOULDBLOCK &&
+		ct_clock_wall() - start < PATIENCE)
+		ct_clock_sleep(0.05);
+	return got;
 }
 
 static void keep(const char *tmp)
@@ -233,31 +246,34 @@ int ct_temp_folder(const char *path, char **tmp, struct ct_err *e)
  * another has it. Where there are no locks, it is taken. */
 static int claim(const char *tmp)
 {
+	bool had = false;
 	struct stat st;
-	int fd = open(tmp, O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600);
 
-	if (fd < 0)
-		return -1;
-	if ((ct_temp_lock(fd) || errno != EWOULDBLOCK) && fstat(fd, &st) == 0 && st.st_nlink > 0) {
-		keep(tmp);
-		return fd;
+	for (int i = 0; i < TRIES && !had; i++) {
+		const int fd = open(tmp, O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600);
+
+		if (fd < 0)
+			return -1;
+		had = !ct_temp_wait(fd) && errno == EWOULDBLOCK;
+		if (!had && fstat(fd, &st) == 0 && st.st_nlink > 0) {
+			keep(tmp);
+			return fd;
+		}
+		close(fd);
 	}
-	close(fd);
 	errno = EWOULDBLOCK;
 	return -1;
 }
 
 int ct_temp_claim(const char *path, char **tmp, struct ct_err *e)
 {
-	const double start = ct_clock_wall();
 	int fd;
 
 	if (asprintf(tmp, "%s" CLAIM, path) < 0) {
 		*tmp = NULL;
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
 	}
-	while ((fd = claim(*tmp)) < 0 && errno == EWOULDBLOCK && ct_clock_wall() - start < PATIENCE)
-		ct_clock_sleep(0.05);
+	fd = claim(*tmp);
 	if (fd >= 0)
 		return fd;
 	ct_fail(e, CT_EOUTPUT, "%s: %s", path,

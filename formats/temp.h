@@ -38,6 +38,8 @@ mode_t ct_temp_umask(void);
 /* Take the lock of an open file for this process and those it forks: it goes when they are gone.
  * False if another has it, or there is none on such a file system. */
 bool ct_temp_lock(int fd);
+/* The same, but waits for who has it, two seconds at most: errno is EWOULDBLOCK if that goes on. */
+bool ct_temp_wait(int fd);
 /* Where those are noted, and use the table of another copy of this file, in a program that loads a
  * module: it ends them all. */
 struct ct_temp_kept;

@@ -415,17 +415,21 @@ static void test_claim(void)
 			!again,
 		"and no other");
 	OK(busy() - before < 0.7, "who waits rests");
-	child = fork(); /* shares the lock */
-	if (child == 0)
-		_exit(poll(NULL, 0, 300) != 0);
-	close(fd);
-	fd = ct_temp_claim("c", &again, &err);
-	OK(fd >= 0 && waitpid(child, &status, 0) == child, "who ends soon is waited for");
+	for (int clean = 0; clean < 2; clean++) {
+		child = fork(); /* shares the lock */
+		if (child == 0)
+			_exit(poll(NULL, 0, 300) != 0 || (clean && unlink(tmp) != 0));
+		close(fd);
+		fd = ct_temp_claim("c", &again, &err);
+		OK(fd >= 0 && waitpid(child, &status, 0) == child && status == 0,
+			"who ends soon is waited for");
+		OK(there(tmp), "%s", clean ? "and the file is made again" : "and the file stays");
+		free(again);
+	}
 	close(fd);
 	ct_temp_remove(tmp);
 	OK(!there(tmp), "nothing is left");
 	free(tmp);
-	free(again);
 	fd = ct_temp_claim("c", &tmp, &err);
 	ct_temp_remove_all();
 	OK(fd >= 0 && !there(tmp), "nor by who is told to end at once");

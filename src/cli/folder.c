@@ -1,7 +1,6 @@
 /* folder.c: see folder.h. */
 #include "config.h"
 #include "cli/folder.h"
-#include "core/clock.h"
 #include "formats/temp.h"
 
 #include <dirent.h>
@@ -16,7 +15,6 @@
 #define NAME "ct-sr."
 #define LOCK "lock"
 #define LOCK_TEMPORARY "temporary" /* what another run may remove has it, and nothing else has */
-#define PATIENCE 2.0               /* seconds: what a killed run started ends within that */
 
 char *ct_folder_file(const struct ct_folder *f, const char *name)
 {
@@ -60,24 +58,20 @@ static void sweep(const char *folder)
 static int take_lock(struct ct_folder *f, struct ct_err *e)
 {
 	char *path = ct_folder_file(f, f->temporary ? LOCK_TEMPORARY : LOCK);
-	const double start = ct_clock_wall();
-	bool got = false;
+	int rc = 0;
 
 	if (!path)
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
 	f->lock = open(path, O_RDWR | O_CREAT | O_NOFOLLOW, 0600);
 	if (f->lock < 0)
-		ct_fail_errno(e, CT_EOUTPUT, path);
-	while (f->lock >= 0 && !(got = ct_temp_lock(f->lock)) && errno == EWOULDBLOCK &&
-		ct_clock_wall() - start < PATIENCE)
-		ct_clock_sleep(0.05);
-	if (f->lock >= 0 && !got)
-		ct_fail(e, CT_EOUTPUT,
+		rc = ct_fail_errno(e, CT_EOUTPUT, path);
+	else if (!ct_temp_wait(f->lock))
+		rc = ct_fail(e, CT_EOUTPUT,
 			errno == EWOULDBLOCK ? "%s: another run works in it"
 					     : "%s: cannot be locked",
 			f->path);
 	free(path);
-	return got ? 0 : -1;
+	return rc;
 }
 
 const char *ct_folder_temporaries(void)
