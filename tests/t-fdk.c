@@ -404,12 +404,36 @@ static void t_refusals(void)
 	s = fill(&scan);
 	refused(&s, &v, false, "one pixel", "rows of one pixel");
 	ct_stack_free(&s);
-	ct_geometry_default(&scan, CT_FAN, &v);
+	ct_vol_free(&v);
+}
+
+/* Of a fan: more rows than one, and grids that leave its plane. */
+static void t_fan_refusals(void)
+{
+	struct ct_vol thick = grid(16, 16, 4, 1), thin = grid(16, 16, 1, 1);
+	struct ct_geometry scan;
+	struct ct_fdk f = {0};
+	struct ct_stack s;
+
+	ct_geometry_default(&scan, CT_FAN, &thick);
 	scan.arc = 360;
 	s = fill(&scan);
-	refused(&s, &v, false, "fan sees one plane", "a fan and a thick grid");
+	must(ct_fdk_alloc(&f, &thin, &s, CT_RAMP_RAM_LAK, 0, false, NULL, &err));
+	ct_fdk_free(&f);
+	refused(&s, &thick, false, "fan sees one plane", "a fan and a thick grid");
+	thin.affine[2][3] = 1;
+	refused(&s, &thin, false, "fan sees one plane", "a slice beside the plane");
 	ct_stack_free(&s);
-	ct_vol_free(&v);
+	scan.beam = CT_CONE;
+	scan.h = 4;
+	s = fill(&scan);
+	must(ct_fdk_alloc(&f, &thick, &s, CT_RAMP_RAM_LAK, 0, false, NULL, &err));
+	ct_fdk_free(&f);
+	s.beam = CT_FAN;
+	refused(&s, &thick, false, "one detector row, not 4", "a fan of four rows");
+	ct_stack_free(&s);
+	ct_vol_free(&thick);
+	ct_vol_free(&thin);
 }
 
 /* Angles at random, and in any order: the weights are those of the arcs. */
@@ -576,6 +600,7 @@ int main(void)
 	t_back();
 	t_density();
 	t_refusals();
+	t_fan_refusals();
 	t_order();
 	t_iterate();
 	t_threads();

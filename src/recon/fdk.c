@@ -27,8 +27,7 @@ static double radius_about(const struct ct_fdk_weights *o, const struct ct_vol *
 	return most;
 }
 
-/* Do all corners of the grid fall into the detector's rows of a view and, if so asked, its columns?
- */
+/* Do all corners of the grid fall into the rows of a view and, if so asked, its columns? */
 static bool sees_all(const struct ct_backprojector *b, size_t view, bool columns)
 {
 	for (unsigned c = 0; c < 8; c++) {
@@ -47,6 +46,9 @@ static bool sees_all(const struct ct_backprojector *b, size_t view, bool columns
 /* A fan sees one plane: every voxel must be within half a row of it. */
 static int check_fan(const struct ct_backprojector *b, struct ct_err *e)
 {
+	if (b->h != 1)
+		return ct_fail(
+			e, CT_EGEOM, "a fan has one detector row, not %zu: use a cone", b->h);
 	for (size_t k = 0; k < b->views; k++)
 		if (!sees_all(b, k, false))
 			return ct_fail(e, CT_EGEOM,
