@@ -3,7 +3,7 @@
 #include "xray/window.h"
 
 #include <math.h>
-#include <stdio.h>
+#include <stdlib.h>
 
 void ct_window_density(size_t n, float *dst, const float *src, const double window[static 2])
 {
@@ -63,15 +63,20 @@ size_t ct_window_above(size_t n, const float *src, const double window[static 2]
 int ct_window_get(double window[static 2], const struct ct_meta *m, struct ct_err *e)
 {
 	const char *text = m ? ct_meta_get(m, CT_META_WINDOW) : NULL;
-	int end = 0;
+	char *end;
 
 	window[0] = -1024;
 	window[1] = 3071;
 	if (!text)
 		return 0;
-	if (sscanf(text, "%lf:%lf%n", &window[0], &window[1], &end) == 2 && !text[end] &&
-		isfinite(window[0]) && isfinite(window[1]) && window[0] < window[1])
-		return 0;
+	window[0] = strtod(text, &end);
+	if (end != text && *end == ':') {
+		text = end + 1;
+		window[1] = strtod(text, &end);
+		if (end != text && !*end && isfinite(window[0]) && isfinite(window[1]) &&
+			window[0] < window[1])
+			return 0;
+	}
 	return ct_fail(e, CT_EINPUT, "metadata: the window is not LO:HI with LO < HI");
 }
 
