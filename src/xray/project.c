@@ -78,12 +78,14 @@ static struct ct_box box_of(const struct ct_projector *g)
 	return b;
 }
 
-enum { ACROSS = 32 }; /* detector columns of a tile: neighbours meet the same voxels */
+/* Columns of a tile of the detector, whose rays meet the same voxels; its rows are CT_ROWS, or so
+ * many where rays go one at a time. */
+enum { ACROSS = 32, DOWN = 8 };
 
 struct forward {
 	const struct ct_projector *g;
 	struct ct_box box;
-	size_t first, down, across; /* view; tiles of a view, of CT_ROWS rows each */
+	size_t first, rows, down, across; /* view; rows of a tile; tiles of a view */
 	float *p;
 };
 
@@ -93,8 +95,8 @@ static void forward_tile(void *arg, size_t i, size_t worker)
 	const struct forward *f = arg;
 	const struct ct_projector *g = f->g;
 	const size_t h = g->scan->h, w = g->scan->w, k = i / f->across / f->down;
-	size_t r0 = i / f->across % f->down * CT_ROWS, c0 = i % f->across * ACROSS;
-	size_t r1 = r0 + CT_ROWS < h ? r0 + CT_ROWS : h, c1 = c0 + ACROSS < w ? c0 + ACROSS : w;
+	size_t r0 = i / f->across % f->down * f->rows, c0 = i % f->across * ACROSS;
+	size_t r1 = r0 + f->rows < h ? r0 + f->rows : h, c1 = c0 + ACROSS < w ? c0 + ACROSS : w;
 	size_t row[2], col[2];
 	float *p = f->p + k * h * w;
 
@@ -116,10 +118,12 @@ static void forward_tile(void *arg, size_t i, size_t worker)
 void ct_project(const struct ct_projector *g, size_t first, size_t count, float *restrict p,
 	struct ct_par *par)
 {
+	const size_t rows = g->columns ? CT_ROWS : DOWN;
 	struct forward f = {.g = g,
 		.box = box_of(g),
 		.first = first,
-		.down = (g->scan->h + CT_ROWS - 1) / CT_ROWS,
+		.rows = rows,
+		.down = (g->scan->h + rows - 1) / rows,
 		.across = (g->scan->w + ACROSS - 1) / ACROSS,
 		.p = p};
 
