@@ -25,6 +25,7 @@ struct ct_conv {
 	dnnl_stream_t stream;
 	struct prim dir[DIRECTIONS];
 	struct ct_dnn_order unpack; /* gradient of the weights, added to plain order */
+	dnnl_exec_arg_t unpack_arg[2];
 	ct_dnn_desc src, dst, weights, plain, bias;
 };
 
@@ -85,8 +86,7 @@ static int prim_arg(struct prim *p, int id, ct_dnn_cdesc d, dnnl_engine_t eng, s
 
 static void prim_free(struct prim *p)
 {
-	for (int i = 0; i < p->n; i++)
-		dnnl_memory_destroy(p->arg[i].memory);
+	ct_dnn_args_free(p->n, p->arg);
 	if (p->p)
 		dnnl_primitive_destroy(p->p);
 	*p = (struct prim){0};
@@ -150,7 +150,8 @@ static int prim_new(struct ct_conv *c, enum direction dir, dnnl_primitive_desc_t
 	if (dir != BACK_WEIGHTS)
 		return ct_dnn_pack_get(c->dnn, key, weight, c->plain, w, &p->pack, e) ||
 		       prim_set(p, WEIGHTS, p->pack->data, e);
-	return ct_dnn_order_new(&c->unpack, eng, w, c->plain, true, e);
+	return ct_dnn_order_new(&c->unpack, eng, w, c->plain, true, e) ||
+	       ct_dnn_order_args(&c->unpack, eng, c->unpack_arg, e);
 }
 
 static int conv_build(
@@ -219,6 +220,7 @@ void ct_conv_free(struct ct_conv *c)
 		return;
 	for (int d = 0; d < DIRECTIONS; d++)
 		prim_free(&c->dir[d]);
+	ct_dnn_args_free(2, c->unpack_arg);
 	ct_dnn_order_free(&c->unpack);
 	if (c->stream)
 		dnnl_stream_destroy(c->stream);
@@ -281,5 +283,5 @@ int ct_conv_back_weights(struct ct_conv *c, float *dw, float *db, const float *x
 		return -1;
 	for (size_t i = 0; i < c->s.co; i++)
 		db[i] += b[i];
-	return ct_dnn_order_run(&c->unpack, c->dnn->engine, packed, dw, e);
+	return ct_dnn_order_run(&c->unpack, c->unpack_arg, c->stream, packed, dw, e);
 }

@@ -63,8 +63,15 @@ int ct_dnn_run(dnnl_primitive_t p, dnnl_stream_t stream, int n, const dnnl_exec_
 int ct_dnn_order_new(struct ct_dnn_order *o, dnnl_engine_t eng, ct_dnn_cdesc from, ct_dnn_cdesc to,
 	bool sum, struct ct_err *e);
 void ct_dnn_order_free(struct ct_dnn_order *o);
+/* The memories of one thread that runs it; *arg must be zero; free them also after a failure. */
+int ct_dnn_order_args(
+	const struct ct_dnn_order *o, dnnl_engine_t eng, dnnl_exec_arg_t arg[2], struct ct_err *e);
+void ct_dnn_args_free(int n, dnnl_exec_arg_t *arg);
 /* dst = (or +=) src. */
-int ct_dnn_order_run(const struct ct_dnn_order *o, dnnl_engine_t eng, const void *src, void *dst,
+int ct_dnn_order_run(const struct ct_dnn_order *o, const dnnl_exec_arg_t arg[2],
+	dnnl_stream_t stream, const void *src, void *dst, struct ct_err *e);
+/* The same, with memories and a stream that it makes: for what no loop does. */
+int ct_dnn_order_once(const struct ct_dnn_order *o, dnnl_engine_t eng, const void *src, void *dst,
 	struct ct_err *e);
 /* The pack of weights called `key` in this order, made if there is none: of `plain`, or if that is
  * NULL of the pack in another order that there must be. */

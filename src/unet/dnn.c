@@ -202,25 +202,47 @@ void ct_dnn_order_free(struct ct_dnn_order *o)
 	ct_dnn_desc_free(o->to);
 }
 
-int ct_dnn_order_run(const struct ct_dnn_order *o, dnnl_engine_t eng, const void *src, void *dst,
+int ct_dnn_order_args(
+	const struct ct_dnn_order *o, dnnl_engine_t eng, dnnl_exec_arg_t arg[2], struct ct_err *e)
+{
+	const ct_dnn_cdesc desc[2] = {o->from, o->to};
+
+	arg[0].arg = DNNL_ARG_FROM;
+	arg[1].arg = DNNL_ARG_TO;
+	for (int i = 0; i < 2; i++)
+		if (ct_dnn_check(dnnl_memory_create(&arg[i].memory, desc[i], eng, DNNL_MEMORY_NONE),
+			    "reorder", e))
+			return -1;
+	return 0;
+}
+
+void ct_dnn_args_free(int n, dnnl_exec_arg_t *arg)
+{
+	for (int i = 0; i < n; i++)
+		if (arg[i].memory)
+			dnnl_memory_destroy(arg[i].memory);
+}
+
+int ct_dnn_order_run(const struct ct_dnn_order *o, const dnnl_exec_arg_t arg[2],
+	dnnl_stream_t stream, const void *src, void *dst, struct ct_err *e)
+{
+	if (ct_dnn_set(arg[0].memory, src, e) || ct_dnn_set(arg[1].memory, dst, e))
+		return -1;
+	return ct_dnn_run(o->p, stream, 2, arg, "reorder", e);
+}
+
+int ct_dnn_order_once(const struct ct_dnn_order *o, dnnl_engine_t eng, const void *src, void *dst,
 	struct ct_err *e)
 {
-	dnnl_exec_arg_t arg[2] = {{DNNL_ARG_FROM, NULL}, {DNNL_ARG_TO, NULL}};
+	dnnl_exec_arg_t arg[2] = {0};
 	dnnl_stream_t stream = NULL;
 	int rc = -1;
 
-	if (ct_dnn_check(dnnl_memory_create(&arg[0].memory, o->from, eng, DNNL_MEMORY_NONE),
-		    "reorder", e) ||
-		ct_dnn_check(dnnl_memory_create(&arg[1].memory, o->to, eng, dst), "reorder", e) ||
-		ct_dnn_set(arg[0].memory, src, e) || ct_dnn_stream_new(&stream, eng, e))
-		goto out;
-	rc = ct_dnn_run(o->p, stream, 2, arg, "reorder", e);
-out:
+	if (!ct_dnn_order_args(o, eng, arg, e) && !ct_dnn_stream_new(&stream, eng, e))
+		rc = ct_dnn_order_run(o, arg, stream, src, dst, e);
 	if (stream)
 		dnnl_stream_destroy(stream);
-	for (int i = 0; i < 2; i++)
-		if (arg[i].memory)
-			dnnl_memory_destroy(arg[i].memory);
+	ct_dnn_args_free(2, arg);
 	return rc;
 }
 
@@ -247,7 +269,7 @@ void ct_dnn_free(struct ct_dnn *d)
 static int pack_run(struct ct_dnn *d, const struct ct_dnn_pack *p, struct ct_err *e)
 {
 	const int was = ct_dnn_enter();
-	const int rc = ct_dnn_order_run(&p->order, d->engine, p->plain, p->data, e);
+	const int rc = ct_dnn_order_once(&p->order, d->engine, p->plain, p->data, e);
 
 	ct_dnn_leave(was);
 	return rc;

@@ -49,7 +49,7 @@ static int pack(struct ct_product *p, dnnl_primitive_desc_t pd, struct ct_err *e
 		ct_dnn_desc_new(&plain, 2, dim, dnnl_f32, dnnl_ba, e) ||
 		ct_dnn_order_new(&order, p->engine, plain, p->ordered, false, e))
 		goto out;
-	rc = ct_dnn_order_run(&order, p->engine, p->matrix, p->weights, e);
+	rc = ct_dnn_order_once(&order, p->engine, p->matrix, p->weights, e);
 out:
 	ct_dnn_order_free(&order);
 	ct_dnn_desc_free(plain);
@@ -129,7 +129,7 @@ enum { X, Y, WEIGHTS, SCRATCH, ARGS };
 /* The memories of one run, and its room. */
 struct run {
 	dnnl_stream_t stream;
-	dnnl_exec_arg_t arg[ARGS];
+	dnnl_exec_arg_t arg[ARGS], round[2];
 	char *room; /* of x in bfloat16, and scratch */
 };
 
@@ -140,7 +140,8 @@ static int begin(struct run *r, const struct ct_product *p, struct ct_err *e)
 	const int id[ARGS] = {DNNL_ARG_SRC, DNNL_ARG_DST, DNNL_ARG_WEIGHTS, DNNL_ARG_SCRATCHPAD};
 
 	if (ct_alloc0(&r->room, 1, x + dnnl_memory_desc_get_size(p->scratch) + 1, e) ||
-		ct_dnn_stream_new(&r->stream, p->engine, e))
+		ct_dnn_stream_new(&r->stream, p->engine, e) ||
+		(p->round.p && ct_dnn_order_args(&p->round, p->engine, r->round, e)))
 		return -1;
 	void *data[ARGS] = {r->room, NULL, p->weights, r->room + x};
 
@@ -156,7 +157,7 @@ static int begin(struct run *r, const struct ct_product *p, struct ct_err *e)
 static int block(
 	struct run *r, const struct ct_product *p, const float *x, float *y, struct ct_err *e)
 {
-	if ((p->round.p ? ct_dnn_order_run(&p->round, p->engine, x, r->room, e)
+	if ((p->round.p ? ct_dnn_order_run(&p->round, r->round, r->stream, x, r->room, e)
 			: ct_dnn_set(r->arg[X].memory, x, e)) ||
 		ct_dnn_set(r->arg[Y].memory, y, e))
 		return -1;
@@ -174,9 +175,8 @@ int ct_product_run(const struct ct_product *p, const float *x, size_t n, float *
 	rc = begin(&r, p, e);
 	for (size_t i = 0; i < n && !rc; i += CT_PRODUCT_ROWS)
 		rc = block(&r, p, x + i * p->columns, y + i * p->ldy, e);
-	for (int i = 0; i < ARGS; i++)
-		if (r.arg[i].memory)
-			dnnl_memory_destroy(r.arg[i].memory);
+	ct_dnn_args_free(ARGS, r.arg);
+	ct_dnn_args_free(2, r.round);
 	if (r.stream)
 		dnnl_stream_destroy(r.stream);
 	free(r.room);
