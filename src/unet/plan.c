@@ -176,13 +176,20 @@ out:
 static size_t scratch_of(const struct ct_unet_plan *p, size_t i)
 {
 	const struct ct_graph_op *o = &p->g.op[i];
+	const struct ct_image *out = &p->g.image[o->out];
 
-	if (o->kind == CT_GRAPH_CONV)
-		return ct_conv_scratch(p->conv[i]) / sizeof(float) + 1;
-	if (o->kind == CT_GRAPH_NORM)
-		return ct_norm_scratch(p->g.image[o->out].c);
-	if (o->kind == CT_GRAPH_ATTN)
-		return ct_attn_scratch(p->g.image[o->out].h * p->g.image[o->out].w, p->train);
+	switch (o->kind) {
+	case CT_GRAPH_CONV: return ct_conv_scratch(p->conv[i]) / sizeof(float) + 1;
+	case CT_GRAPH_NORM: return ct_norm_scratch(out->c);
+	case CT_GRAPH_ATTN: return ct_attn_scratch(out->h * out->w, p->train);
+	case CT_GRAPH_EMBED:
+	case CT_GRAPH_LINEAR:
+	case CT_GRAPH_SILU:
+	case CT_GRAPH_LABEL:
+	case CT_GRAPH_UP:
+	case CT_GRAPH_DOWN:
+	case CT_GRAPH_CONCAT: break;
+	}
 	return 0;
 }
 
