@@ -7,8 +7,9 @@
 # prints a table: PSNR (dB) and SSIM of the projections against those of the cube, how far the means of
 # their pixels are from what they were made of (root mean square, percent of the largest value), calls
 # of the network and of its derivative a view, and seconds. `ddnm-near` and `none-near` begin with the
-# projections of the refined cube instead. Options of a sampler: OPTIONS_gdp='--guidance 500'. Files stay
-# in OUT. A call on 128^2 pixels takes about 0.1 s, and bird makes 1990 a view: hours for many views.
+# projections of the refined cube instead. Options of a sampler: OPTIONS_gdp='--expert guidance=500'.
+# Files stay in OUT. A call on 128^2 pixels takes about 0.1 s, and bird makes 1990 a view: hours for many
+# views.
 VOLUMES =
 CUBE = 128
 FACTOR = 4
@@ -64,6 +65,6 @@ define row
 endef
 near = --init $$*/up.exr
 $(foreach s,none ddnm ddnm+ simple ddim ddpm dpm-solver++ gdp bird,$(eval $(call row,$(s),--sampler $(s))))
-$(eval $(call row,bird-chain,--sampler bird --gradient chain))
+$(eval $(call row,bird-chain,--sampler bird --expert gradient=chain))
 $(eval $(call row,none-near,--sampler none $(near)))
 $(eval $(call row,ddnm-near,--sampler ddnm --expert eta=0 --steps 2 --expert t-start=20 $(near)))

@@ -31,6 +31,19 @@ for t in ct-degrade ct-metrics; do
 		skip "$t links no library of EXR" 'no ldd'
 	fi
 done
+# keys of --expert are no options, and nothing calls them so: of a command its page and its file, of all the rest
+options() { "$1" --help | sed -n '/^Keys of --expert/q; s/^  .* --\([a-z0-9-]*\).*/\1/p'; }
+keys() { "$1" --help | sed -n '1,/^Keys of --expert/d; s/^      \([a-z0-9-]*\)=.*/\1/p'; }
+called() { grep -InE -- "(--|\\\\-)($1)([^a-z0-9-]|\$)" $2 /dev/null; } # called KEY|... FILES: as options
+for t in $CT_TOOLS; do
+	options "$t" | sort >options; keys "$t" | sort >keys
+	cat options >>all-options; cat keys >>all-keys
+	left=$(comm -13 options keys | paste -sd '|' -)
+	[ -z "$left" ] || ! called "$left" "$srcdir/man/$t.1.in $srcdir/src/tools/$t.c"; ok $? "$t: no key of --expert is called an option"
+done
+sort -u all-options >options; sort -u all-keys >keys
+left=$(comm -13 options keys | paste -sd '|' -)
+[ -n "$left" ] && ! called "$left" "$(find "$srcdir/src/tools" "$srcdir/man" "$srcdir/doc" "$srcdir/examples" "$srcdir/README.md" -type f | tr '\n' ' ')"; ok $? "nor is $left in any text"
 # a file that is not there: status 3 and its name, nothing made
 missing() { # missing TOOL ARGS...
 	exits 3 "$1 names a missing file" "$@"

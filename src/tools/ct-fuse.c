@@ -199,7 +199,7 @@ static int fuse(struct fuse_job *j, struct ct_err *e)
 	if (r.verdict == CT_FUSE_DISTRUST)
 		ct_log(j->env, CT_WARN,
 			"projections do not predict each other: the base stays as it is "
-			"(--lambda-projections to insist)");
+			"(--expert lambda-projections=W insists)");
 	if (write_all(j, e))
 		return fuse_state_rescue(&j->resume, &j->fuse, e);
 	ct_resume_done(&j->resume);

@@ -69,7 +69,7 @@ static int rotate(struct ct_vol *v, const char *angles, struct ct_err *e)
 {
 	double deg[3], centre[3], after[3];
 
-	if (ct_cli_numbers("rotate", angles, ',', 3, false, deg, e))
+	if (ct_cli_numbers("expert rotate", angles, ',', 3, false, deg, e))
 		return -1;
 	ct_vol_centre(v, centre);
 	for (int axis = 0; axis < 3; axis++) {

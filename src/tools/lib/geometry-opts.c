@@ -36,7 +36,8 @@ static int detector(struct ct_geometry *s, const struct ct_geometry_opts *o, str
 			return ct_fail(
 				e, CT_EUSAGE, "--expert pitch: '%s' is not positive", o->pitch);
 	}
-	return o->offset ? ct_cli_numbers("offset", o->offset, ',', 2, false, s->offset, e) : 0;
+	return o->offset ? ct_cli_numbers("expert offset", o->offset, ',', 2, false, s->offset, e)
+			 : 0;
 }
 
 static int make_scan(struct ct_geometry *s, const struct ct_geometry_opts *o,
