@@ -212,11 +212,11 @@ CT_INLINE void sum_pieces(float acc[restrict CT_PACKET], const struct ct_pieces 
 			__builtin_prefetch(next + CT_PACKET);
 		}
 		if (p->reach[m] == REACH_ONE) {
-			piece_near(sum, s, m, p, rises, vol, joseph, REACH_ONE);
+			piece_near(sum, s, m, p, rises, vol, joseph, 1);
 		} else if (p->reach[m] == REACH_TWO) {
-			piece_near(sum, s, m, p, rises, vol, joseph, REACH_TWO);
+			piece_near(sum, s, m, p, rises, vol, joseph, 2);
 		} else if (p->reach[m] == REACH_SPARSE) {
-			piece_near(sum, s, m, p, rises, vol, joseph, REACH_SPARSE);
+			piece_near(sum, s, m, p, rises, vol, joseph, 0);
 		} else if (p->reach[m] == REACH_FAR) {
 			store_all(acc, sum);
 			piece_far(acc, s, m, h, row, rise, vol + s->at[m]);
