@@ -217,28 +217,41 @@ static void strips(void)
 	ct_loss_image_free(&l);
 }
 
+enum base { NONE, ALIKE, LARGER }; /* of a block; the block is all of it, or a part */
+
 /* The gradient of every voxel: a sign for each of its neighbours; none where two are equal. */
-static void tv_signs(bool with_base, size_t x, size_t y, size_t z)
+static void tv_signs(enum base base, size_t x, size_t y, size_t z)
 {
 	const size_t n[3] = {x, y, z}, pitch = ct_rasterise_pitch(x), count = x * y * z;
+	static const char *const name[] = {"no base", "a base", "a part of a base"};
 	const size_t step[3] = {1, x, x * y};
 	const double pairs = (double)((x - 1) * y * z + x * (y - 1) * z + x * y * (z - 1));
+	const size_t more = base == LARGER, grid[3] = {x + 3 * more, y + 2 * more, z + more};
+	const size_t volume = grid[0] * grid[1] * grid[2];
 	double sum = 0, got, off = 0, pad = 0, *part;
-	float *f, *d, *b;
+	float *f, *d, *b, *wide, *first;
 
 	must(ct_alloc(&f, pitch * y * z, sizeof *f, &err) ||
 		ct_alloc(&d, pitch * y * z, sizeof *d, &err) ||
-		ct_alloc(&b, count, sizeof *b, &err) || ct_alloc(&part, z, sizeof *part, &err));
+		ct_alloc0(&b, count, sizeof *b, &err) ||
+		ct_alloc(&wide, volume, sizeof *wide, &err) ||
+		ct_alloc(&part, z, sizeof *part, &err));
 	for (size_t i = 0; i < pitch * y * z; i++) {
 		f[i] = (float)(int)(2 * ct_rng_normal(7, 0, i));
 		d[i] = 9;
 	}
-	for (size_t i = 0; i < count; i++)
+	for (size_t i = 0; i < volume; i++)
+		wide[i] = 50;
+	first = wide + more * (2 + grid[0] + grid[0] * grid[1]);
+	for (size_t i = 0; i < count && base != NONE; i++) {
 		b[i] = (float)(int)(2 * ct_rng_normal(7, 1, i));
-	got = ct_loss_tv_gradient(d, part, f, pitch, with_base ? b : NULL, n, n, 0.6, NULL);
+		first[(i / x / y * grid[1] + i / x % y) * grid[0] + i % x] = b[i];
+	}
+	got = ct_loss_tv_gradient(
+		d, part, f, pitch, base == NONE ? NULL : first, grid, n, 0.6, NULL);
 	for (size_t i = 0; i < count; i++) {
 		const size_t at[3] = {i % x, i / x % y, i / x / y};
-		const float v = f[i / x * pitch + i % x] + (with_base ? b[i] : 0);
+		const float v = f[i / x * pitch + i % x] + b[i];
 		double want = 0;
 
 		for (int a = 0; a < 3; a++)
@@ -248,7 +261,7 @@ static void tv_signs(bool with_base, size_t x, size_t y, size_t z)
 
 				if (to < 0 ? at[a] == 0 : at[a] + 1 == n[a])
 					continue;
-				u = f[j / x * pitch + j % x] + (with_base ? b[j] : 0);
+				u = f[j / x * pitch + j % x] + b[j];
 				want += (v > u) - (v < u);
 				sum += fabs((double)(v - u)) / 2;
 			}
@@ -257,11 +270,11 @@ static void tv_signs(bool with_base, size_t x, size_t y, size_t z)
 	for (size_t i = 0; i < pitch * y * z; i++)
 		pad = fmax(pad, i % pitch < x ? 0 : fabs((double)d[i]));
 	OK(off < 1e-6 * 0.6 && pad <= 0 && fabs(got - sum / pairs) < 1e-6,
-		"TV of %zu x %zu x %zu %s a base: every voxel", x, y, z,
-		with_base ? "with" : "without");
+		"TV of %zu x %zu x %zu, %s: every voxel", x, y, z, name[base]);
 	free(f);
 	free(d);
 	free(b);
+	free(wide);
 	free(part);
 }
 
@@ -306,7 +319,7 @@ int main(void)
 	same_weights();
 	tv();
 	strips();
-	for (int k = 0; k < 2; k++) {
+	for (enum base k = NONE; k <= LARGER; k++) {
 		tv_signs(k, 35, 5, 4);
 		tv_signs(k, 16, 1, 3);
 		tv_signs(k, 17, 6, 1);
