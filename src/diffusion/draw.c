@@ -150,7 +150,7 @@ int ct_sampler_draw(
 	struct ct_draw w = {0};
 	int rc;
 
-	assert(s->how.rule != CT_SAMPLER_NONE);
+	assert(s->how.rule != CT_SAMPLER_NONE && (y || s->how.rule != CT_SAMPLER_BIRD));
 	rc = ct_draw_alloc(&w, s, y, e);
 	if (rc == 0) {
 		s->normals(s->normals_ctx, 0, w.all, w.z);

@@ -53,8 +53,9 @@ int ct_train_validate(struct ct_train *t, const struct ct_pictures *data, size_t
 
 /* The averaged weights with the metadata of the architecture; *w zero: free it in any case. */
 int ct_train_result(const struct ct_train *t, struct ct_tensors *w, struct ct_err *e);
-/* Everything that a resumed training needs: weights, average, moments, step; and back, into one of
- * the same options and data. CT_EINPUT if it is not a state of such a network, CT_ENUMERIC. */
+/* Everything that a resumed training needs: weights, average, moments, step; *w zero: free it in
+ * any case. And back, into one of the same options and data: CT_EINPUT if it is not a state of such
+ * a network, CT_ENUMERIC. */
 int ct_train_save(const struct ct_train *t, struct ct_tensors *w, struct ct_err *e);
 int ct_train_restore(struct ct_train *t, const struct ct_tensors *w, struct ct_err *e);
 
