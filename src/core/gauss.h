@@ -1,4 +1,4 @@
-/* gauss.h: a set of signed 3-D Gaussians (algorithms: raw parameters, activations in gs/).
+/* gauss.h: a set of signed 3-D Gaussians, and the activations phi (slopes and inverse: gs/prelu.h).
  *
  *   f(X) = sum_i rho_i exp(-1/2 (X - p_i)^T Sigma_i^-1 (X - p_i)),  Sigma = R diag(s^2) R^T
  *
@@ -23,7 +23,7 @@ enum { CT_GAUSS_COLUMNS = 11 };
 	X(CT_RELU, "relu")                                                                         \
 	X(CT_SINE, "sine")
 enum ct_activation { CT_ACTIVATION_LIST(CT_WORD_VALUE) };
-/* Density of the raw density z: gs/prelu.h. */
+/* phi(z): the density of the raw density z; gs/prelu.h has the formulas. */
 double ct_activation_apply(enum ct_activation a, double gamma, double z);
 
 struct ct_gauss {

@@ -2,8 +2,8 @@
  * Gaussian along the rays of a view is a 2-D Gaussian, its footprint (splat.h). For any kind of
  * number, after gaussian-formulas.h, whose macros it uses, and
  *
- *   GAUSSIAN, FOOTPRINT, GRADIENT   structs with the fields of ct_gaussian, ct_footprint and
- *                                   ct_gaussian_gradient
+ *   GAUSSIAN, GRADIENT   structs with the fields of ct_gaussian and ct_gaussian_gradient
+ *   FOOTPRINT            a struct as vec_footprint of gaussian-kernels.c
  */
 /* Ray and Jacobian at the centre; what stands for "in front of the source". */
 IMPL MASK FN(look)(FOOTPRINT *f, const struct ct_camera *c, const GAUSSIAN *b)

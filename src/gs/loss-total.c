@@ -81,8 +81,10 @@ int ct_loss_total_project(struct ct_loss_total *w, const struct ct_fit *f,
 int ct_loss_total_view(struct ct_loss_total *w, struct ct_loss_terms *t, const struct ct_fit *f,
 	const struct ct_fit_data *d, size_t k, const struct ct_env *env, struct ct_err *e)
 {
-	const struct ct_loss_weights weights = {
-		f->opt.l1, f->opt.ssim, 2 / f->extent, f->mean_weight};
+	const struct ct_loss_weights weights = {.l1 = f->opt.l1,
+		.ssim = f->opt.ssim,
+		.scale = 2 / f->extent,
+		.mean_weight = f->mean_weight};
 
 	if (ct_loss_total_project(w, f, d, k, env, e))
 		return -1;

@@ -1,5 +1,6 @@
-/* prelu.h: PReLU and the other activations phi. They map the raw density z of a Gaussian to its
- * density rho = phi(z), and back. PReLU makes densities signed.
+/* prelu.h: slopes and inverse of PReLU and the other activations phi, which map the raw density z
+ * of a Gaussian to its density rho = phi(z): ct_activation_apply of core/gauss.h. PReLU makes
+ * densities signed.
  *
  *   prelu      rho = z for z >= 0, gamma z below: signed (the paper, section NAB-GS)
  *   softplus   rho = ln(1 + e^z): positive (3-D Gaussian splatting, R2-Gaussian)

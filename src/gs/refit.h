@@ -4,7 +4,7 @@
  *
  *   min  mean w (c (P rho - y))^2  +  k mean (D rho - l)^2
  *
- * with c the scale of loss-image.h and k = lr / l1, over all views and all coarse voxels, by
+ * with c the scale of loss.h and k = lr / l1, over all views and all coarse voxels, by
  * conjugate gradients on the normal equations from the densities that are there. Unknowns are rho_i
  * s_i^2 (s the geometric mean of the standard deviations): a projection's norm grows with s^2, so
  * their columns are about alike. Few steps do most, and stop before noise is fitted.

@@ -71,8 +71,8 @@ static int arrange(struct ct_fuse *f, struct ct_err *e)
 static int band_of(double *band, const struct ct_fuse *f, struct ct_err *e)
 {
 	const struct ct_view *v = f->y->view;
-	double mm[3], far[3], near[3], coarse = 0, aliasing,
-				       pitch = fmax(ct_vec3_length(v->u), ct_vec3_length(v->v));
+	double mm[3], far[3], near[3], coarse = 0, aliasing;
+	double pitch = fmax(ct_vec3_length(v->u), ct_vec3_length(v->v));
 
 	*band = 0;
 	if (ct_upsample_aliasing(&aliasing, &f->by, f->base->n, e))
@@ -83,9 +83,8 @@ static int band_of(double *band, const struct ct_fuse *f, struct ct_err *e)
 	ct_vol_centre(f->base, near);
 	ct_vec3_minus(near, near, v->source);
 	ct_vec3_minus(far, v->centre, v->source);
-	for (int a = 0; a < 3; a++) {
+	for (int a = 0; a < 3; a++)
 		coarse = fmax(coarse, mm[a]);
-	}
 	if (f->y->beam != CT_PARALLEL)
 		pitch *= sqrt(ct_vec3_dot(near, near) / ct_vec3_dot(far, far));
 	*band = fmin(0.5, 0.5 * pitch / coarse);

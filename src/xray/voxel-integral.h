@@ -1,8 +1,7 @@
 /* voxel-integral.h: the line integral of one ray through a box of voxels, mm, and its transpose,
- * vol
- * += weight times value: exactly (Siddon, Med. Phys. 12, 1985), where the weight of a voxel is the
- * length in it, and by linear interpolation (Joseph, IEEE TMI 1, 1982). Voxels beyond the box are
- * 0; vol is at voxel (0,0,0). Pure kernels (core/simd.h). */
+ * which adds weight times value to vol: exactly (Siddon, Med. Phys. 12, 1985), where the weight of
+ * a voxel is the length in it, and by linear interpolation (Joseph, IEEE TMI 1, 1982). Voxels
+ * beyond the box are 0; vol is at voxel (0,0,0). Pure kernels (core/simd.h). */
 #ifndef CT_XRAY_VOXEL_INTEGRAL_H
 #define CT_XRAY_VOXEL_INTEGRAL_H
 #include "core/simd.h"
