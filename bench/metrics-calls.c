@@ -52,7 +52,7 @@ static double psnr(const size_t n[3], const float *a, const float *b)
 	struct ct_err e;
 	double value;
 
-	if (ct_difference(&d, n, a, b, NULL, &map, false, &env, &e))
+	if (ct_difference(&d, n, a, b, NULL, &map, false, false, &env, &e))
 		exit(1);
 	value = 10 * log10(d.total.count / d.total.mapped);
 	ct_difference_free(&d);

@@ -14,7 +14,7 @@ struct difference_job {
 	const struct ct_env *env;
 	struct ct_sums *slab;         /* [n[2]] */
 	struct ct_sums *row, *column; /* [n[2]][n[1]], [n[2]][n[0]], or NULL */
-	unsigned char *above;         /* [n[2]][n[0] + n[1]] */
+	unsigned char *above;         /* [n[2]][n[0] + n[1]], or NULL */
 	double *scratch;              /* [worker][2][pitch]: differences of a row and the next */
 	size_t pitch;
 };
@@ -80,16 +80,30 @@ static void add_columns(struct ct_sums *c, const double *d, const struct ct_diff
 	}
 }
 
+/* flag[i] |= v[i] > zero; is any of them? */
+static unsigned char mark(
+	size_t n, unsigned char *restrict flag, const float *restrict v, float zero)
+{
+	unsigned char any = 0;
+
+	for (size_t i = 0; i < n; i++) {
+		const unsigned char is = v[i] > zero;
+
+		flag[i] |= is;
+		any |= is;
+	}
+	return any;
+}
+
 static void slab(void *arg, size_t k, size_t worker)
 {
 	const struct difference_job *j = arg;
 	const size_t n0 = j->n[0], n1 = j->n[1];
-	unsigned char *above = j->above + k * (n0 + n1);
+	unsigned char *above = j->above ? j->above + k * (n0 + n1) : NULL;
 	double *d[2] = {
 		j->scratch + 2 * worker * j->pitch, j->scratch + (2 * worker + 1) * j->pitch};
 	struct ct_difference_row r[2];
 	struct ct_sums sums[2];
-	const float zero = (float)j->map->zero;
 
 	if (ct_stopping(j->env))
 		return;
@@ -105,12 +119,8 @@ static void slab(void *arg, size_t k, size_t worker)
 			j->row[k * n1 + y] = sums[here];
 		if (j->column)
 			add_columns(j->column + k * n0, d[here], &r[here], j->map);
-		for (size_t i = 0; i < n0; i++) {
-			const unsigned char is = r[here].ref[i] > zero;
-
-			above[i] |= is;
-			above[n0 + y] |= is;
-		}
+		if (above)
+			above[n0 + y] = mark(n0, above, r[here].ref, (float)j->map->zero);
 	}
 }
 
@@ -143,20 +153,22 @@ static void gather(struct ct_difference *d, const struct difference_job *j)
 			add(&d->slice[0][i], s);
 		}
 	}
-	gather_above(d, j);
+	if (j->above)
+		gather_above(d, j);
 }
 
-static int set_up(struct difference_job *j, struct ct_difference *d, bool slices, struct ct_err *e)
+static int set_up(struct difference_job *j, struct ct_difference *d, bool slices, bool above,
+	struct ct_err *e)
 {
 	const size_t *n = j->n;
 	size_t rows = n[1] * n[2];
 
 	for (int a = 0; a < 3; a++)
-		if (ct_alloc0(&d->above[a], n[a], sizeof **d->above, e) ||
+		if ((above && ct_alloc0(&d->above[a], n[a], sizeof **d->above, e)) ||
 			((a == 2 || slices) && ct_alloc0(&d->slice[a], n[a], sizeof **d->slice, e)))
 			return -1;
 	j->pitch = CT_DIFFERENCE_PITCH(n[0]);
-	if (ct_alloc0(&j->above, (n[0] + n[1]) * n[2], 1, e) ||
+	if ((above && ct_alloc0(&j->above, (n[0] + n[1]) * n[2], 1, e)) ||
 		ct_alloc(&j->ones, n[0], sizeof *j->ones, e) ||
 		ct_alloc0(&j->scratch, 2 * j->pitch * ct_par_threads(j->env->par),
 			sizeof *j->scratch, e))
@@ -172,14 +184,14 @@ static int set_up(struct difference_job *j, struct ct_difference *d, bool slices
 
 int ct_difference(struct ct_difference *d, const size_t n[static 3], const float *ref,
 	const float *test, const float *mask, const struct ct_ssim_map *map, bool slices,
-	const struct ct_env *env, struct ct_err *e)
+	bool above, const struct ct_env *env, struct ct_err *e)
 {
 	struct difference_job j = {
 		.n = n, .ref = ref, .test = test, .mask = mask, .map = map, .env = env};
 	int rc = -1;
 
 	*d = (struct ct_difference){0};
-	if (set_up(&j, d, slices, e))
+	if (set_up(&j, d, slices, above, e))
 		goto out;
 	ct_par_for(env->par, n[2], slab, &j);
 	if (ct_check_stop(env, e))

@@ -22,7 +22,7 @@ struct ct_difference {
 	 * The largest |d| of slices across axis 0 is not kept. slice[0] and slice[1] are NULL
 	 * unless asked for. */
 	struct ct_sums *slice[3];
-	/* Has the slice a voxel of ref above map->zero? */
+	/* Has the slice a voxel of ref above map->zero? NULL unless asked for. */
 	bool *above[3];
 };
 
@@ -32,7 +32,7 @@ struct ct_difference {
  * CT_ENOMEM, CT_ESTOP. */
 int ct_difference(struct ct_difference *d, const size_t n[static 3], const float *ref,
 	const float *test, const float *mask, const struct ct_ssim_map *map, bool slices,
-	const struct ct_env *env, struct ct_err *e);
+	bool above, const struct ct_env *env, struct ct_err *e);
 void ct_difference_free(struct ct_difference *d);
 
 /* Kernels (core/simd.h) of one row of voxels, in difference-row.c. */

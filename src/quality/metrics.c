@@ -51,7 +51,8 @@ static int differences(struct ct_metrics *m, struct metrics_job *j, struct ct_er
 	const struct ct_sums *s = &j->diff.total;
 
 	if (ct_difference(&j->diff, j->ref->n, j->ref->data, j->test->data,
-		    j->mask ? j->mask->data : NULL, &j->map, j->slice != NULL, j->env, e))
+		    j->mask ? j->mask->data : NULL, &j->map, j->slice != NULL,
+		    j->rule->ssim[CT_SSIM_R2], j->env, e))
 		return -1;
 	if (!isfinite(s->square) &&
 		(ct_vol_check_finite(j->ref, e) || ct_vol_check_finite(j->test, e)))
