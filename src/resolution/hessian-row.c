@@ -55,12 +55,16 @@ CT_INLINE void ascend(const struct ct_hessian_ascent *r, size_t i, size_t m, ct_
 CT_INLINE void rise(const struct ct_hessian_ascent *r, size_t n, float s, const bool measure)
 {
 	ct_f32 left = ct_f32_set(0);
+	size_t i = CT_F32_LANES;
 
-	for (size_t i = 0; i < n; i += CT_F32_LANES) {
-		const size_t m = n - i < CT_F32_LANES ? n - i : CT_F32_LANES;
-
-		ascend(r, i, m, &left, s, i == 0, i + m == n, measure);
+	if (n <= CT_F32_LANES) {
+		ascend(r, 0, n, &left, s, true, true, measure);
+		return;
 	}
+	ascend(r, 0, CT_F32_LANES, &left, s, true, false, measure);
+	for (; i + CT_F32_LANES < n; i += CT_F32_LANES)
+		ascend(r, i, CT_F32_LANES, &left, s, false, false, measure);
+	ascend(r, i, n - i, &left, s, false, true, measure);
 }
 
 void CT_SIMD_HERE(ct_hessian_row_ascend)(const struct ct_hessian_ascent *row, size_t n, float s)
@@ -108,12 +112,11 @@ void CT_SIMD_HERE(ct_hessian_row_descend)(const struct ct_hessian_descent *row, 
 {
 	const struct ct_hessian_descent r = *row;
 	struct before b = {ct_f32_set(0), ct_f32_set(0), ct_f32_set(0)};
+	size_t i = 0;
 
-	for (size_t i = 0; i < n; i += CT_F32_LANES) {
-		const size_t m = n - i < CT_F32_LANES ? n - i : CT_F32_LANES;
-
-		descend(&r, i, m, &b, t, i + m == n);
-	}
+	for (; i + CT_F32_LANES < n; i += CT_F32_LANES)
+		descend(&r, i, CT_F32_LANES, &b, t, false);
+	descend(&r, i, n - i, &b, t, true);
 }
 
 void CT_SIMD_HERE(ct_hessian_row_ahead)(size_t n, float *x, float *next)
