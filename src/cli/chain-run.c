@@ -258,7 +258,7 @@ out:
 
 int ct_chain_run(struct ct_chain *c, const struct ct_env *env, struct ct_err *e)
 {
-	if (!c->folder.temporary && ct_chain_write(c, env, e))
+	if (ct_chain_made(c, e) || (!c->folder.temporary && ct_chain_write(c, env, e)))
 		return -1;
 	for (size_t i = 0; i < c->n; i++)
 		if (c->folder.temporary ? start(c, &c->step[i], false, env, e)

@@ -58,9 +58,10 @@ const char *ct_chain_copy(const struct ct_chain *c, size_t i, const char **of);
 /* Has the command of this folder that makes `output` begun once, under that name, so that what is
  * there is its own? */
 bool ct_chain_owns(const struct ct_chain *c, const char *output);
-/* Run what is not done. The first command that fails ends it with that command's exit status;
- * the command has said why, and this one says what source its input was made of. SIGINT, SIGTERM
- * and SIGUSR1 are passed on, and a command ends when this program is killed. */
+/* Run what is not done; nothing unless ct_chain_made. The first command that fails ends it with
+ * that command's exit status; the command has said why, and this one says what source its input was
+ * made of. SIGINT, SIGTERM and SIGUSR1 are passed on, and a command ends when this program is
+ * killed. */
 int ct_chain_run(struct ct_chain *c, const struct ct_env *env, struct ct_err *e);
 /* Write the commands that would run to f. */
 void ct_chain_print(const struct ct_chain *c, void *f);
