@@ -27,7 +27,7 @@ struct ct_env {
 	const char *history;               /* tool, version and arguments, for provenance */
 	const struct ct_given *given;      /* the options of the command line */
 	const volatile sig_atomic_t *stop; /* non-zero: stop soon, state saved; may be NULL */
-	FILE *notes; /* `log` puts the warnings there too, a line each; or NULL */
+	FILE *notes; /* `log` of the commands puts the warnings there too, a line each; or NULL */
 	/* warnings, however quiet, and what `verbose` asks for */
 	void (*log)(const struct ct_env *env, enum ct_level level, const char *text);
 	/* done of total units of the work `what`, which ends there; or, with likely > 0, there at

@@ -25,7 +25,7 @@ int ct_alloc0(void *out, size_t n, size_t size, struct ct_err *e);
 /* These bytes are about to be written: have the system make their pages ready, at less cost than
  * one by one when they are first written. A hint; nothing changes. */
 void ct_mem_touch(void *p, size_t bytes);
-/* The same, with fewer, larger pages, which pays where all are written once in order. */
+/* These bytes are about to be written once, in order: fewer, larger pages do. A hint as well. */
 void ct_mem_large(void *p, size_t bytes);
 /* CT_ENOMEM unless so many bytes are to be had just now: before a library that does not look. */
 int ct_mem_room(size_t bytes, struct ct_err *e);

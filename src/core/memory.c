@@ -78,7 +78,7 @@ static double left_of_groups(const char *root)
 	f = fopen(name, "re");
 	while (f && fgets(line, sizeof line, f)) {
 		char *kind = strchr(line, ':'), *path = kind ? strchr(kind + 1, ':') : NULL;
-		const bool second = path == kind + 1;
+		const bool second = path && path == kind + 1;
 
 		if (!path || (!second && strncmp(kind, ":memory:", 8) != 0))
 			continue;

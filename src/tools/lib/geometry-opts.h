@@ -24,8 +24,8 @@ struct ct_geometry_opts {
 	}
 
 #define CT_GEOMETRY_IF(f, ...) CT_WHEN(CT_UNLESS(f.like), __VA_ARGS__)
-/* The rows for an option table of struct S with a field f of this type; `if_` is a condition of the
- * whole, CT_IF(...) or CT_ALWAYS. */
+/* The rows for an option table of CT_PARAMS with a field f of this type; `if_` is a condition of
+ * the whole, CT_IF(...) or CT_ALWAYS. */
 #define CT_GEOMETRY_OPTS(f, if_)                                                                              \
 	CT_TEXT(f.beam, 0, "beam", CT_WORDS(CT_BEAM_LIST),                                                    \
 		"shape of the beam (cone if nothing says otherwise)", CT_GEOMETRY_IF(f, if_)),                \
