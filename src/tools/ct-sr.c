@@ -256,6 +256,7 @@ static void hide(char *text, const char *name)
 static int write_report(struct files *f, double seconds, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_page page = {.lr = {f->name[0], f->in}, .hr = {f->name[1], f->out}};
+	struct ct_env own = *env;
 	int rc;
 
 	fprintf(f->notes, "%s: took %.1f s, %.1f s of CPU time, %.0f MiB\n", env->tool, seconds,
@@ -265,10 +266,11 @@ static int write_report(struct files *f, double seconds, const struct ct_env *en
 	if (f->p->deid && strlen(f->hidden) >= 2)
 		hide(f->said, f->hidden);
 	page.log = f->said;
+	own.notes = NULL; /* so that it stays as it is */
 	if (f->p->confidence)
 		page.std = (struct ct_page_volume){basename(f->p->confidence), f->error};
-	rc = ct_page_measure(&page, env, e) || page_file_write(f->p->report, &page, env, e) ? -1
-											    : 0;
+	rc = ct_page_measure(&page, &own, e) || page_file_write(f->p->report, &page, &own, e) ? -1
+											      : 0;
 	f->in = f->out = f->error = (struct ct_vol){0}; /* the page frees them */
 	ct_page_free(&page);
 	return rc;
