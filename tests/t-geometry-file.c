@@ -114,7 +114,11 @@ static void test_named(void)
 	struct ct_geometry s;
 	struct ct_vol v = {0}, none = {0};
 
-	OK(parse(&s, "{" BASE SIZE "}", NULL, &none) == 0 && none.n[0] == 0, "no volume is named");
+	OK(parse(&s, "{" BASE SIZE "}", NULL, &none) == 0 && none.n[0] == 0 &&
+			parse(&s, "{" BASE SIZE ", \"nVoxel\": null, \"dVoxel\": 1}", NULL,
+				&none) == 0 &&
+			none.n[0] == 0,
+		"no volume is named");
 	OK(parse(&s, "{" BASE SIZE ", \"nVoxel\": [4, 1, 1000000]}", NULL, &v) == 0 &&
 			v.n[0] == 4 && v.n[1] == 1 && v.n[2] == 1000000,
 		"one is");
@@ -133,8 +137,9 @@ static void test_named(void)
 			v.n[0] == 0,
 		"without which there is none");
 	for (const char *const *t = (const char *const[]){"\"nVoxel\": [4, 0, 4]", "nVoxel of 0",
-		     "\"nVoxel\": [4, 4, 1000001]", "nVoxel of 1e+06", "\"nVoxel\": [1.5, 4, 4]",
-		     "nVoxel of 1.5", "\"nVoxel\": [1, 4]", "nVoxel has 2 numbers, not 3",
+		     "\"nVoxel\": [0, 0, 0]", "nVoxel of 0", "\"nVoxel\": [4, 4, 1000001]",
+		     "nVoxel of 1e+06", "\"nVoxel\": [1.5, 4, 4]", "nVoxel of 1.5",
+		     "\"nVoxel\": [1, 4]", "nVoxel has 2 numbers, not 3",
 		     "\"nVoxel\": 4, \"dVoxel\": [1, 1, 0]", "a voxel of 0 mm",
 		     "\"nVoxel\": 4, \"dVoxel\": [1, -1, 1]", "a voxel of -1 mm",
 		     "\"nVoxel\": 4, \"dVoxel\": \"1\"", "dVoxel is not a number", NULL};
@@ -142,7 +147,7 @@ static void test_named(void)
 		char text[200], want[80];
 
 		snprintf(text, sizeof text, "{\"DSO\": 5, \"DSD\": 7%s, %s%s}", SIZE, *t,
-			strstr(*t, "dVoxel") ? "" : ", \"sVoxel\": 2");
+			strstr(*t, "dVoxel") || strstr(*t, "[0, 0, 0]") ? "" : ", \"sVoxel\": 2");
 		snprintf(want, sizeof want, "s.json: %s", t[1]);
 		v = none;
 		OK(parse(&s, text, NULL, &v) == -1 && e.code == CT_EINPUT && is_text(e.msg, want),
