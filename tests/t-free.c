@@ -1,4 +1,4 @@
-/* core/memory.c, cli/memory.c: what is free, by files as the system writes them; sizes in words. */
+/* core/memory.c: what is free, by files as the system writes them; of cli.h sizes in words. */
 #include "config.h"
 #include "cli/cli.h"
 #include "core/memory.h"

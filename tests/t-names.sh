@@ -3,7 +3,7 @@
 # struct or enum of that header or of src/core that it is about; or it is one of the few words that every file uses.
 . "$srcdir/tests/tap.sh"
 words=' ct_fail ct_fail_errno ct_blame ct_alloc ct_alloc0 ct_grow ct_size_mul ct_log ct_progress ct_progress_until ct_stopping
-	ct_check_stop ct_philox ct_slurp ct_put ct_logf '
+	ct_check_stop ct_philox ct_slurp ct_put '
 words=" $(echo $words) "
 command -v nm >/dev/null || { skip 'public functions are ct_NOUN_verb' 'nm is not here'; done_testing; }
 nm -g --defined-only "$builddir/libct.a" 2>/dev/null |

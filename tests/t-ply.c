@@ -456,7 +456,7 @@ int main(int argc, char **argv)
 	struct ct_gauss g;
 	int fd;
 
-	if (argc > 1) { /* a file for t-ply.sh */
+	if (argc > 1) { /* a file for t-ply-tools.sh and others */
 		fill(&g, 500);
 		ct_gauss_write(argv[1], &g, &force, &e);
 		ct_gauss_free(&g);

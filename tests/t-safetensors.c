@@ -476,34 +476,10 @@ static void test_cut(void)
 	ct_tensors_free(&w);
 }
 
-/* "t-safetensors read FILE": NAME COUNT MEAN of every tensor, for t-safetensors.sh. */
-static int print_means(const char *file)
-{
-	struct ct_err e = {0};
-	struct ct_tensors w;
-
-	if (ct_tensors_read(file, &w, &e)) {
-		fprintf(stderr, "%s\n", e.msg);
-		return (int)e.code;
-	}
-	for (size_t i = 0; i < w.n; i++) {
-		size_t n = ct_tensor_count(&w.t[i]);
-		double sum = 0;
-
-		for (size_t k = 0; k < n; k++)
-			sum += (double)w.t[i].data[k];
-		printf("%s %zu %.9g\n", w.t[i].name, n, sum / (double)n);
-	}
-	ct_tensors_free(&w);
-	return 0;
-}
-
-int main(int argc, char **argv)
+int main(void)
 {
 	int fd;
 
-	if (argc > 2)
-		return print_means(argv[2]);
 	fd = mkstemp(path);
 	if (fd < 0)
 		exit(99);
