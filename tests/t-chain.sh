@@ -78,26 +78,26 @@ exits 0 'a dash before all names' ct-sr -q -x 4 --projections -Q draft --expert 
 
 # One run a folder; what a run starts ends with it.
 fits() { # until ct-nabgs is at work, or the run has ended
-	until grep -q 'ct-nabgs: iteration 1:\|ct-nabgs: .*continuing' err1; do
+	until grep -q 'ct-nabgs: iteration 1:\|ct-nabgs: .*continuing' err1 2>/dev/null; do
 		kill -0 $1 2>/dev/null || return
 		sleep 0.1
 	done
 }
 set -- ct-sr -v -x 4 --projections --expert views=8,iterations=1000000,gaussians=200 --keep g
-setsid "$@" marks.nii g.nii 2>err1 & pid=$!
+rm -f err1; setsid "$@" marks.nii g.nii 2>err1 & pid=$!
 fits $pid
 exits 4 'two runs in one folder' "$@" marks.nii g2.nii
 has err 'g: another run works in it' 'and that is said'
 kill -INT -$pid; wait $pid; [ $? -eq 75 ]; ok $? 'an interrupt of the whole group stops it'
 [ -s g/residual.ply.state ]; ok $? 'and the state is there'
-setsid "$@" marks.nii g.nii 2>err1 & pid=$!
+rm -f err1; setsid "$@" marks.nii g.nii 2>err1 & pid=$!
 fits $pid
 grep -q continuing err1; ok $? 'from which it goes on'
 grep -q continuing err1 || sed 's/^/# /' err1
 cp g/residual.ply.state before
 kill -TERM -$pid; kill -INT -$pid; kill -TERM $pid; wait $pid; [ $? -eq 75 ]; ok $? 'however often it is told'
 [ -s g/residual.ply.state ] && ! cmp -s before g/residual.ply.state; ok $? 'and the state is the last'
-setsid "$@" marks.nii g.nii 2>err1 & pid=$!
+rm -f err1; setsid "$@" marks.nii g.nii 2>err1 & pid=$!
 fits $pid
 kill -KILL $pid; wait $pid 2>/dev/null
 exits 0 'killed: nothing works in its folder any more' \
@@ -105,7 +105,7 @@ exits 0 'killed: nothing works in its folder any more' \
 # Wherever the signals meet it, the result is that of a run which none met.
 set -- ct-sr -v -x 4 --projections --expert views=8,iterations=1500,gaussians=200
 for sig in INT KILL TERM; do
-	setsid "$@" --keep r marks.nii r.nii 2>err1 & pid=$!
+	rm -f err1; setsid "$@" --keep r marks.nii r.nii 2>err1 & pid=$!
 	fits $pid
 	kill -$sig -$pid; wait $pid
 done 2>/dev/null
