@@ -327,6 +327,7 @@ static void restoring(void)
 	for (int k = 0; k < 8; k++) {
 		struct ct_restore_rule rule = {.weight = k == 1 ? 0.3 : 1,
 			.cap = k == 5 ? 30 : 0,
+			.second_cap = k == 5 ? 30 : 0,
 			.gate = k == 3 || k == 5 ? 40 : 0,
 			.steps = k == 0 || k == 3 ? 1 : 0,
 			.noise = k == 6 ? 25 : 0,

@@ -207,9 +207,10 @@ static int plan_prior(
 	r->restore.weight = weighted ? p->weight : 1;
 	r->restore.doubt = confidence(p->doubt, weighted, r->restore.doubt);
 	r->restore.gate = confidence(p->gate, weighted, r->restore.gate);
-	r->restore.again = confidence(p->gate, weighted, r->restore.again);
+	r->restore.second_gate = confidence(p->gate, weighted, r->restore.second_gate);
 	r->restore.steps = confidence(p->steps, weighted, r->restore.steps);
 	r->restore.cap = confidence(p->cap, weighted, r->restore.cap);
+	r->restore.second_cap = confidence(p->cap, weighted, r->restore.second_cap);
 	return 0;
 }
 

@@ -8,7 +8,7 @@
 /* HU: what a second pass adds below this is texture of its own. It adds up to .04 HU to the error
  * inside soft tissue of point-sampled, aliased scans (eight scans). PSNR changes by -.03 to +.02
  * dB. */
-#define AGAIN 10
+#define SECOND_GATE 10
 
 /* The operator on the grid of the networks: the same blur, in LR voxels. */
 static struct ct_degrade as_seen(const struct ct_degrade *d, double cell)
@@ -46,7 +46,8 @@ int ct_restore_confidence(struct ct_restore_rule *rule, bool *little, size_t cel
 	rule->gate = aliases || rule->noise > 0 ? 0 : 15;
 	rule->steps = aliases ? 0 : 0.05;
 	rule->cap = aliases ? 0 : 125 * most;
-	rule->again = AGAIN;
+	rule->second_gate = SECOND_GATE;
+	rule->second_cap = aliases ? 0 : 15 * most; /* more spoils plastic, where nothing aliases */
 	rule->flat = points && !(rule->noise > 0);
 	rule->passes = rule->noise > 0 && !points ? 1 : 2; /* the most that gain */
 	/* thick slices that are well sampled */

@@ -454,6 +454,7 @@ int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,
 
 	if (once(x, twice ? NULL : std, false, lo, prior, rule, report, env, e))
 		return -1;
-	second.gate = fmax(rule->gate, rule->again);
+	second.gate = fmax(rule->gate, rule->second_gate);
+	second.cap = rule->second_cap;
 	return twice ? once(x, std, true, lo, prior, &second, report, env, e) : 0;
 }

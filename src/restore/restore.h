@@ -53,7 +53,7 @@ struct ct_restore_rule {
 	double weight, doubt, gate, cap; /* W; confidence weights: disagreement of axes (0: none),
 					    noise (HU), maximum (HU, 0: none) */
 	double steps;                    /* their limit (steps.h), 0 none */
-	double again;                    /* least gate of a second pass, HU */
+	double second_gate, second_cap;  /* of a second pass: the least gate, and its cap, HU */
 	double texture;                  /* HU (flat.h) */
 	bool flat;                       /* what is flat becomes linear */
 	bool axes[3];                    /* slices across these */
