@@ -161,7 +161,7 @@ h = {k[6:] if k.startswith('again-') else k if k == '__metadata__' else 'was-' +
 t = json.dumps(h).encode()
 open('only.safetensors', 'wb').write(len(t).to_bytes(8, 'little') + t + b[8 + n:])
 END
-	look hand only.safetensors --start once.nii
+	look hand only.safetensors --start once.nii --expert=cap=60
 	for f in hand-e twice-e; do tail -c 430080 $f.nii >$f.f32; done # 56x48x40
 	cmp_ hand twice && cmp hand-e.f32 twice-e.f32 && ! tail -c 430080 once-e.nii | cmp -s - twice-e.f32
 	ok $? 'they look at what the first made, and tell the error of that'
