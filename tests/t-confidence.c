@@ -50,10 +50,10 @@ static void weights(void)
 		{{{4, 4, 4}, {0.5, 1.7, 1.7}, CT_DECIMATE_POINT, {0}}, 0, 0, 0, 0, 0, 2, false},
 		{{{4, 4, 4}, {1.7, 1.7, 1.7}, CT_DECIMATE_POINT, {0}}, 15, 0, 0, 0.05, 500, 1,
 			false},
-		{{{4, 4, 4}, {0}, CT_DECIMATE_MEAN, {0}}, 0, 0, 0, 0, 0, 2, false},
+		{{{4, 4, 4}, {0}, CT_DECIMATE_MEAN, {0}}, 0, 0.6, 0, 0, 0, 2, false},
 		{{{4, 4, 4}, {0}, CT_DECIMATE_MEAN, {0}}, 15, 0, 0, 0, 0, 1, false},
 		{{{1, 1, 4}, {0, 0, 1.7}, CT_DECIMATE_SINC, {0}}, 0, 1.2, 15, 0.05, 500, 2, true},
-		{{{1, 1, 4}, {0}, CT_DECIMATE_MEAN, {0}}, 0, 0, 0, 0, 0, 2, false},
+		{{{1, 1, 4}, {0}, CT_DECIMATE_MEAN, {0}}, 0, 0.6, 0, 0, 0, 2, false},
 		{{{1, 8, 8}, {0, 3.4, 3.4}, CT_DECIMATE_SINC, {0}}, 0, 1.2, 15, 0.05, 1000, 2,
 			false},
 	};

@@ -42,7 +42,7 @@ int ct_restore_confidence(struct ct_restore_rule *rule, bool *little, size_t cel
 	aliases = aliasing > CT_UPSAMPLE_ALIAS;
 	points = aliases && d->decimate == CT_DECIMATE_POINT;
 	rule->weight = 1;
-	rule->doubt = aliases || rule->noise > 0 ? 0 : 1.2;
+	rule->doubt = points || rule->noise > 0 ? 0 : aliases ? 0.6 : 1.2;
 	rule->gate = aliases || rule->noise > 0 ? 0 : 15;
 	rule->steps = aliases ? 0 : 0.05;
 	rule->cap = aliases ? 0 : 125 * most;
