@@ -23,6 +23,7 @@ static struct ct_degrade as_seen(const struct ct_degrade *d, double cell)
 	return seen;
 }
 
+/* The numbers are measured: doc/results.md, "How far a correction is trusted". */
 int ct_restore_confidence(struct ct_restore_rule *rule, bool *little, size_t cell,
 	const size_t n[static 3], struct ct_err *e)
 {

@@ -30,7 +30,7 @@ int ct_example_alloc(struct ct_example *p, const struct ct_vol *v,
 	const struct ct_example_rule *rule, uint64_t index, const struct ct_env *env,
 	struct ct_err *e);
 /* And what rule->after adds to the base of that pair, whose rest becomes what is then still
- * missing. */
+ * missing. What failed is only to be freed. */
 int ct_example_after(struct ct_example *p, const struct ct_example_rule *rule, uint64_t index,
 	const struct ct_env *env, struct ct_err *e);
 /* Set what made the LR scan of that pair, and the axes along which it is coarse. */
