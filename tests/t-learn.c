@@ -149,20 +149,29 @@ static void drawing(bool swap)
 	free_pairs(e);
 }
 
-/* Cells of two slices begin at every other one, and none goes beyond the last. */
-static void drawing_deep(void)
+/* A learner of cells of two slices. */
+static struct ct_learn *alloc_deep(const struct ct_example *e)
 {
 	const struct ct_slice_network r = {
 		.shape = {2, 4, 4, 2, true}, .components = 64, .width = 3};
 	const struct ct_learn_rule rule = {.seed = 5, .steps = 1, .batch = PIECE};
-	struct ct_env env = {0};
+	const struct ct_env env = {0};
+	struct ct_learn *l;
+
+	must(ct_learn_alloc(&l, &r, &rule, e, PAIRS, &env, &err));
+	return l;
+}
+
+/* Cells of two slices begin at every other one, and none goes beyond the last. */
+static void drawing_deep(void)
+{
 	struct ct_example e[PAIRS];
 	struct ct_learn *l;
 	size_t seen[PAIRS][3] = {{0}}, of[3];
 	bool fits = true;
 
 	make_pairs(e, 120, true, true, true);
-	must(ct_learn_alloc(&l, &r, &rule, e, PAIRS, &env, &err));
+	l = alloc_deep(e);
 	for (uint64_t k = 0; k < 20; k++) {
 		struct ct_learn_side *d = &l->side[0];
 
@@ -203,10 +212,6 @@ static void drawing_deep(void)
 /* A pair of fewer slices than a cell has is not drawn from. */
 static void drawing_thin(void)
 {
-	const struct ct_slice_network r = {
-		.shape = {2, 4, 4, 2, true}, .components = 64, .width = 3};
-	const struct ct_learn_rule rule = {.seed = 5, .steps = 1, .batch = PIECE};
-	struct ct_env env = {0};
 	struct ct_example e[PAIRS];
 	struct ct_learn *l;
 	struct ct_learn_side *d;
@@ -214,7 +219,7 @@ static void drawing_thin(void)
 
 	make_pairs(e, 120, true, true, true);
 	e[1].n[2] = 1;
-	must(ct_learn_alloc(&l, &r, &rule, e, PAIRS, &env, &err));
+	l = alloc_deep(e);
 	d = &l->side[0];
 	must(ct_learn_draw(l, d, e, PAIRS, 77, &err));
 	for (size_t i = 0; i < PIECE; i++)
