@@ -209,6 +209,32 @@ static void drawing_deep(void)
 	free_pairs(e);
 }
 
+/* A run that was stopped before its first step begins anew, to the same network. */
+static void beginning_again(void)
+{
+	struct ct_example e[PAIRS];
+	struct ct_tensors w = {0};
+	struct ct_learn *once, *again;
+	size_t inputs;
+
+	make_pairs(e, 120, true, true, true);
+	once = alloc_deep(e);
+	again = alloc_deep(e);
+	must(ct_learn_begin(once, &err));
+	must(ct_learn_save(once, &w, &err));
+	must(ct_learn_restore(again, &w, &err));
+	must(ct_learn_begin(again, &err));
+	inputs = ct_patch_count(&once->r.shape);
+	OK(memcmp(once->r.mean, again->r.mean, 65 * inputs * sizeof *once->r.mean) == 0 &&
+			memcmp(once->all, again->all, once->r.at[CT_PARTS] * sizeof *once->all) ==
+				0,
+		"before the first step a training begins anew");
+	ct_tensors_free(&w);
+	ct_learn_free(once);
+	ct_learn_free(again);
+	free_pairs(e);
+}
+
 /* A pair of fewer slices than a cell has is not drawn from. */
 static void drawing_thin(void)
 {
@@ -641,6 +667,7 @@ int main(void)
 	drawing(false);
 	drawing_deep();
 	drawing_thin();
+	beginning_again();
 	beginning();
 	stepping();
 	refusing();
