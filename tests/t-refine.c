@@ -88,6 +88,9 @@ static void at_once(const struct ct_vol *lo)
 	call(&alone);
 	OK(alone.rc == 0 && alone.did.adds && alone.did.slabs == 1, "the prior adds (%s%s)",
 		alone.failed.msg, alone.did.why_not);
+	OK(ct_refine_inversion(&alone.did).symmetric, "to a symmetric inversion");
+	alone.did.rule.one_axis = true;
+	OK(!ct_refine_inversion(&alone.did).symmetric, "but for the fastest");
 	for (int k = 0; k < 2; k++)
 		if (pthread_create(&thread[k], NULL, call, &two[k]))
 			exit(99);

@@ -35,6 +35,7 @@ struct ct_upsample_rule ct_refine_inversion(const struct ct_refine *r)
 		.tolerance = p->tolerance,
 		.spread = r->spread,
 		.texture = r->texture,
+		.symmetric = r->adds && !p->one_axis,
 		.plain = r->adds};
 }
 
@@ -49,16 +50,17 @@ static int need_of(double *bytes, const struct ct_refine *r, const size_t n[3], 
 	struct ct_err *e)
 {
 	const struct ct_refine_rule *p = &r->rule;
+	const struct ct_upsample_rule rule = ct_refine_inversion(r);
 	const double one = 4 * voxels(n), error = p->error ? one : 0;
 	double most = 0, agree = 0;
 
 	if (r->inverts) {
-		if (ct_upsample_bytes(&most, r->method, &r->is.by, r->is.noise > 0, n, e))
+		if (ct_upsample_bytes(&most, r->method, &rule, n, e))
 			return -1;
 		most = fmax(most, 2 * error) + (p->start ? one : 0);
 	}
 	if (r->adds) {
-		if (ct_upsample_bytes(&agree, CT_UPSAMPLE_DC, &r->is.by, false, n, e))
+		if (ct_upsample_bytes(&agree, CT_UPSAMPLE_DC, &rule, n, e))
 			return -1;
 		most = fmax(most, error + fmax(agree, one + ct_restore_bytes(p->prior, &r->restore,
 								    n, p->error)));

@@ -15,6 +15,10 @@
  *          if no noise is known, linear where these are flat (flat.h); the
  *          B-spline if there is no D
  *
+ * TV of forward differences moves an edge towards one of its sides. D is the same for a scan that
+ * is turned over, so a symmetric TV is the mean of the solutions for it as it lies and turned over
+ * along any two axes. It agrees with the scan as they do.
+ *
  * With noise > 0 (HU, of y) TV and HTV ask for |D x - y| <= 0.7 noise sqrt(M) instead of equality;
  * DC shows it.
  */
@@ -52,6 +56,7 @@ struct ct_upsample_rule {
 	double spread;  /* TV, HTV: standard deviation of the scan of which lo is a part, HU; 0: of
 			   lo */
 	double texture; /* HU, with `spread`: of that scan, too (flat.h) */
+	bool symmetric; /* TV: the mean of four solutions */
 	bool plain;     /* AUTO: HTV as it is, for what was made for that */
 	const struct ct_vol *start; /* DC, TV, HTV begin with this, not the B-spline; may be NULL */
 };
@@ -74,11 +79,11 @@ const char *ct_upsample_name(enum ct_upsample method);
  * that needs an operator without one. */
 int ct_upsample_choose(struct ct_upsample_report *r, const struct ct_upsample_rule *rule,
 	const size_t n[static 3], struct ct_err *e);
-/* Bytes that a method has in memory at the most, of the volume of n voxels that it makes of what
- * `by` makes of that, with noise or not, and beside it; DC: those of whatever makes a volume agree.
- * CT_EINPUT, CT_ENOMEM. */
-int ct_upsample_bytes(double *bytes, enum ct_upsample method, const struct ct_degrade *by,
-	bool noise, const size_t n[static 3], struct ct_err *e);
+/* Bytes that a method has in memory at the most, of the volume of n voxels that it makes by the
+ * rule (but for its method) of what `by` makes of that, and beside it; DC: those of whatever makes
+ * a volume agree. CT_EINPUT, CT_ENOMEM. */
+int ct_upsample_bytes(double *bytes, enum ct_upsample method, const struct ct_upsample_rule *rule,
+	const size_t n[static 3], struct ct_err *e);
 /* Share of the weight (squared) of the rows of D that lies above the Nyquist frequency of the
  * coarse grid: the largest of the axes, of n voxels, that are reduced. CT_EGEOM, CT_EINPUT,
  * CT_ENOMEM. */
