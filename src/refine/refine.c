@@ -32,10 +32,12 @@ struct ct_upsample_rule ct_refine_inversion(const struct ct_refine *r)
 		.noise = r->is.noise,
 		.alike = r->is.alike,
 		.iterations = p->iterations,
-		.tolerance = p->tolerance,
+		.tolerance = p->passes > 1 ? p->tolerance / 2 : p->tolerance,
 		.spread = r->spread,
 		.texture = r->texture,
-		.symmetric = r->adds && !p->one_axis,
+		.ways = !r->adds || p->one_axis ? 1
+			: p->passes > 1         ? CT_UPSAMPLE_WAYS
+						: 2,
 		.plain = r->adds};
 }
 

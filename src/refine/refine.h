@@ -33,7 +33,8 @@ struct ct_refine_rule {
 	/* Of the prior: */
 	const struct ct_slice_prior *prior; /* borrowed */
 	bool one_axis;                      /* slices across one axis, not all */
-	int passes;                         /* 2: a second pass over what the first made */
+	int passes; /* 2: a second pass over what the first made, and an inversion in more ways
+		       (upsample.h) to half of the tolerance */
 	/* NaN: what was found best for the operator (restore/confidence.c). A weight takes all
 	 * corrections with the same confidence. */
 	double weight, doubt, gate, cap, steps;

@@ -24,7 +24,6 @@
  * misfit is used up. Measured with noise of 11 HU on three scans: best from 0.6 to 0.8 of it. */
 #define NOISE_SHARE 0.7
 
-enum { WAYS = 4 };
 enum { TV_BORDERS = 8 }; /* one plane of so many is kept twice, beside a slab of tv.c */
 
 const char *ct_upsample_name(enum ct_upsample method)
@@ -112,7 +111,7 @@ int ct_upsample_bytes(double *bytes, enum ct_upsample method, const struct ct_up
 		return -1;
 	solver += one + (method == CT_UPSAMPLE_TV ? CT_TV_DUAL * dual + one / TV_BORDERS
 						  : one + CT_HESSIAN_PARTS * dual);
-	if (method == CT_UPSAMPLE_TV && rule->symmetric)
+	if (method == CT_UPSAMPLE_TV && rule->ways > 1)
 		solver += one + coarse;
 	*bytes = fmax(*bytes, solver);
 	return 0;
@@ -263,10 +262,10 @@ static void turn_over(struct ct_vol *v, unsigned axes)
 		}
 }
 
-/* Progress of one solution of four. */
+/* Progress of one solution of several. */
 struct way_env {
 	const struct ct_env *env;
-	size_t way;
+	size_t way, of;
 };
 
 static void pass_on(
@@ -275,7 +274,7 @@ static void pass_on(
 	const struct way_env *w = env->ctx;
 	char text[80];
 
-	snprintf(text, sizeof text, "%s, %zu of %d", what, w->way + 1, WAYS);
+	snprintf(text, sizeof text, "%s, %zu of %zu", what, w->way + 1, w->of);
 	ct_progress_until(w->env, text, done, most, likely);
 }
 
@@ -283,7 +282,7 @@ static int solve_one_way(struct ct_vol *hi, const struct ct_vol *turned,
 	const struct ct_upsample_rule *rule, size_t way, struct ct_upsample_report *r,
 	const struct ct_env *env, struct ct_err *e)
 {
-	struct way_env ctx = {env, way};
+	struct way_env ctx = {env, way, rule->ways};
 	struct ct_env own = *env;
 
 	own.ctx = &ctx;
@@ -292,19 +291,20 @@ static int solve_one_way(struct ct_vol *hi, const struct ct_vol *turned,
 	return solve(hi, turned, rule, r, &own, e);
 }
 
-/* The mean of the solutions for four ways in which the scan can lie. */
-static int solve_all_ways(struct ct_vol *hi, const struct ct_vol *lo,
+/* The mean of the solutions for several ways in which the scan can lie. */
+static int solve_ways(struct ct_vol *hi, const struct ct_vol *lo,
 	const struct ct_upsample_rule *rule, struct ct_upsample_report *r, const struct ct_env *env,
 	struct ct_err *e)
 {
-	static const unsigned turns[WAYS] = {0, 3, 5, 6};
+	static const unsigned turns[CT_UPSAMPLE_WAYS] = {0, 5, 3, 6};
 	const size_t count = ct_vol_count(hi);
+	const float share = 1 / (float)rule->ways;
 	struct ct_vol turned = {0}, sum = {0};
 	int rc = -1;
 
 	if (ct_vol_alloc(&turned, lo->n, e) || ct_vol_alloc(&sum, hi->n, e))
 		goto out;
-	for (size_t way = 0; way < WAYS; way++) {
+	for (size_t way = 0; way < rule->ways; way++) {
 		if (way > 0 && begin(hi, lo, rule, r->method, env, e))
 			goto out;
 		memcpy(turned.data, lo->data, ct_vol_count(lo) * sizeof *lo->data);
@@ -314,7 +314,7 @@ static int solve_all_ways(struct ct_vol *hi, const struct ct_vol *lo,
 			goto out;
 		turn_over(hi, turns[way]);
 		for (size_t i = 0; i < count; i++)
-			sum.data[i] = (way > 0 ? sum.data[i] : 0) + hi->data[i] / WAYS;
+			sum.data[i] = (way > 0 ? sum.data[i] : 0) + share * hi->data[i];
 	}
 	memcpy(hi->data, sum.data, count * sizeof *hi->data);
 	rc = 0;
@@ -328,9 +328,9 @@ static int regularise(struct ct_vol *hi, const struct ct_vol *lo,
 	const struct ct_upsample_rule *rule, struct ct_upsample_report *r, const struct ct_env *env,
 	struct ct_err *e)
 {
-	const bool mean = rule->symmetric && r->method == CT_UPSAMPLE_TV;
+	const bool mean = rule->ways > 1 && r->method == CT_UPSAMPLE_TV;
 
-	return mean ? solve_all_ways(hi, lo, rule, r, env, e) : solve(hi, lo, rule, r, env, e);
+	return mean ? solve_ways(hi, lo, rule, r, env, e) : solve(hi, lo, rule, r, env, e);
 }
 
 /* What is flat, of point-sampled, aliased scans: they are then linear there, and nearly consistent.

@@ -132,7 +132,6 @@ static int solve(struct ct_vol *base, const struct ct_vol *truth, const struct c
 		.known = true,
 		.by = degradation(p, r),
 		.plain = true,
-		.symmetric = true,
 		.noise = p->regime.noise,
 		.iterations = ITERATIONS,
 		.tolerance = 0.05};
