@@ -256,7 +256,8 @@ typedef struct ctsr_superres_options {
 	double memory;    /* bytes that the call may use, input and result included. What needs more
 			   * is refined in slabs, within 0.1 HU RMS of the whole. 0 (default): all */
 	int iterations;   /* of CTSR_TV and CTSR_HTV, at most; default 300 */
-	double tolerance; /* they stop when an iteration moves less, HU RMS; default 0.1 */
+	double tolerance; /* they stop when an iteration moves less, HU RMS, with CTSR_BEST than
+			   * half of it; default 0.1 */
 } ctsr_superres_options;
 
 /* What was done. The caller sets size = sizeof, the library fills in as much as fits. */
