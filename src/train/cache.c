@@ -29,8 +29,8 @@ static int name_of(char **key, char **path, const char *folder, const struct ct_
 	uint64_t bits[2];
 
 	*path = NULL;
-	if (asprintf(key, "%s %s %g:%g %zu %zu %s %g:%g %g %g:%g %llu %llu%s%s",
-		    PACKAGE_VERSION, held ? held + 1 : "", bytes[0], bytes[1], r->side, r->factor,
+	if (asprintf(key, "%s %s %g:%g %zu %zu %s %g:%g %g %g:%g %llu %llu%s%s", PACKAGE_VERSION,
+		    held ? held + 1 : "", bytes[0], bytes[1], r->side, r->factor,
 		    r->thick ? axes : "111", r->scale[0], r->scale[1], r->noise, r->clip[0],
 		    r->clip[1], (unsigned long long)r->seed, (unsigned long long)index,
 		    r->hash ? " " : "", r->hash ? r->hash : "") < 0) {
