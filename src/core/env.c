@@ -30,6 +30,31 @@ void ct_progress_until(
 		env->progress(env, what, done, most, likely);
 }
 
+static void part_progress(
+	const struct ct_env *env, const char *what, size_t done, size_t most, size_t likely)
+{
+	const struct ct_env_part *p = env->ctx;
+	char text[80];
+
+	snprintf(text, sizeof text, "%s %zu of %zu, %s", p->name, p->k + 1, p->m, what);
+	ct_progress_until(p->env, text, done, most, likely);
+}
+
+static void part_log(const struct ct_env *env, enum ct_level level, const char *text)
+{
+	const struct ct_env_part *p = env->ctx;
+
+	p->env->log(p->env, level, text);
+}
+
+void ct_env_part(struct ct_env *own, struct ct_env_part *part)
+{
+	*own = *part->env;
+	own->ctx = part;
+	own->progress = own->progress ? part_progress : NULL;
+	own->log = own->log ? part_log : NULL;
+}
+
 bool ct_stopping(const struct ct_env *env)
 {
 	return env && env->stop && __atomic_load_n(env->stop, __ATOMIC_RELAXED);

@@ -44,6 +44,14 @@ void ct_log(const struct ct_env *env, enum ct_level level, const char *fmt, ...)
 void ct_progress(const struct ct_env *env, const char *what, size_t done, size_t total);
 void ct_progress_until(
 	const struct ct_env *env, const char *what, size_t done, size_t most, size_t likely);
+/* Part k, from 0, of m of a work: *own is env, but its progress says so: "slab 2 of 4, ...". *part
+ * must outlive it. */
+struct ct_env_part {
+	const struct ct_env *env;
+	const char *name;
+	size_t k, m;
+};
+void ct_env_part(struct ct_env *own, struct ct_env_part *part);
 /* Has the user asked to stop? */
 bool ct_stopping(const struct ct_env *env);
 /* -1 with CT_ESTOP if so, else 0. */

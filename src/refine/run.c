@@ -10,7 +10,6 @@
 #include "resolution/pilot.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 static int alloc_like(struct ct_vol *v, const struct ct_vol *like, struct ct_err *e)
@@ -98,43 +97,18 @@ static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	return 0;
 }
 
-/* Progress of a slab, which is not that of the whole. */
-struct slab_env {
-	const struct ct_env *env;
-	size_t k, m;
-};
-
-static void pass_on(
-	const struct ct_env *env, const char *what, size_t done, size_t most, size_t likely)
-{
-	const struct slab_env *s = env->ctx;
-	char text[80];
-
-	snprintf(text, sizeof text, "slab %zu of %zu, %s", s->k + 1, s->m, what);
-	ct_progress_until(s->env, text, done, most, likely);
-}
-
-static void log_on(const struct ct_env *env, enum ct_level level, const char *text)
-{
-	const struct slab_env *s = env->ctx;
-
-	s->env->log(s->env, level, text);
-}
-
 /* Slab k, put where it belongs. */
 static int one_slab(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	const struct ct_vol *in, size_t k, struct ct_pilot *pilot, const struct ct_env *env,
 	struct ct_err *e)
 {
 	const struct ct_slab s = ct_slab_at(&r->is.by, in->n, k, r->slabs);
-	struct slab_env of = {env, k, r->slabs};
+	struct ct_env_part of = {env, "slab", k, r->slabs};
 	struct ct_vol part = {0}, start = {0}, made = {0}, its = {0};
-	struct ct_env own = *env;
+	struct ct_env own;
 	int rc = -1;
 
-	own.ctx = &of;
-	own.progress = env->progress ? pass_on : NULL;
-	own.log = env->log ? log_on : NULL;
+	ct_env_part(&own, &of);
 	if (ct_slab_cut(&part, in, &s, false, e) ||
 		(r->rule.start && ct_slab_cut(&start, r->rule.start, &s, true, e)) ||
 		refine(r, &made, error ? &its : NULL, &part, r->rule.start ? &start : NULL, pilot,

@@ -9,7 +9,6 @@
 #include "resolution/tv.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -262,35 +261,6 @@ static void turn_over(struct ct_vol *v, unsigned axes)
 		}
 }
 
-/* Progress of one solution of several. */
-struct way_env {
-	const struct ct_env *env;
-	size_t way, of;
-};
-
-static void pass_on(
-	const struct ct_env *env, const char *what, size_t done, size_t most, size_t likely)
-{
-	const struct way_env *w = env->ctx;
-	char text[80];
-
-	snprintf(text, sizeof text, "%s, %zu of %zu", what, w->way + 1, w->of);
-	ct_progress_until(w->env, text, done, most, likely);
-}
-
-static int solve_one_way(struct ct_vol *hi, const struct ct_vol *turned,
-	const struct ct_upsample_rule *rule, size_t way, struct ct_upsample_report *r,
-	const struct ct_env *env, struct ct_err *e)
-{
-	struct way_env ctx = {env, way, rule->ways};
-	struct ct_env own = *env;
-
-	own.ctx = &ctx;
-	own.log = NULL; /* what has another context */
-	own.progress = env->progress ? pass_on : NULL;
-	return solve(hi, turned, rule, r, &own, e);
-}
-
 /* The mean of the solutions for several ways in which the scan can lie. */
 static int solve_ways(struct ct_vol *hi, const struct ct_vol *lo,
 	const struct ct_upsample_rule *rule, struct ct_upsample_report *r, const struct ct_env *env,
@@ -299,18 +269,22 @@ static int solve_ways(struct ct_vol *hi, const struct ct_vol *lo,
 	static const unsigned turns[CT_UPSAMPLE_WAYS] = {0, 5, 3, 6};
 	const size_t count = ct_vol_count(hi);
 	const float share = 1 / (float)rule->ways;
+	struct ct_env_part part = {env, "way", 0, rule->ways};
 	struct ct_vol turned = {0}, sum = {0};
+	struct ct_env own;
 	int rc = -1;
 
+	ct_env_part(&own, &part);
 	if (ct_vol_alloc(&turned, lo->n, e) || ct_vol_alloc(&sum, hi->n, e))
 		goto out;
 	for (size_t way = 0; way < rule->ways; way++) {
+		part.k = way;
 		if (way > 0 && begin(hi, lo, rule, r->method, env, e))
 			goto out;
 		memcpy(turned.data, lo->data, ct_vol_count(lo) * sizeof *lo->data);
 		turn_over(&turned, turns[way]);
 		turn_over(hi, turns[way]);
-		if (solve_one_way(hi, &turned, rule, way, r, env, e))
+		if (solve(hi, &turned, rule, r, &own, e))
 			goto out;
 		turn_over(hi, turns[way]);
 		for (size_t i = 0; i < count; i++)
