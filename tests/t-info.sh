@@ -24,14 +24,14 @@ ct-phantom --size 96x96x96 --spacing 1 sphere hi.nii.gz || exit 99
 for p in P1 P3; do
 	ct-degrade -x 3 -p $p hi.nii.gz $p.nii.gz || exit 99
 	exits 0 "$p: an estimate" ct-info -e -x 3 $p.nii.gz
-	case $p in P1) line sampling 'well well well' 'sees that it is sampled well' ;;
-	*) line sampling 'aliased aliased aliased' 'sees that it is not' ;; esac
+	case $p in P1) w=band-limited ;; *) w=point-sampled ;; esac
+	has out "^assumed .* $w (9. % sure)" "sees that it is $w"
 	has out '^noise-hu ' 'and says how noisy it is'
 	[ $p = P3 ] || awk '/^assumed/ {split($3, mm, ",")} /^profile-spread/ {for (a = 1; a <= 3; a++) if ((mm[a] / (2.3548 * 3 * $(a + 1)) - 1) ^ 2 > 1e-5) bad = 1; n = NF} END {exit bad || n != 4}' out
 	ok $? 'widths of Gaussians of that spread, in mm'
 done
 has out '^assumed  *profile .* mm wide (FWHM) along x,y,z, uncertain by .*; measured on edges$' 'what ct-sr would assume'
-has out '^assumed  *profile at least 0,at least 0,at least 0 mm wide .* uncertain by 100 %' 'the careful measure where the network sees nothing'
+has out '^assumed  *profile [0-9.,]* mm wide .* uncertain by 100 %, therefore sharpened less' 'lines of constant air, where there are no others'
 exits 0 'in-plane and through-plane factors' ct-info --operator -x 3,3,1 P1.nii.gz
 [ "$(grep -c '^edge-[xyz] ' out)" -eq 2 ]; ok $? 'edges along the two that are refined'
 awk '/^edge-/ {n++; if (NF != 13 || $7 != -.5 || $8 != .5 || $6 >= -.6 || $9 <= .6) bad = 1} END {exit bad || !n}' out
@@ -75,9 +75,7 @@ has out '^  a.w  shape 2 2  min 1  max 4  mean 2.5$' 'with shape and range'
 if command -v python3 >/dev/null; then
 	ct-info --json -e -x 3 P1.nii.gz | python3 -c 'import json, sys
 o = json.load(sys.stdin)
-assert len(o["edges"]) == 3 and all(0.2 < s < 0.47 for s in o["blur-lr-voxels"]), o
-assert all(abs(m - 3 * s) < 1e-9 for m, s in zip(o["blur-mm"], o["blur-lr-voxels"])), o
-assert all(s < t for s, t in zip(o["blur-lr-voxels"], o["blur-seen-voxels"])), o
+assert len(o["edges"]) == 3 and all(n > 100 for n in o["edges"]) and o["noise-sure-hu"] <= o["noise-hu"], o
 assert all(0.3 < s < 0.6 for s in o["profile-spread-voxels"]) and all(0 < d < 0.2 for d in o["profile-deviation-voxels"]), o
 assert all(0 <= q < 0.5 for q in o["profile-alias-probability"]), o'
 	ok $? 'the estimate as JSON'

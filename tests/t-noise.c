@@ -407,8 +407,75 @@ static void test_constraint(void)
 	}
 }
 
+static void test_slope(void)
+{
+	struct ct_vol v;
+	struct ct_noise n;
+
+	alloc_box(&v, 40, 42, 44);
+	white(&v, 20);
+	n = measure(&v);
+	NEAR(n.common, 20, 1.5, "nothing but noise");
+	NEAR(n.sure, sqrt(20 * 20 - 6 * 6), 0.5, "all of it, but for what texture may be");
+	for (size_t i = 0; i < ct_vol_count(&v); i++)
+		v.data[i] += (float)(i % 40) * 30;
+	NEAR(measure(&v).common, 20, 1.5, "a slope is not noise");
+	for (size_t i = 0; i < ct_vol_count(&v); i++) /* half padding, a quarter clipped air */
+		if (i % 4 < 3 && i / (40 * 42) > 10)
+			v.data[i] = i / (40 * 42) > 30 ? -2000 : -1024;
+	NEAR(measure(&v).common, 20, 1.5, "nor are air and padding");
+	v.data[100] = NAN;
+	OK(ct_noise_measure(&n, &v, &err) < 0 && err.code == CT_ENUMERIC, "NaN");
+	ct_vol_free(&v);
+}
+
+/* Noise is everywhere; where a part of the tissue is flat, the rest is texture. */
+static void test_texture(void)
+{
+	struct ct_vol v;
+	struct ct_noise n;
+
+	alloc(&v, 40);
+	for (size_t i = 0; i < ct_vol_count(&v); i++)
+		v.data[i] = 40 + (i / (40 * 40) < 3 ? 9 : 30) * ct_rng_normal(6, 0, i);
+	n = measure(&v);
+	NEAR(n.common, 30, 2, "what most of it shows");
+	OK(n.sure == 0, "nothing is sure where a twentieth is flatter: all may be texture");
+	for (size_t i = 0; i < 3 * 40 * 40; i++)
+		v.data[i] = 40 + 3 * ct_rng_normal(6, 1, i);
+	OK(measure(&v).sure == 0, "what texture may be is not");
+	ct_vol_free(&v);
+}
+
+/* A chessboard of 0 and 1: the squares of a block of 3 x 3 x 3, 13 of one and 14 of the other, over
+ * the values that are free after a mean and a slope along each axis. The slopes are 0, but across
+ * two planes, of 5 ones and of 4. */
+static void test_chessboard(void)
+{
+	static const size_t size[][3] = {{20, 24, 16}, {40, 36, 1}, {40, 1, 36}, {2, 60, 24}};
+	static const double square[] = {14 * 13 / 27.0 / 23, 5 * 4 / 9.0 / 6, 5 * 4 / 9.0 / 6,
+		(9 * 9 / 18.0 - 1 / 18.0) / 14};
+
+	for (int k = 0; k < 4; k++) {
+		struct ct_vol v;
+
+		alloc_box(&v, size[k][0], size[k][1], size[k][2]);
+		for (size_t i = 0; i < ct_vol_count(&v); i++) {
+			size_t x = i % size[k][0], y = i / size[k][0];
+
+			v.data[i] = (x + y % size[k][1] + y / size[k][1]) % 2 ? 60 : 20;
+		}
+		NEAR(measure(&v).common / 40, sqrt(square[k]), 1e-5, "noise of a chessboard");
+		NEAR(measure(&v).sure, sqrt(1600 * square[k] - 36), 1e-4, "sure is never more");
+		ct_vol_free(&v);
+	}
+}
+
 int main(void)
 {
+	test_slope();
+	test_texture();
+	test_chessboard();
 	test_correlated();
 	test_correlated_air();
 	test_even();

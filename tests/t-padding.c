@@ -5,7 +5,6 @@
 #include "quality/data-residual.h"
 #include "refine/assumed.h"
 #include "refine/refine.h"
-#include "resolution/blur.h"
 #include "resolution/padding.h"
 #include "resolution/profile.h"
 
@@ -152,16 +151,12 @@ static void measures(const struct ct_vol *v, const struct ct_degrade *d)
 {
 	struct ct_vol lo = reduced(v, d, 15), t;
 	struct ct_profile plain[3], got[3];
-	struct ct_blur edges, without;
 
 	must(ct_profile_measure(plain, &lo, d->factor, NULL, &err));
-	must(ct_blur_estimate(&without, &lo, d->factor, NULL, &err));
 	copy(&t, &lo);
 	circle(&t, 0.7, -1024);
 	must(ct_profile_measure(got, &t, d->factor, NULL, &err));
-	must(ct_blur_estimate(&edges, &t, d->factor, NULL, &err));
 	same(got[0].spread, plain[0].spread, "a circle");
-	same(edges.axis[0].measured, without.axis[0].measured, "a circle, older measure");
 	ct_vol_free(&t);
 	copy(&t, &lo);
 	face(&t, -1024);

@@ -29,7 +29,7 @@ static int answer(const int32_t head[6], float factor, const float *x)
 		return -1;
 	}
 	for (int k = 0; k < CT_PROFILE_SETS; k++)
-		count[k] = (int32_t)r.n[k];
+		count[k] = r.clipped && k == 0 ? 0 : (int32_t)r.n[k];
 	fwrite(count, sizeof count, 1, stdout);
 	for (int k = 0; k < CT_PROFILE_SETS; k++) {
 		memset(out, 0, sizeof out);

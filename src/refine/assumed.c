@@ -48,7 +48,7 @@ static double overshoot_of(const struct ct_operator *is)
 	return most;
 }
 
-/* Widths along the axes that are refined, but `said`: "4.57", "1.2,1.2,at least 3"; their names. */
+/* Widths along the axes that are refined, but `said`: "4.57", "1.2,1.2,unknown"; their names. */
 static void add_widths(char *to, char axes[8], const struct ct_operator *is,
 	const struct ct_profile p[3], const double spacing[3], int said)
 {
@@ -59,8 +59,7 @@ static void add_widths(char *to, char axes[8], const struct ct_operator *is,
 		if (!(is->by.factor[a] > 1) || a == said)
 			continue;
 		if (shows(is, p, a))
-			add(to, "%s%s%.3g", between, p[a].deviation < 1 ? "" : "at least ",
-				FWHM * p[a].spread * spacing[a]);
+			add(to, "%s%.3g", between, FWHM * p[a].spread * spacing[a]);
 		else
 			add(to, "%sunknown", between);
 		snprintf(axes + strlen(axes), 8 - strlen(axes), "%s%c", between, "xyz"[a]);

@@ -3,10 +3,8 @@
  * "profile 4.57 mm wide (FWHM) along z, uncertain by 9 %, averaged over a voxel (99 % sure);
  * measured on edges". Where DICOM says something of the scanner that is used, in place of the last
  * part: "DICOM (Philips, 5 mm, kernel UB) expects 4.39 mm within 10 %, edges show 4.57 within 9 %".
- * "at least" stands before a width of the careful measure (resolution/blur.h), which serves where
- * the network sees nothing. The width is that of a Gaussian of the same spread, 2.3548 standard
- * deviations. Edges that overshoot on both sides by more than 15 % of their step are
- * reported, too.
+ * The width is that of a Gaussian of the same spread, 2.3548 standard deviations. Edges that
+ * overshoot on both sides by more than 15 % of their step are reported, too.
  */
 #ifndef CT_REFINE_ASSUMED_H
 #define CT_REFINE_ASSUMED_H

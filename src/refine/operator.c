@@ -2,7 +2,6 @@
 #include "config.h"
 #include "refine/operator.h"
 #include "refine/scanner.h"
-#include "resolution/blur.h"
 #include "resolution/noise.h"
 
 #include <math.h>
@@ -163,6 +162,8 @@ static int slice_of(struct ct_operator *r, const struct ct_said *said, const str
 /* Before anything is measured: kernels of reconstruction cut off frequencies, and a band-limited CT
  * that is taken for means rings. */
 #define BAND_LIMITED 2.0
+/* Slices taken for band-limited lose up to 3 dB if they alias, and a third of that the other way. */
+#define SLICES_ALIAS 3.0
 
 /* How an axis that aliases was sampled. Slices of which nothing is known are nearest to means,
  * those of a scanner to points. */
@@ -170,7 +171,7 @@ static enum ct_decimate sampling_of(
 	double *sure, const struct ct_profile got[3], const double factor[3], bool scanner)
 {
 	const int coarse = (factor[0] > 1) + (factor[1] > 1) + (factor[2] > 1);
-	double odds = coarse > 1 ? -log(BAND_LIMITED) : 0, spread = 0;
+	double odds = coarse > 1 ? -log(BAND_LIMITED) : log(SLICES_ALIAS), spread = 0;
 
 	for (int a = 0; a < 3; a++)
 		if (factor[a] > 1 && !isnan(got[a].spread)) {
@@ -181,37 +182,6 @@ static enum ct_decimate sampling_of(
 	if (odds <= 0)
 		return CT_DECIMATE_SINC;
 	return (coarse > 1 || scanner) && spread < POINTS ? CT_DECIMATE_POINT : CT_DECIMATE_MEAN;
-}
-
-/* The network has seen few wider profiles, and tells less than they are. */
-#define WIDEST 0.5
-
-/* Where the network saw nothing (it wants no constant air), or nothing so wide before, the least
- * blur that edges show counts (blur.h). */
-static int widen(struct ct_profile got[3], const struct ct_vol *in, const double factor[3],
-	const struct ct_env *env, struct ct_err *e)
-{
-	struct ct_blur least;
-	bool wanted = false;
-
-	for (int a = 0; a < 3; a++)
-		wanted = wanted || (factor[a] > 1 && !(got[a].spread <= WIDEST));
-	if (!wanted)
-		return 0;
-	if (ct_blur_estimate(&least, in, factor, env->par, e))
-		return -1;
-	for (int a = 0; a < 3; a++) {
-		const struct ct_blur_axis *l = &least.axis[a];
-
-		if (got[a].spread > WIDEST)
-			got[a].spread = fmax(got[a].spread, l->sigma / CT_SCANNER_BOUND);
-		if (factor[a] > 1 && isnan(got[a].spread) && l->sampling != CT_SAMPLING_UNKNOWN)
-			got[a] = (struct ct_profile){.spread = l->sigma / CT_SCANNER_BOUND,
-				.deviation = 1,
-				.aliases = l->sampling == CT_SAMPLING_ALIASED ? 0.9 : 0.1,
-				.edges = l->edges};
-	}
-	return 0;
 }
 
 /* The axes in plane have one spread. */
@@ -305,8 +275,7 @@ static int estimate_operator(struct ct_operator *r, const struct ct_vol *in,
 
 	if (given >= 0)
 		x[given] = 1;
-	if (ct_profile_measure(got, in, x, env->par, e) || widen(got, in, x, env, e) ||
-		expect(r, in, x, env, e))
+	if (ct_profile_measure(got, in, x, env->par, e) || expect(r, in, x, env, e))
 		return -1;
 	if (given >= 0)
 		got[given].spread = (double)NAN;

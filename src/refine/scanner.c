@@ -241,5 +241,5 @@ bool ct_scanner_join(struct ct_profile *p, const struct ct_profile *expected)
 
 double ct_scanner_aim(const struct ct_profile *p)
 {
-	return p->spread * (p->deviation < 1 ? exp(-BELOW * p->deviation) : CT_SCANNER_BOUND);
+	return p->spread * exp(-BELOW * p->deviation);
 }

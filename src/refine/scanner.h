@@ -38,8 +38,6 @@ double ct_scanner_thickness(const struct ct_acquired *a);
 /* *p, as measured, joins with what is expected; either may have no spread. Estimates that are more
  * than 3 deviations apart do not: the measured one stays, and true is returned. */
 bool ct_scanner_join(struct ct_profile *p, const struct ct_profile *expected);
-/* A spread that is only "at least", of deviation 1, is a bound by this share. */
-#define CT_SCANNER_BOUND 0.95
 /* The spread to invert: that of least expected loss, as too wide a profile costs more than too
  * narrow a one. */
 double ct_scanner_aim(const struct ct_profile *p);

@@ -257,24 +257,17 @@ static bool is_there(const struct ct_profile p[3])
 	return !isnan(p[0].spread) || !isnan(p[1].spread) || !isnan(p[2].spread);
 }
 
-int ct_report_estimate(json_t *report, const struct ct_report_operator *is, const struct ct_vol *v,
-	struct ct_err *e)
+int ct_report_estimate(json_t *report, const struct ct_report_operator *is, struct ct_err *e)
 {
-	const struct ct_blur *s = is->least;
 	struct maker m = {.o = report};
-	double measured[3], sigma[3], mm[3], aliasing[3], aliases[3];
+	double aliases[3];
 	size_t edges[3];
 
-	ct_vol_spacing(v, mm);
 	for (int a = 0; a < 3; a++) {
 		const struct ct_profile *p = &is->seen[a];
 
-		measured[a] = s->axis[a].measured;
-		sigma[a] = s->axis[a].sigma;
-		mm[a] *= sigma[a];
-		aliasing[a] = s->axis[a].aliasing;
-		edges[a] = s->axis[a].edges;
 		aliases[a] = isnan(p->spread) ? p->spread : p->aliases;
+		edges[a] = p->edges;
 	}
 	put(&m, "assumed", json_string(*is->assumed ? is->assumed : "nothing: too few edges"));
 	put_profile(&m, "profile", is->seen);
@@ -286,17 +279,9 @@ int ct_report_estimate(json_t *report, const struct ct_report_operator *is, cons
 	put_edge(&m, "edge-x", &is->seen[0]);
 	put_edge(&m, "edge-y", &is->seen[1]);
 	put_edge(&m, "edge-z", &is->seen[2]);
-	put(&m, "blur-seen-voxels", numbers(&m, 3, measured));
-	put(&m, "blur-lr-voxels", numbers(&m, 3, sigma));
-	put(&m, "blur-mm", numbers(&m, 3, mm));
-	put(&m, "aliasing", numbers(&m, 3, aliasing));
-	put(&m, "sampling",
-		json_sprintf("%s %s %s", CT_WORD(CT_SAMPLING_LIST, s->axis[0].sampling),
-			CT_WORD(CT_SAMPLING_LIST, s->axis[1].sampling),
-			CT_WORD(CT_SAMPLING_LIST, s->axis[2].sampling)));
 	put(&m, "edges", sizes(&m, 3, edges));
-	put(&m, "noise-hu", number(s->noise));
-	put(&m, "noise-sure-hu", number(s->sure));
+	put(&m, "noise-hu", number(is->noise->common));
+	put(&m, "noise-sure-hu", number(is->noise->sure));
 	return m.bad ? ct_fail(e, CT_ENOMEM, "no memory for the report") : 0;
 }
 

@@ -5,7 +5,7 @@
 #include "core/stack.h"
 #include "core/vol.h"
 #include "formats/any.h"
-#include "resolution/blur.h"
+#include "resolution/noise.h"
 #include "resolution/profile.h"
 
 #include <jansson.h>
@@ -18,13 +18,12 @@ json_t *ct_report_make(const struct ct_any *a, const char *path, bool all, struc
 struct ct_report_operator {
 	const char *assumed;                          /* in words; "": nothing */
 	const struct ct_profile *seen, *told, *joint; /* three each: edges, DICOM, both */
-	const struct ct_blur *least;
+	const struct ct_noise *noise;
 };
-/* Add the estimates of v to the object: what is assumed, in words; "profile-..." and "blur-..." as
- * three numbers, with DICOM "dicom-..." and "joint-..." too, "edge-..." of each axis that shows
- * edges, "noise-...". CT_ENOMEM. */
-int ct_report_estimate(json_t *report, const struct ct_report_operator *is, const struct ct_vol *v,
-	struct ct_err *e);
+/* Add the estimates to the object: what is assumed, in words; "profile-..." as three numbers, with
+ * DICOM "dicom-..." and "joint-..." too, "edge-..." of each axis that shows edges, "noise-...".
+ * CT_ENOMEM. */
+int ct_report_estimate(json_t *report, const struct ct_report_operator *is, struct ct_err *e);
 /* The object as lines "name value", indented. Control characters become '?': what a file says of
  * itself cannot steer a terminal. */
 void ct_report_print(FILE *f, const json_t *report);

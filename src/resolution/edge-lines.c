@@ -5,8 +5,8 @@
 #include "resolution/edge-lines.h"
 
 #include <math.h>
-#include <stdbool.h>
 #include <stdlib.h>
+#include <string.h>
 
 #define LEAST_STEP 20.0f /* HU */
 #define METAL 2800.0f    /* HU; and less than what 12 bits hold */
@@ -26,6 +26,7 @@ struct lines {
 	size_t n[3], stride[3]; /* the two across, and along */
 	size_t skip;            /* every so many lines are looked at */
 	float lowest, highest;
+	bool clipped;                 /* they count */
 	const unsigned char *padding; /* padding.h; or NULL */
 	struct place *place;
 	size_t count, looked, above[STEEPEST]; /* places of so many HU */
@@ -72,7 +73,7 @@ static bool is_false(const struct lines *l, const float *p)
 {
 	const float *first = p - (HALF - 1) * l->stride[2];
 
-	return is_clipped(l, first) || is_metal(l, first) ||
+	return (!l->clipped && is_clipped(l, first)) || is_metal(l, first) ||
 	       (l->padding && is_padded(l, (size_t)(p - l->x)));
 }
 
@@ -156,8 +157,19 @@ static void row_of(float row[CT_EDGE_ROW], const struct lines *l, size_t at)
 	row[m] = fminf(fmaxf(mean / 1000, -3), 3);
 }
 
-int ct_edge_lines_draw(float (*rows)[CT_EDGE_ROW], size_t most, size_t *count, const float *x,
-	const unsigned char *padding, const size_t n[static 3], int axis, struct ct_err *e)
+/* All that will be drawn from. */
+static void look_at_all(struct lines *l)
+{
+	l->count = l->looked = 0;
+	memset(l->above, 0, sizeof l->above);
+	for (size_t j = 1; j + 1 < l->n[1]; j += l->skip)
+		for (size_t i = 1; i + 1 < l->n[0]; i += l->skip)
+			look(l, i, j);
+}
+
+int ct_edge_lines_draw(float (*rows)[CT_EDGE_ROW], size_t most, size_t *count, bool *clipped,
+	const float *x, const unsigned char *padding, const size_t n[static 3], int axis,
+	struct ct_err *e)
 {
 	const size_t stride[3] = {1, n[0], n[0] * n[1]};
 	const int a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
@@ -170,6 +182,8 @@ int ct_edge_lines_draw(float (*rows)[CT_EDGE_ROW], size_t most, size_t *count, c
 	double all = (double)n[0] * (double)n[1] * (double)n[2];
 
 	*count = 0;
+	if (clipped)
+		*clipped = false;
 	if (n[axis] < CT_EDGE_LONG + 1 || n[a] < 3 || n[b] < 3)
 		return 0;
 	l.skip = (size_t)fmax(ceil(sqrt(all / LOOKED_AT)), 1);
@@ -180,9 +194,11 @@ int ct_edge_lines_draw(float (*rows)[CT_EDGE_ROW], size_t most, size_t *count, c
 	all = (double)(l.n[0] / l.skip + 1) * (double)(l.n[1] / l.skip + 1) * (double)l.n[2];
 	if (ct_alloc(&l.place, (size_t)all, sizeof *l.place, e))
 		return -1;
-	for (size_t j = 1; j + 1 < l.n[1]; j += l.skip)
-		for (size_t i = 1; i + 1 < l.n[0]; i += l.skip)
-			look(&l, i, j);
+	look_at_all(&l);
+	if (clipped && l.count < CT_EDGE_LEAST) {
+		l.clipped = *clipped = true;
+		look_at_all(&l);
+	}
 	draw(&l, axis);
 	if (l.count >= CT_EDGE_LEAST)
 		*count = l.count < most ? l.count : most;

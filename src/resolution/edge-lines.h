@@ -6,7 +6,7 @@
  * - holds no padding (padding.h),
  * - has no voxel above 2800 HU on its line: metal, or what was cut off at 3071 HU,
  * - has no two neighbours on its line that both have the lowest value of the CT, or both the
- *   highest: clipped.
+ *   highest: clipped. Only if there are too few such places these count, too.
  *
  * Of the steepest 3 % (no fewer than 768) some are drawn, with weights |d|^(1/2), by fixed
  * random numbers. A row holds the line, 4 voxels of each of the 4 lines beside it, all less the
@@ -17,6 +17,7 @@
 #define CT_RESOLUTION_EDGE_LINES_H
 #include "core/err.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 
 enum {
@@ -27,10 +28,11 @@ enum {
 };
 
 /* *count <= most rows of x, n voxels, HU, finite, along an axis; padding: of each voxel, or NULL; 0
- * if there are fewer than CT_EDGE_LEAST places. Of a large CT not all places are looked at.
- * CT_ENOMEM. Pure. */
-int ct_edge_lines_draw(float (*rows)[CT_EDGE_ROW], size_t most, size_t *count, const float *x,
-	const unsigned char *padding, const size_t n[static 3], int axis, struct ct_err *e);
+ * if there are fewer than CT_EDGE_LEAST places. *clipped: they are of clipped lines; NULL: those
+ * never count. Of a large CT not all places are looked at. CT_ENOMEM. Pure. */
+int ct_edge_lines_draw(float (*rows)[CT_EDGE_ROW], size_t most, size_t *count, bool *clipped,
+	const float *x, const unsigned char *padding, const size_t n[static 3], int axis,
+	struct ct_err *e);
 /* line <- the median of the lines of n rows, n > 0: from about -0.5 to about 0.5. */
 void ct_edge_lines_median(
 	double line[static CT_EDGE_LONG], const float (*rows)[CT_EDGE_ROW], size_t n);

@@ -31,7 +31,6 @@ CLEANFILES += src/resolution/profile-network.inc
 src/resolution/profile-network.inc: src/resolution/profile-network.bin
 	$(AM_V_GEN)$(MKDIR_P) $(@D) && od -An -v -t u1 $(srcdir)/src/resolution/profile-network.bin | \
 		sed 's/ *\([0-9][0-9]*\)/\1,/g' >$@
-libct_a_SOURCES += src/resolution/blur.c src/resolution/blur.h
 libct_a_SOURCES += src/resolution/expected.c src/resolution/expected.h
 libct_a_SOURCES += src/resolution/noise.c src/resolution/noise.h
 libct_a_SOURCES += src/resolution/flat.c src/resolution/flat.h

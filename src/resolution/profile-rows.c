@@ -7,12 +7,12 @@
 #include <stdlib.h>
 
 /* At most `most` rows more, along an axis of x, for set k. */
-static int add(struct ct_profile_rows *r, int k, size_t most, const float *x,
+static int add(struct ct_profile_rows *r, int k, size_t most, const float *x, bool *clipped,
 	const unsigned char *padding, const size_t n[3], int axis, struct ct_err *e)
 {
 	size_t count;
 
-	if (ct_edge_lines_draw(r->set[k] + r->n[k], most, &count, x, padding, n, axis, e))
+	if (ct_edge_lines_draw(r->set[k] + r->n[k], most, &count, clipped, x, padding, n, axis, e))
 		return -1;
 	r->n[k] += count;
 	return 0;
@@ -40,8 +40,8 @@ static int beside(struct ct_profile_rows *r, const float *x, const struct ct_pad
 		ct_padding_reduce(&coarse, padding, n, b, factor, e))
 		goto out;
 	ct_separable_apply(&down, y, x, par);
-	if (add(r, limited ? 3 : 2, most, y, coarse.is, m, b, e) ||
-		(!limited && add(r, 1, most, y, coarse.is, m, axis, e)))
+	if (add(r, limited ? 3 : 2, most, y, NULL, coarse.is, m, b, e) ||
+		(!limited && add(r, 1, most, y, NULL, coarse.is, m, axis, e)))
 		goto out;
 	rc = 0;
 out:
@@ -60,7 +60,7 @@ int ct_profile_rows_draw(struct ct_profile_rows *r, const float *x,
 
 	for (int k = 0; k < CT_PROFILE_SETS; k++)
 		r->n[k] = 0;
-	if (add(r, 0, CT_EDGE_PLACES, x, padding->is, n, axis, e))
+	if (add(r, 0, CT_EDGE_PLACES, x, &r->clipped, padding->is, n, axis, e))
 		return -1;
 	for (int b = 0; b < 3; b++) {
 		use[b] = alone && b != axis && !(no >> b & 1) &&

@@ -134,7 +134,7 @@ static struct ct_profile measure(
 		odds += out[2] / NETWORKS;
 	}
 	p.spread = spread / MEDIAN;
-	p.deviation = exp(deviation) * (spread + 0.1) / spread;
+	p.deviation = r->clipped ? 1 : exp(deviation) * (spread + 0.1) / spread;
 	p.aliases = fmin(fmax(1 / (1 + exp(-odds)), 0.001), 0.999);
 	ct_edge_lines_median(p.edge, (const float(*)[CT_EDGE_ROW])r->set[0], r->n[0]);
 	return p;

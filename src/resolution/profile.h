@@ -28,7 +28,8 @@
 
 struct ct_profile {
 	double spread;    /* voxels of v; NaN if nothing can be said */
-	double deviation; /* of the spread, as a share of it: one standard deviation */
+	double deviation; /* of the spread, as a share of it: one standard deviation; 1 if clipped
+			     lines alone show it */
 	double aliases;   /* probability, .001 to .999 */
 	size_t edges;     /* it rests on so many */
 	/* Their median, of a step of 1 from the 6th voxel to the 7th; 0 if there are none. */
@@ -45,6 +46,7 @@ enum { CT_PROFILE_SETS = 4 };
 struct ct_profile_rows {
 	float set[CT_PROFILE_SETS][CT_EDGE_PLACES][CT_EDGE_ROW]; /* 480 KiB */
 	size_t n[CT_PROFILE_SETS];
+	bool clipped; /* the first set is of clipped lines (edge-lines.h) */
 };
 
 /* The sets along an axis of x, n voxels, HU, finite, with its padding, that is refined `factor`

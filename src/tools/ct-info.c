@@ -5,7 +5,7 @@
 #include "formats/any.h"
 #include "formats/beside.h"
 #include "formats/ends.h"
-#include "resolution/blur.h"
+#include "resolution/noise.h"
 #include "resolution/padding.h"
 #include "refine/assumed.h"
 #include "tools/lib/said.h"
@@ -65,7 +65,7 @@ static int estimate(json_t *o, const struct ct_any *a, const char *path, const s
 	char assumed[CT_ASSUMED_WORDS];
 	struct ct_vol bare = a->vol;
 	struct ct_operator is;
-	struct ct_blur s;
+	struct ct_noise noise;
 	double mm[3];
 	int rc = 0;
 
@@ -74,7 +74,7 @@ static int estimate(json_t *o, const struct ct_any *a, const char *path, const s
 	bare.meta = (struct ct_meta){0};
 	if (ct_acquired_copy(&bare.meta, &a->vol.meta, e) ||
 		ct_operator_find(&is, said, false, &bare, env, e) ||
-		ct_blur_estimate(&s, &bare, is.by.factor, env->par, e) || put_padding(o, &bare, e))
+		ct_noise_measure(&noise, &bare, e) || put_padding(o, &bare, e))
 		rc = ct_blame(e, path);
 	ct_meta_free(&bare.meta);
 	if (rc)
@@ -82,7 +82,7 @@ static int estimate(json_t *o, const struct ct_any *a, const char *path, const s
 	ct_vol_spacing(&bare, mm);
 	ct_assumed_words(assumed, &is, mm);
 	return ct_report_estimate(
-		o, &(struct ct_report_operator){assumed, is.seen, is.told, is.joint, &s}, &bare, e);
+		o, &(struct ct_report_operator){assumed, is.seen, is.told, is.joint, &noise}, e);
 }
 
 /* Any of our files. What is measured may be DICOM, and may have a sidecar. */
