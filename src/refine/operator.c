@@ -162,7 +162,8 @@ static int slice_of(struct ct_operator *r, const struct ct_said *said, const str
 /* Before anything is measured: kernels of reconstruction cut off frequencies, and a band-limited CT
  * that is taken for means rings. */
 #define BAND_LIMITED 2.0
-/* Slices taken for band-limited lose up to 3 dB if they alias, and a third of that the other way. */
+/* Slices taken for band-limited lose up to 3 dB if they alias, and a third of that the other way.
+ */
 #define SLICES_ALIAS 3.0
 
 /* How an axis that aliases was sampled. Slices of which nothing is known are nearest to means,
