@@ -36,6 +36,9 @@ exits 0 'in-plane and through-plane factors' ct-info --operator -x 3,3,1 P1.nii.
 [ "$(grep -c '^edge-[xyz] ' out)" -eq 2 ]; ok $? 'edges along the two that are refined'
 awk '/^edge-/ {n++; if (NF != 13 || $7 != -.5 || $8 != .5 || $6 >= -.6 || $9 <= .6) bad = 1} END {exit bad || !n}' out
 ok $? 'of 12 voxels, the steepest in the middle'
+ct-degrade -x 1,1,8 --sigma 0 --decimate mean hi.nii.gz few.nii.gz || exit 99
+exits 0 'twelve slices' ct-info -e -x 1,1,8 few.nii.gz
+has out '^assumed .* averaged over a voxel (75 % sure); too few edges: slices are assumed as thick as far apart$' 'show too few edges'
 exits 2 'a factor below 1' ct-info -e -x 0.5 P1.nii.gz
 ct-phantom --project --views 30 --arc 360 --size 64x64x64 --expert dso=800,dsd=1200 --det 40x30 \
 	--expert pitch=2,offset=4,0 sphere p.exr || exit 99

@@ -102,14 +102,16 @@ void ct_assumed_words(char to[static CT_ASSUMED_WORDS], const struct ct_operator
 	};
 	const int said = is->by_slices ? ct_slice_profile_axis(is->by.factor) : -1;
 	const double deviation = deviation_of(is, is->joint);
-	bool told = false;
+	bool any = false, told = false;
 	char axes[8];
 
 	*to = '\0';
-	if (is->from != CT_BY_MEASURE && is->from != CT_BY_SCANNER && is->from != CT_BY_BOTH)
-		return;
-	for (int a = 0; a < 3; a++)
+	for (int a = 0; a < 3; a++) {
+		any = any || shows(is, is->joint, a);
 		told = told || shows(is, is->told, a);
+	}
+	if (!any)
+		return;
 	add(to, "profile ");
 	add_widths(to, axes, is, is->joint, spacing, said);
 	add(to, " mm wide (FWHM) along %s", axes);
@@ -119,7 +121,9 @@ void ct_assumed_words(char to[static CT_ASSUMED_WORDS], const struct ct_operator
 	if (told)
 		add_sources(to, is, spacing, said);
 	else
-		add(to, "; measured on edges");
+		add(to, is->from == CT_BY_NOBODY
+				? "; too few edges: slices are assumed as thick as far apart"
+				: "; measured on edges");
 	if (overshoot_of(is) > OVERSHOOT)
 		add(to, "; edges overshoot by %.0f %% (a sharp kernel, or thin bone)",
 			100 * overshoot_of(is));

@@ -230,10 +230,22 @@ static double sigma_left(double spread, double factor, enum ct_decimate decimate
 	return factor * sqrt(fmax(spread * spread - own, 0));
 }
 
+/* Too few slices show no edges. If nothing else is known they are as thick as far apart. */
+#define UNSEEN 0.3 /* deviation */
+static void assume_slices(struct ct_profile joint[3], const double x[3])
+{
+	const int coarse = (x[0] > 1) + (x[1] > 1) + (x[2] > 1);
+
+	for (int a = 0; a < 3; a++)
+		if (coarse == 1 && x[a] > 1 && isnan(joint[a].spread))
+			joint[a] = (struct ct_profile){
+				.spread = sqrt(MEAN_SQUARE), .deviation = UNSEEN, .aliases = 0.5};
+}
+
 /* What is known by now, and who said it. */
 static void settle(struct ct_operator *r, const double x[3], const struct ct_env *env)
 {
-	bool seen = false, told = false;
+	bool some = false, seen = false, told = false;
 
 	for (int a = 0; a < 3; a++) {
 		const struct ct_profile *p = &r->joint[a];
@@ -244,6 +256,7 @@ static void settle(struct ct_operator *r, const double x[3], const struct ct_env
 			ct_log(env, CT_INFO, "axis %d: too few edges", a);
 			continue;
 		}
+		some = true;
 		seen = seen || !isnan(r->seen[a].spread);
 		told = told || (!isnan(r->told[a].spread) && !r->apart[a]);
 		r->by.sigma[a] = sigma_left(ct_scanner_aim(p), x[a], r->by.decimate);
@@ -259,8 +272,8 @@ static void settle(struct ct_operator *r, const double x[3], const struct ct_env
 			a, p->spread, p->spread * p->deviation, 100 * p->aliases, r->by.sigma[a],
 			r->seen[a].edges);
 	}
-	r->known = r->known || seen || told;
-	if (r->known)
+	r->known = r->known || some;
+	if (seen || told)
 		r->from = !told ? CT_BY_MEASURE : seen ? CT_BY_BOTH : CT_BY_SCANNER;
 }
 
@@ -286,6 +299,7 @@ static int estimate_operator(struct ct_operator *r, const struct ct_vol *in,
 		r->apart[a] = ct_scanner_join(&r->joint[a], &r->told[a]);
 		scanner = scanner || !isnan(r->told[a].spread);
 	}
+	assume_slices(r->joint, x);
 	if (said->decimate < 0)
 		r->by.decimate = sampling_of(&r->sure, r->joint, x, scanner);
 	settle(r, x, env);
