@@ -2,7 +2,8 @@
  *
  * The file's metadata say it (ct-degrade writes them), or the caller, or it is estimated: blur and
  * sampling from what DICOM says of the scanner (scanner.h) and on edges (resolution/profile.h), the
- * noise where the CT is flat (resolution/noise.h). A contradiction between the file and the caller
+ * noise where the CT is flat (resolution/noise.h). Slices too few for edges, of which DICOM says
+ * nothing either, are as thick as far apart. A contradiction between the file and the caller
  * is an error.
  */
 #ifndef CT_REFINE_OPERATOR_H
