@@ -212,8 +212,6 @@ static void test_operators(void)
 		"with its predicted error");
 	ctsr_volume_free(out);
 	ctsr_volume_free(error);
-	by = by_two();
-	by.sigma[0] = by.sigma[1] = by.sigma[2] = 0;
 	ctsr_volume_free(hi);
 	ctsr_volume_free(lo);
 }
@@ -237,7 +235,17 @@ static void test_estimate(void)
 {
 	const double little = measured(0.85), much = measured(2.5);
 
+	ctsr_volume *few = ball(10);
+	ctsr_operator o = by_two();
+
 	OK(much > little + 0.5, "blur is measured: %.2f and %.2f", little, much);
+	OK(ctsr_estimate_operator(&o, few, NULL, &e) < 0 && e.code == CTSR_INPUT,
+		"too few edges: %s", e.message);
+	o = by_two();
+	o.factor[0] = o.factor[1] = 1;
+	OK(ctsr_estimate_operator(&o, few, NULL, &e) == 0 && o.sampling == CTSR_MEAN,
+		"slices then are as thick as far apart");
+	ctsr_volume_free(few);
 }
 
 static void test_projections(void)

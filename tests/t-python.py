@@ -69,7 +69,15 @@ m = ctsr.metrics(hr, sr)
 text = subprocess.run(['ct-metrics', 'hr.nii', 'sr.nii'], capture_output=True, text=True).stdout
 ok(abs(m['psnr'] - float(re.search(r'^psnr (\S+)', text, re.M)[1])) < 1e-3, 'metrics: the figures of ct-metrics')
 ok(ctsr.consistency(sr, lr)['rms'] < 10, 'consistency')
-ok(ctsr.estimate_operator(blind, 2).factor == (2, 2, 2), 'the operator is measured')
+try:
+    ctsr.estimate_operator(blind, 2)
+    ok(False, 'too few edges are an error')
+except ctsr.Error as e:
+    ok('too few edges' in str(e), 'too few edges are an error')
+run('ct-phantom', '-q', '--size', '64x64x64', '--spacing', '2', 'ellipsoids', 'large.nii')
+made = ctsr.degrade('large.nii', 2, .85)
+found = ctsr.estimate_operator(ctsr.Image(made.data, made.affine), 2)
+ok(found.factor == (2, 2, 2) and found.sampling == 'sinc' and .5 < found.sigma[0] < 1.3, f'the operator is measured: {found.sigma}')
 
 z = ctsr.Projections.new(q.views, *q.data.shape[1:])
 z.data[...] = 1

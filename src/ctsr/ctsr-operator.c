@@ -88,6 +88,8 @@ static int estimate(ctsr_operator *o, const ctsr_volume *v, struct ctsr_call *k)
 	said.estimate = true;
 	if (ct_operator_find(&r, &said, true, &bare, &k->env, &k->err))
 		return -1;
+	if (!r.known)
+		return ct_fail(&k->err, CT_EINPUT, "too few edges to measure the blur");
 	return give(o, &r.by, r.noise, &k->err);
 }
 

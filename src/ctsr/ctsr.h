@@ -205,9 +205,10 @@ CTSR_API void ctsr_operator_init(ctsr_operator *o, size_t size);
 /* *o, initialised, <- the operator that the metadata of a volume name. CTSR_INPUT if there is none,
  * or it is wrong. */
 CTSR_API int ctsr_operator_get(ctsr_operator *o, const ctsr_volume *v, ctsr_error *e);
-/* Measure the operator of a low-resolution CT: blur on its edges, noise where it is flat. *o must
- * be initialised and its factor set. CTSR_NUMBER for voxels that are not finite; CTSR_INPUT if it
- * has no edges; CTSR_CANCELLED. */
+/* Measure the operator of a low-resolution CT: blur on its edges, noise where it is flat. Where one
+ * axis alone is refined that has too few, slices count as thick as far apart. *o must be
+ * initialised and its factor set. CTSR_NUMBER for voxels that are not finite; CTSR_INPUT for too
+ * few edges; CTSR_CANCELLED. */
 CTSR_API int ctsr_estimate_operator(
 	ctsr_operator *o, const ctsr_volume *v, const ctsr_context *c, ctsr_error *e);
 /* *out <- low-resolution CT. Its metadata name the operator. Noise is drawn from the context's
