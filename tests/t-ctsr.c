@@ -219,13 +219,24 @@ static void test_operators(void)
 /* Of a ball that was blurred by so much. */
 static double measured(double sigma)
 {
-	ctsr_volume *hi = ball(64), *lo;
+	ctsr_superres_report report = {.size = sizeof report};
+	ctsr_volume *hi = ball(64), *lo, *blind, *out;
+	ctsr_superres_options with = tv();
 	ctsr_operator o = by_two();
+	size_t n[3];
 
 	o.sigma[0] = o.sigma[1] = o.sigma[2] = sigma;
 	must(ctsr_degrade(&lo, hi, &o, NULL, &e));
 	o = by_two();
 	must(ctsr_estimate_operator(&o, lo, NULL, &e));
+	ctsr_volume_grid(lo, n, NULL);
+	must(ctsr_volume_wrap(&blind, n, grid, ctsr_volume_data(lo), &e));
+	with.factor[0] = with.factor[1] = with.factor[2] = 2;
+	must(ctsr_superres(&out, NULL, &report, blind, &with, NULL, &e));
+	OK(report.method == CTSR_TV && fabs(report.sigma[0] - o.sigma[0]) < 1e-9,
+		"a scan that says nothing is measured, and inverted");
+	ctsr_volume_free(out);
+	ctsr_volume_free(blind);
 	ctsr_volume_free(hi);
 	ctsr_volume_free(lo);
 	return o.sigma[0];
@@ -447,6 +458,7 @@ static void test_numbers(void)
 	o.factor[0] = NAN;
 	ok &= failed(ctsr_superres(&out, NULL, NULL, v, &o, NULL, &e), CTSR_USAGE);
 	o = tv();
+	o.estimate = 0;
 	ok &= failed(ctsr_superres(&out, NULL, NULL, v, &o, NULL, &e), CTSR_USAGE);
 	o.spacing[0] = -1;
 	ok &= failed(ctsr_superres(&out, NULL, NULL, v, &o, NULL, &e), CTSR_USAGE);

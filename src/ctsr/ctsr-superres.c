@@ -26,6 +26,7 @@ void ctsr_superres_options_init(ctsr_superres_options *o, size_t size)
 		.sigma = {(double)NAN, (double)NAN, (double)NAN},
 		.sampling = -1,
 		.noise = (double)NAN,
+		.estimate = 1,
 		.iterations = 300,
 		.tolerance = 0.1};
 

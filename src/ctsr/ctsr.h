@@ -234,9 +234,9 @@ enum ctsr_method {
 };
 
 enum ctsr_preset {
-	CTSR_FAST = 0,     /* slices across one axis */
-	CTSR_BALANCED = 1, /* slices across all axes */
-	CTSR_BEST = 2      /* a second pass over what the first made */
+	CTSR_FAST = 0,     /* one inversion; slices across one axis */
+	CTSR_BALANCED = 1, /* mean of two inversions, one of the scan turned over; all axes */
+	CTSR_BEST = 2      /* mean of four; and a second pass over what the first made */
 };
 
 typedef struct ctsr_superres_options {
@@ -251,14 +251,15 @@ typedef struct ctsr_superres_options {
 	double sigma[3]; /* in voxels of the result; NaN (default): unknown */
 	int sampling;    /* of enum ctsr_sampling; -1 (default): unknown */
 	double noise;    /* HU; NaN (default): unknown */
-	int estimate;    /* 1: measure an operator that is unknown; default 0 */
+	int estimate;    /* default 1: measure an operator that is unknown, as ct-sr(1) does; 0: an
+			  * inversion is CTSR_USAGE then */
 	/* Slice prior, safetensors; NULL (default): the one that was installed with the library. */
 	const char *prior_file;
 	double memory;    /* bytes that the call may use, input and result included. What needs more
 			   * is refined in slabs, within 0.1 HU RMS of the whole. 0 (default): all */
 	int iterations;   /* of CTSR_TV and CTSR_HTV, at most; default 300 */
-	double tolerance; /* they stop when an iteration moves less, HU RMS, with CTSR_BEST than
-			   * half of it; default 0.1 */
+	double tolerance; /* they stop when an iteration moves less than this, HU RMS (CTSR_BEST:
+			   * than half of it); default 0.1 */
 } ctsr_superres_options;
 
 /* What was done. The caller sets size = sizeof, the library fills in as much as fits. */
