@@ -1,6 +1,6 @@
 #!/bin/sh
-# The documents are short and plain: README has at most 900 words, no man page more than 250 lines, and the mean
-# sentence of each at most 18 words, as style (Debian's diction) counts them.
+# The documents are short and plain: README has at most 900 words, no man page more than 250 lines, its tables fit, and the
+# mean sentence of each has at most 18 words, as style (Debian's diction) counts them.
 . "$srcdir/tests/tap.sh"
 [ "$(wc -w <"$srcdir/README.md")" -le 900 ]; ok $? "README has $(wc -w <"$srcdir/README.md") words"
 pages=$(for t in $CT_TOOLS; do
@@ -20,6 +20,13 @@ for p in $pages; do
 	n=$(mandoc -Tascii "$p" | wc -l)
 	[ "$n" -le 250 ]; ok $? "$(basename "$p") has $n lines"
 done
+if command -v nroff >/dev/null; then
+	for p in $pages; do # what does not fit into the last column of a table ends far to the right
+		! nroff -mdoc "$p" 2>/dev/null | col -bx | grep '^ \{48,\}[^ ]'; ok $? "the tables of $(basename "$p") fit"
+	done
+else
+	skip 'tables' 'no nroff'
+fi
 command -v style >/dev/null || { skip 'sentences' 'no style'; done_testing; }
 for p in "$srcdir/README.md" "$srcdir/doc/guide.md" $pages; do
 	m=$(mean "$p")
