@@ -19,7 +19,7 @@ damaged() {
 	has err "$1/05.*$2" "which and why ($2)"; has err 'skip-damaged' 'and what to do'
 	[ ! -e d.nii ]; ok $? 'no file is left'
 	exits 5 'without it a slice is missing' ct-convert --skip-damaged "$1" d.nii
-	has err '1 slice is missing: .*; --gaps fill interpolates' 'which is an error'
+	has err '1 slice is missing: .*; ct-convert --gaps fill interpolates' 'which is an error'
 	exits 0 'or filled' ct-convert -fv --skip-damaged --gaps fill "$1" d.nii
 	has err 'skipped.*05.*\|05.*skipped' 'it is named'; has err '15 of 16 files used: 1 ' 'and counted'
 	py check d.nii 16 0 5; ok $? 'the others are in place'

@@ -182,8 +182,9 @@ int series_whole(const struct series_set *set, size_t pick, bool skip, const str
 	say_file(text, sizeof text, first);
 	if (count == 1)
 		return ct_fail(e, CT_EINPUT,
-			"%s; it may be of the series; --skip-damaged goes on without it", text);
+			"%s; it may be of the series; ct-convert --skip-damaged goes on without it",
+			text);
 	return ct_fail(e, CT_EINPUT,
-		"%s, and %zu more that may be of the series; --skip-damaged goes on without", text,
-		count - 1);
+		"%s, and %zu more that may be of the series; ct-convert --skip-damaged goes on without",
+		text, count - 1);
 }

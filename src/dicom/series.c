@@ -355,7 +355,7 @@ int series_read(
 		count--;
 	}
 	if (rc && failed < count)
-		hint(e, "; --skip-damaged goes on without it");
+		hint(e, "; ct-convert --skip-damaged goes on without it");
 	if (rc == 0)
 		series_account(&set, pick, l->count - count, env);
 out:

@@ -197,7 +197,7 @@ static int refuse(const struct ct_layout *l, const struct ct_slice *s, enum ct_t
 		if (l->lost[k])
 			return ct_fail(e, CT_EGEOM,
 				"%zu %s missing: spacing is %.4g mm, but %.4g mm between %s and %s; "
-				"--gaps fill interpolates",
+				"ct-convert --gaps fill interpolates",
 				r->missing, r->missing == 1 ? "slice is" : "slices are", r->mid,
 				l->at[k] - l->at[k - 1], s[k - 1].path, s[k].path);
 	if (uneven && gaps == CT_GAPS_ERROR)
