@@ -1,7 +1,7 @@
 #!/bin/sh
 # extremes.sh [ROW...]: what ct-sr makes of scans that no hospital makes; see extremes.py.
 for py in python3 /usr/bin/python3; do
-	"$py" -c 'import nibabel' 2>/dev/null && exec "$py" "$(cd "$(dirname "$0")" && pwd)/extremes.py" "$@"
+	"$py" -c 'import nibabel, pydicom' 2>/dev/null && exec "$py" "$(cd "$(dirname "$0")" && pwd)/extremes.py" "$@"
 done
-echo "$0: needs a Python with nibabel" >&2
+echo "$0: needs a Python with nibabel and pydicom" >&2
 exit 77

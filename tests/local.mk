@@ -124,6 +124,7 @@ check_PROGRAMS += tests/t-exr tests/t-exr-parts
 tests_t_exr_parts_SOURCES = tests/t-exr-parts.c
 tests_t_exr_SOURCES = tests/t-exr.c tests/bound.h
 dist_check_SCRIPTS += tests/t-exr-tools.sh
+dist_check_SCRIPTS += tests/t-extremes.sh
 check_PROGRAMS += tests/t-project tests/t-joseph
 tests_t_joseph_SOURCES = tests/t-joseph.c
 tests_t_project_SOURCES = tests/t-project.c
