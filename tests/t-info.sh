@@ -36,6 +36,9 @@ exits 0 'in-plane and through-plane factors' ct-info --operator -x 3,3,1 P1.nii.
 [ "$(grep -c '^edge-[xyz] ' out)" -eq 2 ]; ok $? 'edges along the two that are refined'
 awk '/^edge-/ {n++; if (NF != 13 || $7 != -.5 || $8 != .5 || $6 >= -.6 || $9 <= .6) bad = 1} END {exit bad || !n}' out
 ok $? 'of 12 voxels, the steepest in the middle'
+ct-degrade -x 1,1,4 --sigma 0,0,2.96 --decimate point --noise 10 hi.nii.gz wide.nii.gz || exit 99
+exits 0 'slices that overlap' ct-info -e -x 1,1,4 wide.nii.gz
+has out '^assumed .* averaged over a voxel (6. % sure)' 'count as means, though it is not sure that they alias'
 ct-degrade -x 1,1,8 --sigma 0 --decimate mean hi.nii.gz few.nii.gz || exit 99
 exits 0 'twelve slices' ct-info -e -x 1,1,8 few.nii.gz
 has out '^assumed .* averaged over a voxel (75 % sure); too few edges: slices are assumed as thick as far apart$' 'show too few edges'
