@@ -156,8 +156,6 @@ check_PROGRAMS += tests/t-train-state
 tests_t_training_SOURCES = tests/t-training.c tests/training.h
 tests_t_train_state_SOURCES = tests/t-train-state.c tests/training.h
 dist_check_SCRIPTS += tests/t-train.sh tests/t-train-options.sh
-check_PROGRAMS += tests/t-residual
-tests_t_residual_SOURCES = tests/t-residual.c
 check_PROGRAMS += tests/t-superres tests/t-training
 tests_t_superres_SOURCES = tests/t-superres.c
 check_PROGRAMS += tests/t-superres-runs tests/t-prior
@@ -206,7 +204,7 @@ EXTRA_DIST += tests/t-apart.cc tests/t-fragments.cc tests/t-held.cc
 endif
 check_PROGRAMS += tests/t-ddnm-gold
 tests_t_ddnm_gold_SOURCES = tests/t-ddnm-gold.c
-dist_check_SCRIPTS += tests/t-ct-ddnm.sh tests/t-ct-residual.sh tests/t-ct-ddnm-samplers.sh tests/t-ddnm-options.sh tests/t-nabgs-options.sh tests/t-sr.sh
+dist_check_SCRIPTS += tests/t-ct-ddnm.sh tests/t-ct-ddnm-samplers.sh tests/t-ddnm-options.sh tests/t-nabgs-options.sh tests/t-sr.sh
 dist_check_SCRIPTS += tests/t-all-tools.sh tests/t-style.sh tests/t-names.sh
 check_PROGRAMS += tests/t-consistency tests/t-tv
 tests_t_consistency_SOURCES = tests/t-consistency.c tests/separable-pair.h

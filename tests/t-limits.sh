@@ -123,7 +123,7 @@ ct-compose --floor g--gain s--spacing w--window --consistent --residual-out --un
 ct-convert --series --tilt --gaps --skip-damaged --units --raw --orient --rescale --scanner
 ct-convert --radiograph --pitch --reorient --crop --iso --cube --type --compress --sidecar --template --template-other-patient --deid
 ct-ddnm x--factor p--prior a--arch --class n--steps --sigma-y --sampler i--init
-ct-ddnm b--base-projections k--samples --std r--resume --expert s--seed --json
+ct-ddnm k--samples --std r--resume --expert s--seed --json
 ct-ddnm --dry-run
 ct-degrade x--factor p--protocol --sigma --decimate --profile --slice-thickness --clip --noise s--seed --units
 ct-fdk m--method --grid --filter --parker n--iterations --nonnegative --tv w--window --quantity --expert
@@ -143,9 +143,9 @@ ct-project --beam n--views --arc --det --sampling --paper --scanner --like w--wi
 ct-project --overshoot --quantity m--method --coarsen --pixel --photons --expert s--seed --json --dry-run
 ct-report --uncertainty --truth --log --units
 ct-sr x--factor --spacing --sigma --decimate --profile --slice-thickness --noise Q--quality --series --deid --report
-ct-sr --confidence --sidecar --memory --prior --projections --paper --release k--keep --expert s--seed --json
+ct-sr --confidence --sidecar --memory --prior --paper --release k--keep --expert s--seed --json
 ct-sr --dry-run --units
-ct-train k--kind x--factor --refined a--arch p--patch n--steps m--minutes --validate
+ct-train k--kind x--factor a--arch p--patch n--steps m--minutes --validate
 ct-train --patience r--resume --checkpoint-every --half --licence --bytes --with --cache --expert s--seed
 ct-train --json --dry-run
 ct-upsample m--method x--factor --spacing --sigma --decimate --profile --slice-thickness --noise --estimate --start --iterations

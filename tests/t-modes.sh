@@ -83,11 +83,6 @@ for o in --prior=p.x --steps=9 @operator=mean @sigma-det=2 @t-start=9 @travel=2,
 	@channel-reduce=first; do
 	no ct-ddnm $o --sampler none --init none
 done
-no ct-ddnm --base-projections=none --sampler none
-for o in --init=none --class=1 @operator=mean @sigma-det=2 @norm=1 @channel-reduce=first; do
-	no ct-ddnm $o --base-projections none --prior p.x
-done
-no ct-ddnm @t-start=9 --base-projections none
 no ct-ddnm @sigma-det=2 --expert operator=mean
 no ct-ddnm --arch=num_heads=1
 no ct-ddnm --class=1
@@ -95,12 +90,11 @@ no ct-ddnm @t-start=9
 no ct-ddnm --std=sd.exr
 no ct-ddnm --std=sd.exr --samples 1
 for o in --prior=p.x --preset=best; do for m in auto linear tv; do no ct-upsample $o -m $m; done; done
-for o in --factor=3 --bytes=0:1 --with=none --cache=none --refined=none; do
+for o in --factor=3 --bytes=0:1 --with=none --cache=none; do
 	no ct-train $o
 done
 no ct-train --arch=model_channels=8 --kind slices
 no ct-train --patience=3
-no ct-train --patience=3 --validate none --kind residual --refined none
 echo ct-train --checkpoint-every >>tried
 exits 2 'ct-train to a stream' ct-train --checkpoint-every=3 - none
 has err '^ct-train: --checkpoint-every: needs OUT to be a file' 'has no state'
@@ -121,17 +115,17 @@ done
 no ct-metrics --factor=4
 no ct-metrics --map=m.nii
 no ct-info --factor=2
-for p in --paper --release; do for o in --quality=best --projections --sigma=1 --noise=2 --decimate=mean --profile=box --slice-thickness=5; do no ct-sr $o $p; done; done
-for p in --paper --release --projections; do for o in --spacing=1 --confidence=c.nii --sidecar=c.json; do no ct-sr $o $p; done; done
+for p in --paper --release; do for o in --quality=best --sigma=1 --noise=2 --decimate=mean --profile=box --slice-thickness=5; do no ct-sr $o $p; done; done
+for p in --paper --release; do for o in --spacing=1 --confidence=c.nii --sidecar=c.json; do no ct-sr $o $p; done; done
 no ct-sr --paper --release
 no ct-sr --keep=k
 no ct-sr --spacing=1 -x 2
 no ct-sr --prior=none -Q draft
-for o in --projections --paper --release; do no ct-sr --confidence=c.nii $o; done
+for o in --paper --release; do no ct-sr --confidence=c.nii $o; done
 echo ct-sr --report >>tried
 exits 2 'a page of a stream' ct-sr --report=r.html none -
 has err '^ct-sr: --report: needs OUT to be a file' 'has nothing to read'
-for o in --spacing=1 --memory=1G; do for p in --paper --release --projections; do no ct-sr $o $p; done; done
+for o in --spacing=1 --memory=1G; do for p in --paper --release; do no ct-sr $o $p; done; done
 for o in --sigma=1 --decimate=mean --noise=1; do for p in --paper --release; do no ct-sr $o $p; done; done
 no ct-sr --spacing=1 -x 2
 for t in ct-ddnm ct-fdk ct-project ct-train ct-upsample; do no $t --json; done
