@@ -39,14 +39,10 @@ ct-view surface - any -
 ct-view slices 1 1000 1
 ct-view views 1 10000 12
 ct-view zoom 0.015625 64 1
+ct-project views 0 65535 0
+ct-project arc -1000000 1000000 -
+ct-project sampling 0.01 100 -
 EOF
-for t in ct-phantom ct-project; do
-	cat <<EOF
-$t views 0 65535 0
-$t arc -1000000 1000000 -
-$t sampling 0.01 100 -
-EOF
-done >>limits
 command -v ct-view >/dev/null || { grep -v '^ct-view' limits >some; mv some limits; }
 
 # Just beyond, the error names both ends.
@@ -136,8 +132,7 @@ ct-metrics --tissues --uncertainty --consistency --map --min --max --csv --exper
 ct-nabgs b--base --base-projections --uncertainty --lr w--window n--iterations g--gaussians
 ct-nabgs a--activation m--mode x--factor --paper --checkpoint-every
 ct-nabgs --resume --expert s--seed --json --dry-run --units
-ct-phantom --size --spacing w--window p--project --beam n--views --arc --det --sampling
-ct-phantom --paper --scanner --like --expert s--seed
+ct-phantom --size --spacing w--window --like --expert s--seed
 ct-profile --units
 ct-project --beam n--views --arc --det --sampling --paper --scanner --like w--window
 ct-project --overshoot --quantity m--method --coarsen --pixel --photons --expert s--seed --json --dry-run

@@ -45,10 +45,9 @@ no ct-convert --radiograph=integral --scanner s.json
 for o in --units=hu --reorient=RAS --iso=1 --cube=8 --crop=auto --template=none --deid --type=i16 --sidecar=x.json --series=1 --tilt=shear --gaps=fill --skip-damaged; do no ct-convert $o --radiograph intensity; done
 for o in --views=3 --arc=90 @start=3 @dso=500 @dsd=900 @pitch=2 @offset=1,2 --det=8 --sampling=2 --paper \
 	--scanner=s.json --like=none --beam=fan; do
-	no ct-phantom $o
 	[ $o = --like=none ] || no ct-project $o --like none
 done
-no ct-phantom @oversample=1 --project
+no ct-phantom @oversample=1 --like none
 no ct-phantom @density=0.5
 no ct-project --det=8 --sampling 1
 no ct-project --paper --scanner s.json
