@@ -35,7 +35,6 @@ ct-upsample noise 0 1000000 -
 ct-upsample iterations 1 100000 300
 ct-upsample tolerance 0 1000000 0.1
 ct-view thickness 0.001 1000000 -
-ct-view surface - any -
 ct-view slices 1 1000 1
 ct-view views 1 10000 12
 ct-view zoom 0.015625 64 1
@@ -145,7 +144,7 @@ ct-train --patience r--resume --checkpoint-every --half --licence --bytes --with
 ct-train --json --dry-run
 ct-upsample m--method x--factor --spacing --sigma --decimate --profile --slice-thickness --noise --estimate --start --iterations
 ct-upsample --tolerance --std --memory p--prior Q--preset --expert --json --dry-run --units
-ct-view o--output p--plane --slice --slices --mip --thickness --surface --views w--window z--zoom e--error
+ct-view o--output p--plane --slice --slices --mip --thickness --views w--window z--zoom e--error
 ct-view --error-map --error-window l--labels --names
 EOF
 command -v ct-view >/dev/null || { grep -v '^ct-view' options >some; mv some options; }
