@@ -38,6 +38,8 @@ static const struct {
 	{"sines, two outputs", 64, {SINES(11), {12, 3, 2, 2, 0, CT_NETWORK_SIGMOID, {0}}}},
 	{"the position alone", 5, {SINES(0), {4, 5, 4, 1, 0.2, CT_NETWORK_SIGMOID, {0}}}},
 	{"a wide network", 37, {SINES(11), {72, 2, 1, 2, 0, CT_NETWORK_SIGMOID, {0}}}},
+	{"a wide network of a grid", 11,
+		{GRID(9, 8, 2, 1), {72, 2, 1, 1, 0, CT_NETWORK_LINEAR, {0}}}},
 	{"attention, as SAX-NeRF", 34,
 		{HASH(4, 2, 5, 2, 2), {8, 2, 1, 1, 0.01, CT_NETWORK_SIGMOID, {2, 2, 3}}}},
 	{"attention among three", 27,
