@@ -345,12 +345,19 @@ static void places(void)
 	ct_vol_free(&v);
 }
 
+static void scalar_step(struct ct_adam_scalar *s, double *x, double d, double lr)
+{
+	const struct ct_adamw rule = ct_gs_adam_rule(lr);
+
+	ct_adam_scalar_step(s, &rule, x, d);
+}
+
 /* Adam of one number, and of a set whose Gaussians are of different ages. */
 static void adam(void)
 {
 	const double lr[CT_GS_FIELDS] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1, 1.1};
 	const double ln_s[2] = {-1, 0.75};
-	struct ct_gs_adam_scalar one = {0};
+	struct ct_adam_scalar one = {0};
 	struct ct_gradient grad = {0};
 	struct ct_gauss g;
 	struct ct_gs_adam a;
@@ -362,7 +369,7 @@ static void adam(void)
 		m = 0.9 * m + 0.1 * d;
 		v = 0.999 * v + 0.001 * d * d;
 		want -= 0.1 * m / (1 - pow(0.9, t)) / sqrt(v / (1 - pow(0.999, t)));
-		ct_gs_adam_scalar_step(&one, &x, d, 0.1);
+		scalar_step(&one, &x, d, 0.1);
 	}
 	NEAR(x, want, 1e-12, "four steps of one number");
 	set(&g, &a, 3);
@@ -419,7 +426,7 @@ static void adam_many(void)
 	enum { MANY = 2 * CT_GS_CHUNK + 5 };
 	const double lr[CT_GS_FIELDS] = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1, 1.1};
 	const double ln_s[2] = {-99, 99};
-	struct ct_gs_adam_scalar one = {0};
+	struct ct_adam_scalar one = {0};
 	struct ct_gradient grad = {0};
 	struct ct_par *par;
 	struct ct_gauss g;
@@ -442,13 +449,12 @@ static void adam_many(void)
 		ct_gs_adam_step(&a, &g, &grad, lr, ln_s, par);
 		for (size_t k = 0; k < CT_GS_FIELDS; k++)
 			for (size_t i = 0; i < n; i++) {
-				struct ct_gs_adam_scalar t = {(double)ct_rng_normal(1, k, i),
+				struct ct_adam_scalar t = {(double)ct_rng_normal(1, k, i),
 					1 + (double)(i % 3),
 					(uint32_t)(i / 300 * 100 + i % 11 / 10)};
 
 				x = (double)ct_rng_normal(2, k, i);
-				ct_gs_adam_scalar_step(
-					&t, &x, (double)ct_rng_normal(3, k, i), lr[k]);
+				scalar_step(&t, &x, (double)ct_rng_normal(3, k, i), lr[k]);
 				worst = fmax(worst, fabs(x - (double)g.column[k][i]));
 			}
 		ct_gauss_free(&g);
@@ -457,7 +463,7 @@ static void adam_many(void)
 	OK(grad.cap >= MANY && grad.d[CT_GS_RAW] && grad.screen, "room for the gradient");
 	OK(worst < 1e-4, "a step of many, each of its age: off by %g", worst);
 	x = 0;
-	ct_gs_adam_scalar_step(&one, &x, 1e-15, 1);
+	scalar_step(&one, &x, 1e-15, 1);
 	NEAR(x, -0.5, 1e-9, "half a step of one number");
 	set(&g, &a, 1);
 	grad.d[0][0] = 1e-15f;

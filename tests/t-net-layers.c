@@ -2,7 +2,7 @@
  * forward in double written from the formula; each fast forward against the same. */
 #include "config.h"
 #include "core/rng.h"
-#include "diffusion/adam.h"
+#include "solve/adam.h"
 #include "unet/attention.h"
 #include "unet/conv.h"
 #include "unet/layers.h"

@@ -8,7 +8,7 @@
 #include "config.h"
 #include "diffusion/draw.h"
 #include "core/mem.h"
-#include "diffusion/adam.h"
+#include "solve/adam.h"
 
 #include <math.h>
 #include <stdlib.h>

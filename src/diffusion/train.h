@@ -9,7 +9,7 @@
 #ifndef CT_DIFFUSION_TRAIN_H
 #define CT_DIFFUSION_TRAIN_H
 #include "core/env.h"
-#include "diffusion/adam.h"
+#include "solve/adam.h"
 #include "diffusion/patches.h"
 #include "unet/unet.h"
 

@@ -1,7 +1,6 @@
 /* adam.c: see adam.h. */
 #include "config.h"
 #include "gs/adam.h"
-#include "gs/gaussian-kernels.h"
 
 #include <math.h>
 
@@ -60,10 +59,13 @@ static void some(void *arg, size_t chunk, size_t worker)
 		}
 		last = t;
 	}
-	for (size_t k = 0; k < CT_GS_FIELDS; k++)
-		CT_SIMD(ct_gaussian_kernels_step)
-	(n, j->g->column[k] + first, j->a->m[k] + first, j->a->v[k] + first, j->grad->d[k] + first,
-		c1, c2, (float)j->lr[k]);
+	for (size_t k = 0; k < CT_GS_FIELDS; k++) {
+		const struct ct_adamw rule = ct_gs_adam_rule(j->lr[k]);
+
+		CT_SIMD(ct_adam_each)
+		(&rule, n, j->g->column[k] + first, j->a->m[k] + first, j->a->v[k] + first,
+			j->grad->d[k] + first, c1, c2);
+	}
 	for (size_t k = 0; k < 3; k++) {
 		float *s = j->g->scale[k] + first, lo = (float)j->ln_s[0], hi = (float)j->ln_s[1];
 
@@ -78,13 +80,4 @@ void ct_gs_adam_step(struct ct_gs_adam *a, struct ct_gauss *g, const struct ct_g
 	struct adam_job j = {a, g, grad, lr, ln_s};
 
 	ct_par_for(par, (g->n + CT_GS_CHUNK - 1) / CT_GS_CHUNK, some, &j);
-}
-
-void ct_gs_adam_scalar_step(struct ct_gs_adam_scalar *a, double *x, double grad, double lr)
-{
-	a->steps++;
-	a->m = CT_GS_ADAM_BETA1 * a->m + (1 - CT_GS_ADAM_BETA1) * grad;
-	a->v = CT_GS_ADAM_BETA2 * a->v + (1 - CT_GS_ADAM_BETA2) * grad * grad;
-	*x -= lr * a->m / (1 - pow(CT_GS_ADAM_BETA1, a->steps)) /
-	      (sqrt(a->v / (1 - pow(CT_GS_ADAM_BETA2, a->steps))) + CT_GS_ADAM_EPS);
 }

@@ -8,12 +8,19 @@
 #include "core/err.h"
 #include "core/par.h"
 #include "gs/splat.h"
+#include "solve/adam.h"
 
 #include <stdint.h>
 
 #define CT_GS_ADAM_BETA1 0.9
 #define CT_GS_ADAM_BETA2 0.999
 #define CT_GS_ADAM_EPS 1e-15
+
+/* The rule of a parameter with rate lr. */
+static inline struct ct_adamw ct_gs_adam_rule(double lr)
+{
+	return (struct ct_adamw){lr, CT_GS_ADAM_BETA1, CT_GS_ADAM_BETA2, CT_GS_ADAM_EPS, 0};
+}
 
 enum { CT_GS_ADAM_COLUMNS = 2 * CT_GS_FIELDS + 3 };
 
@@ -39,12 +46,5 @@ void ct_gs_adam_move(struct ct_gs_adam *a, size_t to, size_t from);
  * ln s is kept within [ln_s[0], ln_s[1]]. */
 void ct_gs_adam_step(struct ct_gs_adam *a, struct ct_gauss *g, const struct ct_gradient *grad,
 	const double lr[static CT_GS_FIELDS], const double ln_s[static 2], struct ct_par *par);
-
-/* The same for one number. */
-struct ct_gs_adam_scalar {
-	double m, v;
-	uint32_t steps;
-};
-void ct_gs_adam_scalar_step(struct ct_gs_adam_scalar *a, double *x, double grad, double lr);
 
 #endif

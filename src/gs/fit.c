@@ -313,7 +313,9 @@ static void update(
 	lr[CT_GS_RAW] *= f->unit;
 	ct_gs_adam_step(&f->adam, &f->g, &w->grad, lr, f->ln_s, env->par);
 	if (f->g.activation == CT_PRELU) {
-		ct_gs_adam_scalar_step(&f->gamma, &f->g.gamma, dgamma, o->gamma_rate);
+		const struct ct_adamw rule = ct_gs_adam_rule(o->gamma_rate);
+
+		ct_adam_scalar_step(&f->gamma, &rule, &f->g.gamma, dgamma);
 		f->g.gamma = fmin(CT_GAMMA_MAX, fmax(CT_GAMMA_MIN, f->g.gamma));
 	}
 }

@@ -117,7 +117,7 @@ struct ct_fit {
 	struct ct_fit_options opt;
 	struct ct_gauss g; /* g.step iterations are done */
 	struct ct_gs_adam adam;
-	struct ct_gs_adam_scalar gamma;
+	struct ct_adam_scalar gamma;
 	double first_loss, last_loss; /* mean of the first epoch; running mean of about one */
 	double extent, ln_s[2];       /* mm, largest of the grid; least and most ln s */
 	double *blank, residual;      /* mm, mean |y - base projection| of each view, and of all */

@@ -19,11 +19,5 @@ CT_SIMD_DECLARE(void, ct_gaussian_kernels_project,
 CT_SIMD_DECLARE(void, ct_gaussian_kernels_backward,
 	(struct ct_gradient * grad, const struct ct_splat *s, const struct ct_gaussian *b,
 		const struct ct_gauss *set, size_t first, size_t end, const double *sums));
-/* A step of Adam on n parameters x with moments m, v; c1, c2 = 1/(1 - beta1^t), 1/sqrt(1 -
- * beta2^t). */
-CT_SIMD_DECLARE(void, ct_gaussian_kernels_step,
-	(size_t n, float *restrict x, float *restrict m, float *restrict v,
-		const float *restrict grad, const float *restrict c1, const float *restrict c2,
-		float lr));
 
 #endif

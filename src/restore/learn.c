@@ -2,7 +2,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "diffusion/adam.h"
+#include "solve/adam.h"
 #include "restore/learn.h"
 #include "restore/predict.h"
 #include "unet/dnn.h"

@@ -1,6 +1,6 @@
 /* adam.c: see adam.h. */
 #include "config.h"
-#include "diffusion/adam.h"
+#include "solve/adam.h"
 #include "core/vec.h"
 
 #include <math.h>
@@ -19,6 +19,20 @@ void CT_SIMD_HERE(ct_adamw_step)(const struct ct_adamw *a, uint64_t step, size_t
 		m[i] = b1 * m[i] + c1 * g[i];
 		v[i] = b2 * v[i] + c2 * g[i] * g[i];
 		p[i] = keep * p[i] - rate * m[i] / (sqrtf(v[i]) + eps);
+	}
+}
+
+void CT_SIMD_HERE(ct_adam_each)(const struct ct_adamw *a, size_t n, float *restrict p,
+	float *restrict m, float *restrict v, const float *restrict g, const float *restrict c1,
+	const float *restrict c2)
+{
+	const float b1 = (float)a->beta1, b2 = (float)a->beta2, eps = (float)a->eps,
+		    lr = (float)a->lr;
+
+	for (size_t i = 0; i < n; i++) {
+		m[i] = b1 * m[i] + (1 - b1) * g[i];
+		v[i] = b2 * v[i] + (1 - b2) * g[i] * g[i];
+		p[i] -= lr * c1[i] * m[i] / (sqrtf(v[i]) * c2[i] + eps);
 	}
 }
 
