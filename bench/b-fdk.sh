@@ -18,9 +18,9 @@ cd "$dir"
 grid='--size 256x256x256 --spacing 1.25'
 # shellcheck disable=SC2086
 ct-phantom $grid --expert oversample=4 ellipsoids truth.nii
+ct-project -q -n 100 --expert start=180,dso=1000,dsd=1500,pitch=1 --arc -360 --det 512 truth.nii like.exr
 # shellcheck disable=SC2086
-ct-phantom $grid -p -n 100 --expert start=180,dso=1000,dsd=1500,pitch=1 --arc -360 --det 512 \
-	ellipsoids p.exr
+ct-phantom $grid --like like.exr ellipsoids p.exr
 oiiotool -a p.exr -d float --compression none -o p.tif
 "$PY" - <<'EOF'
 import os, resource, subprocess

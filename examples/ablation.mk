@@ -3,8 +3,8 @@
 #   make -f examples/ablation.mk VOLUMES='chest.nii.gz head.nii.gz'
 #
 # cuts a cube from each, reduces it, and takes projections from three sources: `truth`, those of the
-# cube itself, the most that any prior could give; `prior`, what ct-ddnm expects those of the refined
-# volume to lack; `paper`, ct-ddnm from pure noise. Then it prints
+# cube itself, the most that any prior could give; `prior`, ct-ddnm from those of the refined
+# volume; `paper`, ct-ddnm from pure noise. Then it prints
 #   a table of PSNR (dB), SSIM (2-D, mean of three axes) in WINDOW, seconds and Gaussians for
 #     cubic, tv            no projections: what ct-upsample makes
 #     fdk                  ct-fdk of the projections
@@ -66,7 +66,7 @@ $(OUT)/curve: $(CURVES)
 	ct-project -q -f -w $(WINDOW) -n $(VIEWS) $< $@
 %/prior.exr: %/tv.nii %/tv.exr
 	ct-project -q -f -w $(WINDOW) -n $(VIEWS) --coarsen $(FACTOR) --pixel sinc $< $@.lr.exr
-	ct-ddnm -q -f --base-projections $*/tv.exr --samples 4 --std $*/prior-std.exr $@.lr.exr $@ && rm $@.lr.exr
+	ct-ddnm -q -f -x $(FACTOR) --init $*/tv.exr $@.lr.exr $@ && rm $@.lr.exr
 %/paper.exr: %/lr.nii
 	ct-project -q -f -w $(WINDOW) -n $(VIEWS) $< $@.lr.exr
 	ct-ddnm -q -f -x $(FACTOR) $@.lr.exr $@ && rm $@.lr.exr

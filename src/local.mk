@@ -86,15 +86,13 @@ PAGE_SOURCES = src/tools/page-file.c src/tools/page-file.h
 bin_PROGRAMS += ct-report
 ct_report_SOURCES = src/tools/ct-report.c $(PAGE_SOURCES)
 # The shipped priors; their copies beside the programs serve a build folder.
-pkgdata_DATA += src/prior/prior.safetensors src/prior/slices.safetensors src/prior/residual.safetensors
-EXTRA_DIST += src/prior/prior.safetensors src/prior/slices.safetensors src/prior/residual.safetensors \
-	src/prior/make-prior.sh src/prior/make-slices.sh src/prior/make-residual.sh src/prior/README.md
-noinst_DATA += prior.safetensors slices.safetensors residual.safetensors
-CLEANFILES += prior.safetensors slices.safetensors residual.safetensors
+pkgdata_DATA += src/prior/prior.safetensors src/prior/slices.safetensors
+EXTRA_DIST += src/prior/prior.safetensors src/prior/slices.safetensors \
+	src/prior/make-prior.sh src/prior/make-slices.sh src/prior/README.md
+noinst_DATA += prior.safetensors slices.safetensors
+CLEANFILES += prior.safetensors slices.safetensors
 prior.safetensors: src/prior/prior.safetensors
 	$(AM_V_GEN)rm -f $@ && cp $(srcdir)/src/prior/prior.safetensors $@
-residual.safetensors: src/prior/residual.safetensors
-	$(AM_V_GEN)rm -f $@ && cp $(srcdir)/src/prior/residual.safetensors $@
 slices.safetensors: src/prior/slices.safetensors
 	$(AM_V_GEN)rm -f $@ && cp $(srcdir)/src/prior/slices.safetensors $@
 bin_PROGRAMS += ct-fdk

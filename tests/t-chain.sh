@@ -3,23 +3,25 @@
 . "$srcdir/tests/tap.sh"
 ulimit -t 60 # what does not stop when it should is stopped
 for k in marks cube; do
-	ct-phantom -q --size 24x24x24 --spacing 4 $k hr.nii && ct-degrade -q -x 2 hr.nii $k.nii
+	ct-phantom -q -w -512:3071 --size 24x24x24 --spacing 4 $k hr.nii && ct-degrade -q -x 2 hr.nii $k.nii
 	mv hr.nii hr-$k.nii
 done
 cp marks.nii in.nii
-set -- ct-sr -v -x 2 --projections -Q draft --keep k # of 2 times: no projections are added
+few='--paper --expert views=2,iterations=2,gaussians=20'
+# shellcheck disable=SC2086
+set -- ct-sr -v -x 2 $few --keep k
 said() { has err "^ct-sr: $1 steps were done\$" "$2"; } # said 'N of M' NAME
 alone() { # alone FILE...: FILE is what a run of its own makes of in.nii
 	rm -rf own; mkdir own; cp in.nii own/in.nii
-	(cd own && ct-sr -q -x 2 --projections -Q draft in.nii sr.nii); cmp -s own/sr.nii "$1"; ok $? "$2"
+	(cd own && ct-sr -q -x 2 $few in.nii sr.nii); cmp -s own/sr.nii "$1"; ok $? "$2"
 }
 exits 0 'a chain that is kept' "$@" in.nii sr.nii
 alone sr.nii 'gives the bytes of one that is not: no folder is named'
 exits 0 'nothing to do' "$@" in.nii sr.nii
-said '2 of 2' 'and nothing is done'
+said '7 of 7' 'and nothing is done'
 cp in.nii other-name.nii
 exits 0 'an input of another name' "$@" other-name.nii sr.nii
-said '2 of 2' 'is the same input'
+said '7 of 7' 'is the same input'
 cp cube.nii in.nii
 exits 0 'another patient of the same name' "$@" in.nii sr.nii
 alone sr.nii 'is another patient'
@@ -28,34 +30,34 @@ exits 0 'also if it is not newer' "$@" in.nii sr.nii
 alone sr.nii 'by content'
 rm sr.nii
 exits 0 'OUT is gone' "$@" in.nii sr.nii
-said '1 of 2' 'and made again'
+said '6 of 7' 'and made again'
 printf x >>sr.nii
 exits 0 'OUT is spoilt' "$@" in.nii sr.nii
 alone sr.nii 'and made again'
 cp cube.nii k/lr.nii
 exits 0 'a file between the steps is another' "$@" in.nii sr.nii
 alone sr.nii 'and made again, with what follows'
-exits 0 'other options' ct-sr -v -x 2 --projections -Q fast --keep k in.nii sr.nii
-said '1 of 2' 'are another step'
+exits 0 'other options' ct-sr -v -x 2 --paper --expert views=3,iterations=2,gaussians=20 --keep k in.nii sr.nii
+said '2 of 7' 'are another step'
 exits 0 'back' "$@" in.nii sr.nii
 alone sr.nii 'and the result is theirs'
 sed 's/ct-sr [0-9.]*[0-9]"/ct-sr 0.0.0"/' k/step-1.state >old && ! cmp -s old k/step-1.state && cat old >k/step-1.state
 exits 0 'another version' "$@" in.nii sr.nii
-said '1 of 2' 'is another step' # whose result is the same, so that the next is done
+said '6 of 7' 'is another step' # whose result is the same, so that the others are done
 printf 'junk' >k/step-1.state
 exits 0 'a broken state' "$@" in.nii sr.nii
-said '1 of 2' 'is none'
-ct-sr -q -x 2 --projections -Q draft --keep p - pipe.nii <marks.nii; ok $? 'from a pipe'
-ct-sr -q -x 2 --projections -Q draft --keep p - pipe.nii <cube.nii; ok $? 'from another'
-ct-sr -q -x 2 --projections -Q draft - want.nii <cube.nii
+said '6 of 7' 'is none'
+ct-sr -q -x 2 $few --keep p - pipe.nii <marks.nii; ok $? 'from a pipe'
+ct-sr -q -x 2 $few --keep p - pipe.nii <cube.nii; ok $? 'from another'
+ct-sr -q -x 2 $few - want.nii <cube.nii
 ct-convert -q pipe.nii - | tail -c 20000 >a; ct-convert -q want.nii - | tail -c 20000 >b
 [ -s a ] && cmp -s a b; ok $? 'another patient'
 
-# The prior counts by what it holds. (It adds to scans that alias.)
+# The prior counts by what it holds.
 ct-degrade -q -f -x 4 -p P3 hr-marks.nii marks.nii
-set -- ct-sr -v -x 4 --projections --expert views=4,iterations=40,gaussians=100
-cp "$srcdir/src/prior/slices.safetensors" slices.safetensors
-exits 0 'with a prior' "$@" --prior slices.safetensors --keep bal marks.nii bal.nii
+set -- ct-sr -v -x 4 --paper --expert views=4,iterations=40,gaussians=100
+cp "$srcdir/src/prior/prior.safetensors" prior.safetensors
+exits 0 'with a prior' "$@" --prior prior.safetensors --keep bal marks.nii bal.nii
 exits 0 'the same one, as it is installed' "$@" --keep bal marks.nii bal.nii
 said '7 of 7' 'leaves nothing to do'
 printf x >>bal/up-proj.exr
@@ -69,10 +71,10 @@ cmp -s bal.nii moved/to/bal.nii; ok $? 'and makes the same bytes'
 rm moved/to/bal.nii && printf junk >moved/to/marks.nii
 sh moved/to/bal/commands.sh >/dev/null 2>&1; [ $? -eq 3 ] && [ ! -e moved/to/bal.nii ]; ok $? 'it ends at the first error'
 mkdir aside
-exits 0 'a folder elsewhere, names with a dash' ct-sr -q -x 4 --projections -Q draft --expert views=2,iterations=2,gaussians=20 --keep "$dir_/aside/-k k" -- ./marks.nii -o.nii
+exits 0 'a folder elsewhere, names with a dash' ct-sr -q -x 4 $few --keep "$dir_/aside/-k k" -- ./marks.nii -o.nii
 rm -f ./-o.nii && (cd / && sh "$dir_/aside/-k k/commands.sh") >/dev/null 2>&1 && [ -s ./-o.nii ]; ok $? 'and its script'
 cp marks.nii ./-marks.nii
-exits 0 'a dash before all names' ct-sr -q -x 4 --projections -Q draft --expert views=2,iterations=2,gaussians=20 --keep=-k -- -marks.nii -p.nii
+exits 0 'a dash before all names' ct-sr -q -x 4 $few --keep=-k -- -marks.nii -p.nii
 [ -s ./-k/lr.nii ] && [ -s ./-p.nii ]; ok $? 'and they are made'
 (cd / && sh "$dir_/-k/commands.sh") >/dev/null 2>&1; ok $? 'and its script'
 
@@ -83,7 +85,7 @@ fits() { # until ct-nabgs is at work, or the run has ended
 		sleep 0.1
 	done
 }
-set -- ct-sr -v -x 4 --projections --expert views=8,iterations=1000000,gaussians=200 --keep g
+set -- ct-sr -v -x 4 --paper --expert views=8,iterations=1000000,gaussians=200 --keep g
 rm -f err1; setsid "$@" marks.nii g.nii 2>err1 & pid=$!
 fits $pid
 exits 4 'two runs in one folder' "$@" marks.nii g2.nii
@@ -101,9 +103,9 @@ rm -f err1; setsid "$@" marks.nii g.nii 2>err1 & pid=$!
 fits $pid
 kill -KILL $pid; wait $pid 2>/dev/null
 exits 0 'killed: nothing works in its folder any more' \
-	timeout 120 ct-sr -x 4 --projections -Q draft --expert views=2,iterations=2,gaussians=20 --keep g marks.nii g.nii
+	timeout 120 ct-sr -x 4 $few --keep g marks.nii g.nii
 # Wherever the signals meet it, the result is that of a run which none met.
-set -- ct-sr -v -x 4 --projections --expert views=8,iterations=1500,gaussians=200
+set -- ct-sr -v -x 4 --paper --expert views=8,iterations=1500,gaussians=200
 for sig in INT KILL TERM; do
 	rm -f err1; setsid "$@" --keep r marks.nii r.nii 2>err1 & pid=$!
 	fits $pid
@@ -115,18 +117,18 @@ cmp -s r.nii w/r.nii; ok $? 'gives the same bytes'
 
 # Temporary folders.
 mkdir tmp; TMPDIR=$dir_/tmp; export TMPDIR
-ct-sr -q -x 4 --projections --expert views=8,iterations=1000000,gaussians=200 marks.nii t.nii 2>/dev/null & pid=$!
+ct-sr -q -x 4 --paper --expert views=8,iterations=1000000,gaussians=200 marks.nii t.nii 2>/dev/null & pid=$!
 until [ -s tmp/*/up.nii ] || ! kill -0 $pid; do sleep 0.1; done 2>/dev/null
-exits 0 'another run' ct-sr -q -x 4 --projections -Q draft --expert views=2,iterations=2,gaussians=20 marks.nii t2.nii
+exits 0 'another run' ct-sr -q -x 4 $few marks.nii t2.nii
 [ -e tmp/*/temporary ]; ok $? 'leaves the folder of the first alone'
 kill -KILL $pid; wait $pid 2>/dev/null
 flock -w 60 tmp/ct-sr.*/temporary true # until the commands that it started are gone too
 mkdir tmp/ct-sr.mine tmp/ct-sr.kept00; : >tmp/ct-sr.kept00/lock
-exits 0 'one after it was killed' ct-sr -q -x 4 --projections -Q draft --expert views=2,iterations=2,gaussians=20 marks.nii t3.nii
+exits 0 'one after it was killed' ct-sr -q -x 4 $few marks.nii t3.nii
 [ "$(ls tmp | tr '\n' ' ')" = 'ct-sr.kept00 ct-sr.mine ' ]; ok $? 'removes what it left, and nothing else'
 ls -R tmp | sed 's/^/# /'
 rmdir tmp/ct-sr.mine; rm -r tmp/ct-sr.kept00
-exits 0 'a dry run' ct-sr --dry-run -x 4 --projections marks.nii t4.nii
-exits 0 'and one with a folder' ct-sr --dry-run -x 4 --projections --keep none marks.nii t4.nii
+exits 0 'a dry run' ct-sr --dry-run -x 4 --paper marks.nii t4.nii
+exits 0 'and one with a folder' ct-sr --dry-run -x 4 --paper --keep none marks.nii t4.nii
 [ ! -e none ] && [ -z "$(ls tmp)" ]; ok $? 'make none'
 done_testing

@@ -17,9 +17,9 @@ is() { # is NAME EXPRESSION: awk says so
 ct-phantom -q --size 128x128x128 --expert oversample=1 sphere big.nii && # 8 MiB
 	ct-degrade -q -x 2 big.nii lr.nii && ct-upsample -q -m linear lr.nii up.nii &&
 	ct-phantom -q --size 64x64x64 --expert oversample=1 sphere mid.nii && # 1 MiB
-	ct-phantom -q -p -n 640 --det 16 --size 64x64x64 sphere low.exr &&
-	ct-phantom -q -p -n 640 --det 64 --size 64x64x64 sphere high.exr && # 10 MiB
-	ct-phantom -q -p -n 8192 --det 4 --size 64x64x64 sphere many.exr &&
+	exact sphere low.exr '--size 64x64x64' -n 640 --det 16 &&
+	exact sphere high.exr '--size 64x64x64' -n 640 --det 64 && # 10 MiB
+	exact sphere many.exr '--size 64x64x64' -n 8192 --det 4 &&
 	ct-project -q -n 16 --det 64 big.nii p.exr
 ok $? 'volumes and projections'
 

@@ -27,8 +27,7 @@ exits 0 'another number of voxels' ct-fdk --grid 24 p.exr g.nii
 ct-info g.nii >info; has info '^size *24 24 12' 'along the longest side'
 exits 0 'the grid of a volume' ct-fdk --grid g.nii p.exr g2.nii
 ct-metrics g.nii g2.nii | grep -q 'rmse-hu 0.000000$'; ok $? 'is the same grid'
-# shellcheck disable=SC2086
-ct-phantom $grid -p -n 60 --arc 360 ellipsoids bare.exr
+exact ellipsoids bare.exr "$grid" -n 60 --arc 360
 exits 0 'a stack that knows no volume' ct-fdk bare.exr b.nii
 for n in 0 2.5 65537 -3; do
 	exits 2 "a grid of $n voxels" ct-fdk --grid="$n" p.exr new.nii

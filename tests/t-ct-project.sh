@@ -12,8 +12,9 @@ ct-project -t 1 -n 5 m.nii - >one.exr; ct-project --threads=4 -n 5 m.nii - >four
 [ -s one.exr ] && cmp -s one.exr four.exr; ok $? 'one and four threads make the same file'
 exits 0 'geometry of another stack' ct-project --like m.exr m.nii like.exr
 exits 2 'which is the whole geometry' ct-project --like m.exr -n 4 m.nii new.exr
-exits 0 'closed form' ct-phantom $small -p -n 5 marks exact.exr
-exits 2 'options of a scan need --project' ct-phantom $small -n 5 marks new.nii
+# shellcheck disable=SC2086
+exits 0 'closed form' ct-phantom $small --like m.exr marks exact.exr
+exits 3 'in the scan of a file that is there' ct-phantom --like none.exr marks new.exr
 exits 2 'no such phantom' ct-phantom $small cat new.nii
 has err "'cat' is not one of ellipsoids|" 'and says so'
 exits 2 'no such beam' ct-project --beam laser m.nii new.exr
@@ -98,8 +99,7 @@ if command -v oiiotool >/dev/null 2>&1; then
 	has info 'ct:window: "-1024:3071"' 'window'
 	has info 'ct:volume.size: "24,24,24"' 'grid of the volume'
 	has info 'ct:scan.dso: "375"' 'distance scaled to the field of view'
-	# shellcheck disable=SC2086
-	ct-phantom $small -p -n 1 --det 25 sphere s.exr && oiiotool --stats s.exr >stats
+	exact sphere s.exr "$small" -n 1 --det 25 && oiiotool --stats s.exr >stats
 	has stats 'Stats Max: 12.00000' 'middle of a sphere: density x diameter, 0.25 x 48 mm'
 else
 	skip 'quantity, window, grid, distance, middle of a sphere' 'no oiiotool'

@@ -173,7 +173,7 @@ ct-convert -q --deid Secret_Patricia names/ && ct-convert -q --deid --template S
 py removed names && py removed names.dcm; ok $? 'nor do names of files get in'
 ct-sr -q -Q draft -x 2 --deid --report names.html Secret_Patricia/ Patricia/; ! grep -q Patricia names.html && grep -q 'times as many as IN:' names.html; ok $? 'nor into the report'
 ct-convert -q Secret_Patricia past.nii; ct-sr -qf -Q draft -x 2 --deid --report names.html past.nii Patricia/; ! grep -q Patricia names.html && grep -q 'times as many as IN:' names.html; ok $? 'nor that of what IN was made of'
-exits 2 'a report of projections' ct-sr -x 2 --projections --deid --report n.html Secret_Patricia no/; has err '^ct-sr: --deid: .*: not with --report' 'would tell'
+exits 2 'a report of projections' ct-sr -x 2 --paper --deid --report n.html Secret_Patricia no/; has err '^ct-sr: --deid: .*: not with --report' 'would tell'
 ct-sr -q -Q draft -x 2 --report names.html -f Secret_Patricia/ Patricia/; grep -q 'times as many as Secret_Patricia:' names.html && grep -q '<title>Patricia: report' names.html; ok $? 'which names the folders otherwise'
 tag() { dcmdump +P "$1" "$2" | sed -n 's/.*\[\(.*\)\].*/\1/p' | sort -u; }
 if command -v dcmdump >/dev/null; then
@@ -217,7 +217,7 @@ ct-info sr >info; has info '^size  *24 20$' 'twice as fine'; has info '^fit  *ye
 ct-phantom -q --size 24x24x24 marks ring.nii && ct-degrade -q -x 2 ring.nii ring2.nii && ct-sr -q -Q draft ring2.nii rings.nii && ct-sr -q -Q draft ring2.nii rings/ 2>/dev/null && ct-convert -q rings rung.nii
 least() { ct-info "$1" | sed -n 's/^min *//p'; }
 awk "BEGIN {exit !($(least rings.nii) < -1025 && $(least rung.nii) >= $(least ring2.nii) - .5)}"; ok $? "nothing below the scan is written as DICOM ($(least rings.nii), $(least rung.nii), $(least ring2.nii))"
-by() { ct-sr -x 4 --projections -Q draft --expert views=3,iterations=3,gaussians=50 "$@"; } # by ARGS...: by way of projections
+by() { ct-sr -x 4 --paper --expert views=3,iterations=3,gaussians=50 "$@"; } # by ARGS...: by way of projections
 exits 0 'with --keep' by -q --keep work template kept/; by -q template sr4/ 2>err; [ "$(sum kept)" = "$(sum sr4)" ]; ok $? 'the same bytes'
 exits 0 'to MetaImage' by -q template sr4.mha; head -c 10 sr4.mha | grep -q '^ObjectType'; ok $? 'no study is asked'
 sh work/commands.sh 2>err; ok $? 'and by its script'; [ "$(sum kept)" = "$(sum sr4)" ]; ok $? 'once more'

@@ -43,8 +43,8 @@ ct-degrade -x 1,1,8 --sigma 0 --decimate mean hi.nii.gz few.nii.gz || exit 99
 exits 0 'twelve slices' ct-info -e -x 1,1,8 few.nii.gz
 has out '^assumed .* averaged over a voxel (75 % sure); too few edges: slices are assumed as thick as far apart$' 'show too few edges'
 exits 2 'a factor below 1' ct-info -e -x 0.5 P1.nii.gz
-ct-phantom --project --views 30 --arc 360 --size 64x64x64 --expert dso=800,dsd=1200 --det 40x30 \
-	--expert pitch=2,offset=4,0 sphere p.exr || exit 99
+exact sphere p.exr '--size 64x64x64' --views 30 --arc 360 --expert dso=800,dsd=1200 --det 40x30 \
+	--expert pitch=2,offset=4,0 || exit 99
 exits 0 'two files' ct-info v.nii.gz p.exr
 [ "$(grep -c '^file ' out)" -eq 2 ] && [ "$(grep -c '^$' out)" -eq 1 ] && [ "$(grep -B1 '^file  *p.exr' out | head -n 1)" = '' ]
 ok $? 'with a blank line between them'

@@ -35,18 +35,13 @@ ct-upsample noise 0 1000000 -
 ct-upsample iterations 1 100000 300
 ct-upsample tolerance 0 1000000 0.1
 ct-view thickness 0.001 1000000 -
-ct-view surface - any -
 ct-view slices 1 1000 1
 ct-view views 1 10000 12
 ct-view zoom 0.015625 64 1
+ct-project views 0 65535 0
+ct-project arc -1000000 1000000 -
+ct-project sampling 0.01 100 -
 EOF
-for t in ct-phantom ct-project; do
-	cat <<EOF
-$t views 0 65535 0
-$t arc -1000000 1000000 -
-$t sampling 0.01 100 -
-EOF
-done >>limits
 command -v ct-view >/dev/null || { grep -v '^ct-view' limits >some; mv some limits; }
 
 # Just beyond, the error names both ends.
@@ -123,7 +118,7 @@ ct-compose --floor g--gain s--spacing w--window --consistent --residual-out --un
 ct-convert --series --tilt --gaps --skip-damaged --units --raw --orient --rescale --scanner
 ct-convert --radiograph --pitch --reorient --crop --iso --cube --type --compress --sidecar --template --template-other-patient --deid
 ct-ddnm x--factor p--prior a--arch --class n--steps --sigma-y --sampler i--init
-ct-ddnm b--base-projections k--samples --std r--resume --expert s--seed --json
+ct-ddnm k--samples --std r--resume --expert s--seed --json
 ct-ddnm --dry-run
 ct-degrade x--factor p--protocol --sigma --decimate --profile --slice-thickness --clip --noise s--seed --units
 ct-fdk m--method --grid --filter --parker n--iterations --nonnegative --tv w--window --quantity --expert
@@ -136,21 +131,20 @@ ct-metrics --tissues --uncertainty --consistency --map --min --max --csv --exper
 ct-nabgs b--base --base-projections --uncertainty --lr w--window n--iterations g--gaussians
 ct-nabgs a--activation m--mode x--factor --paper --checkpoint-every
 ct-nabgs --resume --expert s--seed --json --dry-run --units
-ct-phantom --size --spacing w--window p--project --beam n--views --arc --det --sampling
-ct-phantom --paper --scanner --like --expert s--seed
+ct-phantom --size --spacing w--window --like --expert s--seed
 ct-profile --units
 ct-project --beam n--views --arc --det --sampling --paper --scanner --like w--window
 ct-project --overshoot --quantity m--method --coarsen --pixel --photons --expert s--seed --json --dry-run
 ct-report --uncertainty --truth --log --units
 ct-sr x--factor --spacing --sigma --decimate --profile --slice-thickness --noise Q--quality --series --deid --report
-ct-sr --confidence --sidecar --memory --prior --projections --paper --release k--keep --expert s--seed --json
+ct-sr --confidence --sidecar --memory --prior --paper --release k--keep --expert s--seed --json
 ct-sr --dry-run --units
-ct-train k--kind x--factor --refined a--arch p--patch n--steps m--minutes --validate
+ct-train k--kind x--factor a--arch p--patch n--steps m--minutes --validate
 ct-train --patience r--resume --checkpoint-every --half --licence --bytes --with --cache --expert s--seed
 ct-train --json --dry-run
 ct-upsample m--method x--factor --spacing --sigma --decimate --profile --slice-thickness --noise --estimate --start --iterations
 ct-upsample --tolerance --std --memory p--prior Q--preset --expert --json --dry-run --units
-ct-view o--output p--plane --slice --slices --mip --thickness --surface --views w--window z--zoom e--error
+ct-view o--output p--plane --slice --slices --mip --thickness --views w--window z--zoom e--error
 ct-view --error-map --error-window l--labels --names
 EOF
 command -v ct-view >/dev/null || { grep -v '^ct-view' options >some; mv some options; }

@@ -22,7 +22,7 @@ no() { # no TOOL OPTION ARGS...: the option is refused by name
 	exits 2 "$tool $*" "$tool" "$@"
 	has err "^$tool: ${opt%%=*}: \(needs\|not with\) " 'is refused by name'
 }
-command -v ct-view >/dev/null && { no ct-view --error-window=0:1; no ct-view --error-map=signed; no ct-view --names=a; no ct-view --thickness=5; for o in slice=0.1 slices=2 mip=max window=0:1; do no ct-view --$o --surface 300; done; no ct-view --error --error --surface 300; no ct-view --slices=2 --slice 0.5,0.6; }
+command -v ct-view >/dev/null && { no ct-view --error-window=0:1; no ct-view --error-map=signed; no ct-view --names=a; no ct-view --thickness=5; no ct-view --slices=2 --slice 0.5,0.6; }
 no ct-convert --series=1 --raw 8x8x8:i16:1
 no ct-convert --tilt=shear --raw 8x8x8:i16:1
 no ct-convert --gaps=fill --raw 8x8x8:i16:1
@@ -45,10 +45,9 @@ no ct-convert --radiograph=integral --scanner s.json
 for o in --units=hu --reorient=RAS --iso=1 --cube=8 --crop=auto --template=none --deid --type=i16 --sidecar=x.json --series=1 --tilt=shear --gaps=fill --skip-damaged; do no ct-convert $o --radiograph intensity; done
 for o in --views=3 --arc=90 @start=3 @dso=500 @dsd=900 @pitch=2 @offset=1,2 --det=8 --sampling=2 --paper \
 	--scanner=s.json --like=none --beam=fan; do
-	no ct-phantom $o
 	[ $o = --like=none ] || no ct-project $o --like none
 done
-no ct-phantom @oversample=1 --project
+no ct-phantom @oversample=1 --like none
 no ct-phantom @density=0.5
 no ct-project --det=8 --sampling 1
 no ct-project --paper --scanner s.json
@@ -83,11 +82,6 @@ for o in --prior=p.x --steps=9 @operator=mean @sigma-det=2 @t-start=9 @travel=2,
 	@channel-reduce=first; do
 	no ct-ddnm $o --sampler none --init none
 done
-no ct-ddnm --base-projections=none --sampler none
-for o in --init=none --class=1 @operator=mean @sigma-det=2 @norm=1 @channel-reduce=first; do
-	no ct-ddnm $o --base-projections none --prior p.x
-done
-no ct-ddnm @t-start=9 --base-projections none
 no ct-ddnm @sigma-det=2 --expert operator=mean
 no ct-ddnm --arch=num_heads=1
 no ct-ddnm --class=1
@@ -95,12 +89,11 @@ no ct-ddnm @t-start=9
 no ct-ddnm --std=sd.exr
 no ct-ddnm --std=sd.exr --samples 1
 for o in --prior=p.x --preset=best; do for m in auto linear tv; do no ct-upsample $o -m $m; done; done
-for o in --factor=3 --bytes=0:1 --with=none --cache=none --refined=none; do
+for o in --factor=3 --bytes=0:1 --with=none --cache=none; do
 	no ct-train $o
 done
 no ct-train --arch=model_channels=8 --kind slices
 no ct-train --patience=3
-no ct-train --patience=3 --validate none --kind residual --refined none
 echo ct-train --checkpoint-every >>tried
 exits 2 'ct-train to a stream' ct-train --checkpoint-every=3 - none
 has err '^ct-train: --checkpoint-every: needs OUT to be a file' 'has no state'
@@ -121,17 +114,17 @@ done
 no ct-metrics --factor=4
 no ct-metrics --map=m.nii
 no ct-info --factor=2
-for p in --paper --release; do for o in --quality=best --projections --sigma=1 --noise=2 --decimate=mean --profile=box --slice-thickness=5; do no ct-sr $o $p; done; done
-for p in --paper --release --projections; do for o in --spacing=1 --confidence=c.nii --sidecar=c.json; do no ct-sr $o $p; done; done
+for p in --paper --release; do for o in --quality=best --sigma=1 --noise=2 --decimate=mean --profile=box --slice-thickness=5; do no ct-sr $o $p; done; done
+for p in --paper --release; do for o in --spacing=1 --confidence=c.nii --sidecar=c.json; do no ct-sr $o $p; done; done
 no ct-sr --paper --release
 no ct-sr --keep=k
 no ct-sr --spacing=1 -x 2
 no ct-sr --prior=none -Q draft
-for o in --projections --paper --release; do no ct-sr --confidence=c.nii $o; done
+for o in --paper --release; do no ct-sr --confidence=c.nii $o; done
 echo ct-sr --report >>tried
 exits 2 'a page of a stream' ct-sr --report=r.html none -
 has err '^ct-sr: --report: needs OUT to be a file' 'has nothing to read'
-for o in --spacing=1 --memory=1G; do for p in --paper --release --projections; do no ct-sr $o $p; done; done
+for o in --spacing=1 --memory=1G; do for p in --paper --release; do no ct-sr $o $p; done; done
 for o in --sigma=1 --decimate=mean --noise=1; do for p in --paper --release; do no ct-sr $o $p; done; done
 no ct-sr --spacing=1 -x 2
 for t in ct-ddnm ct-fdk ct-project ct-train ct-upsample; do no $t --json; done

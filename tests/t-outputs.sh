@@ -64,13 +64,13 @@ twice 'an input of the same run' ct-fdk -f --grid a.nii a.exr a.nii
 twice 'an input of the same run' ct-train -f a.safetensors a.exr
 twice 'an input of the same run' ct-sr -f a.nii a.nii
 mkdir kept
-twice 'written between' ct-sr -x 2 --projections -k kept a.nii kept/lr.nii
+twice 'written between' ct-sr -x 2 --paper -k kept a.nii kept/lr.nii
 cp a.nii kept/up.nii
-twice 'written between' ct-sr -x 2 --projections -k kept kept/up.nii out.nii
+twice 'written between' ct-sr -x 2 --paper -k kept kept/up.nii out.nii
 rm kept/up.nii
-twice 'written between' ct-sr -x 4 --projections -k kept -Q best a.nii d/kept/up.nii
+twice 'written between' ct-sr -x 4 --paper -k kept a.nii d/kept/up.nii
 has err 'kept/up.nii' 'which it names'
-ct-sr --dry-run --projections --expand 7 a.nii new.nii | grep -q 'ct-convert.* --expand=7'
+ct-sr --dry-run --paper --expand 7 a.nii new.nii | grep -q 'ct-convert.* --expand=7'
 ok $? 'ct-sr hands on how far IN may expand'
 twice 'another output of the same run' ct-compose --residual-out new.nii up.nii lr.nii ./new.nii
 twice 'another output of the same run' ct-ddnm -k 2 --std new.exr low.exr d/new.exr

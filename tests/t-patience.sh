@@ -31,8 +31,8 @@ def course(name, most, patience):
 sys.exit(not eval(sys.argv[1]))
 END
 is() { python3 look.py "$1" 2>err; ok $? "$2"; sed 's/^/# /' err; } # is EXPRESSION NAME
-ct-phantom -q -p -n 6 --det 48 --size 64x64x64 ellipsoids a.exr &&
-	ct-phantom -q -p -n 3 --det 48 --size 64x64x64 marks b.exr; ok $? 'projections'
+exact ellipsoids a.exr '--size 64x64x64' -n 6 --det 48 &&
+	exact marks b.exr '--size 64x64x64' -n 3 --det 48; ok $? 'projections'
 net=model_channels=32,channel_mult=1,num_res_blocks=1
 train() { # train OUT ARGS...: too fast, so that it goes astray
 	out=$1; shift

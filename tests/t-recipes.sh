@@ -13,10 +13,4 @@ echo "$said" | grep -q 'steps 1 '; ok $? "README has options:$said"
 exits 0 'they make a prior' sh "$srcdir/src/prior/make-prior.sh" ct xray work prior.safetensors $said --arch model_channels=32,channel_mult=1
 exits 0 'which can be read' ct-info prior.safetensors; has out 'scales=1,2' 'as it was made'
 [ "$(ls work | wc -l)" -eq 6 ]; ok $? 'six poses'
-said=$(options residual)
-echo "$said" | grep -q 'steps 600 '; ok $? "README has options:$said"
-mkdir truth base; cp work/a-1.exr truth
-ct-degrade -q -x 4 ct/a.nii.gz - | ct-upsample -q -m cubic - up.nii; ct-project -q --like truth/a-1.exr up.nii base/a-1.exr
-# shellcheck disable=SC2086
-exits 0 'which ct-train has' ct-train --dry-run --kind residual --validate truth --refined base no.safetensors truth $said
 done_testing

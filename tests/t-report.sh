@@ -100,9 +100,9 @@ report('p.nii', {'kind': 'volume', 'size': [9, 10, 11], 'spacing-mm': [2.0, 3.0,
                              ' --size 9x10x11 --spacing 2,3,4 -s 5 -w -1000:2000 ellipsoids p.nii']})
 END
 cp "$srcdir/tests/exr.py" .
-ct-phantom -q -p -n 30 --arc 350 --expert start=7 --size 64x64x64 --expert dso=800,dsd=1000 --det 40x30 --expert pitch=2,3 \
-	--expert offset=4,-5 sphere cone.exr && ct-phantom -q -p -n 4 --beam parallel --arc -180 --det 40x30 \
-	--size 64x64x64 sphere flat.exr && ct-phantom -q -p -n 1 --size 64x64x64 sphere one.exr || exit 99
+exact sphere cone.exr '--size 64x64x64' -n 30 --arc 350 --expert start=7,dso=800,dsd=1000,pitch=2,3,offset=4,-5 --det 40x30 &&
+	exact sphere flat.exr '--size 64x64x64' -n 4 --beam parallel --arc -180 --det 40x30 &&
+	exact sphere one.exr '--size 64x64x64' -n 1 || exit 99
 run 'stacks: a cone, parallel rays, one view' <<'END'
 import exr
 def stack(name, want, told=()):

@@ -29,7 +29,7 @@ ln -s /dev/full full.json
 exits 4 'no room' ct-convert --sidecar full.json a.nii d.nii
 exits 0 'of what ct-sr makes' ct-sr -q -Q draft -x 1,1,2 --sidecar r.json a.nii r.nii
 for i in '"SourceFile": "a.nii"' '"Factor": "1,1,2"' '"Method": "' '"DERIVED"' '"Units": "HU"'; do has r.json "$i" "says $i"; done
-exits 2 'not by projections' ct-sr --sidecar no.json --projections a.nii no.nii
+exits 2 'not by projections' ct-sr --sidecar no.json --paper a.nii no.nii
 exits 4 'no room for it' ct-sr -q -Q draft -x 1,1,2 --sidecar full.json a.nii r2.nii
 python_with pydicom && python_with nibabel && "$PY" -c 'import pydicom, numpy' 2>/dev/null &&
 	ct-convert "$srcdir/tests/t-sidecar.sh" s.nii 2>&1 | grep -qv 'reads no DICOM' || {

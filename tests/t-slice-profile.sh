@@ -41,8 +41,6 @@ ct-convert -q --iso 2 a.nii coarse.nii
 exits 0 'two axes and a profile of the third' ct-sr -Q draft -x 2,2,5 --sigma .7,.7,0 --decimate mean --profile p.txt --noise 0 bare.nii sr2.nii
 exits 0 'in plane measured' ct-sr -Q draft -x 2,2,5 --profile p.txt --noise 0 bare.nii sr3.nii
 ! grep -q 'along x,y,z' err; ok $? 'of the slices nothing is measured'
-exits 0 'by way of projections' ct-sr --dry-run --projections -Q draft -x 4 --slice-thickness 1 bare.nii sr4.nii
-has out 'slice-thickness=1' 'the commands are told'
 
 # contradictions
 no 2 '--sigma contradicts --profile, which says the blur along axis 2' ct-upsample -x 1,1,5 --sigma 1 --profile box bare.nii

@@ -58,7 +58,7 @@ exits 3 'what fails' ct-sr -f -x 2 err up.nii
 ! grep -q ' times; ' err; ok $? 'says no such line'
 exits 2 'a factor that the file contradicts' ct-sr -f -x 3 scan.nii up.nii
 has err '^ct-sr: scan.nii: the factor 3,3,3 contradicts the file, which was reduced 2,2,2 times$' 'names the file that the user gave'
-exits 2 'one of a chain' ct-sr -f --projections -x 3 scan.nii up.nii
+exits 2 'one of a chain' ct-sr -f --paper -x 3 scan.nii up.nii
 has err '^ct-upsample: scan.nii: the factor 3,3,3 contradicts the file, which' 'too'
 has err '^ct-sr: ct-upsample failed; what it reads was made of scan.nii$' 'and ct-sr what it was made of'
 ct-phantom -q -f --size 20x20x20 ellipsoids five.nii && ct-degrade -q -f -x 1,1.25,10 five.nii five-lr.nii

@@ -23,9 +23,9 @@ ok = eval(sys.argv[1])
 sys.exit(not ok)
 END
 is() { python3 look.py "$1" 2>err; ok $? "$2"; sed 's/^/# /' err; } # is EXPRESSION NAME
-for d in 0.25 0.5; do ct-phantom -q -p -n 6 --det 48 --expert density=$d --size 64x64x64 sphere d$d.exr; done
-ct-phantom -q -p -n 6 --det 48 --size 64x64x64 ellipsoids a.exr &&
-	ct-phantom -q -p -n 3 --det 48 --size 64x64x64 marks b.exr; ok $? 'projections'
+for d in 0.25 0.5; do exact sphere d$d.exr "--size 64x64x64 --expert density=$d" -n 6 --det 48; done
+exact ellipsoids a.exr '--size 64x64x64' -n 6 --det 48 &&
+	exact marks b.exr '--size 64x64x64' -n 3 --det 48; ok $? 'projections'
 net=model_channels=32,channel_mult=1,num_res_blocks=1
 train() { out=$1; shift; ct-train -a $net -p 8 --expert batch=2 -n 7 --expert lr=1e-3,log-every=1 "$@" 2>"$out.log"; } # train OUT ARGS...
 run() { out=$1; shift; train "$out" "$@" "$out.safetensors" a.exr; }
@@ -54,7 +54,7 @@ is 'len(weights("colour")) > len(weights("plain"))' 'three channels, all of them
 # the same but for a power of two: a stack is seen as parts of its largest value
 for d in 0.25 0.5; do train d$d d$d.safetensors d$d.exr; done
 is 'weights("d0.25") == weights("d0.5")' 'twice the density is the same picture'
-ct-phantom -q -p -n 2 --det 48 --expert offset=9999,0 --size 64x64x64 sphere dark.exr
+exact sphere dark.exr '--size 64x64x64' -n 2 --det 48 --expert offset=9999,0
 exits 3 'a stack that is dark' ct-train no.safetensors dark.exr
 has err 'dark.exr: no value is above 0' 'is named'
 

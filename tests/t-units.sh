@@ -45,7 +45,7 @@ exits 0 'ct-convert copies what is not HU' ct-convert unit.nii copy.nii
 exits 0 'a range is given' ct-metrics --range 1 unit.nii unit.nii
 exits 0 'or a window' ct-metrics --window 0:1 unit.nii unit.nii
 exits 0 'density is what the user says' ct-project -q --quantity density --views 2 --det 4x4 unit.nii p.exr
-exits 0 'ct-sr hands it on' ct-sr -q --dry-run --projections --units hu unit.nii new.nii
+exits 0 'ct-sr hands it on' ct-sr -q --dry-run --paper --units hu unit.nii new.nii
 has out 'ct-convert .*--units=hu$' 'to ct-convert'
 exits 3 'what is to teach is HU' $train unit.nii; has err 'unit.nii: values from 0 to 0.984 are not HU$' 'or refused'
 # neither sform nor qform: bytes 252 to 255 of the header

@@ -107,7 +107,7 @@ if command -v ct-view >/dev/null; then
 		'three of seven, evenly'
 	is 'all(shows("two.png", i * 24, c * 24, view(f, k, 20), span(*(view(g, j, 20) for g in ("p.exr", "q.exr") for j in (0, 2, 4)))) for i, k in enumerate((0, 2, 4)) for c, f in enumerate(("p.exr", "q.exr")))' \
 		'of two stacks side by side'
-	ct-phantom -q -p -n 1 --det 8 --expert offset=9999,0 --size 20x20x20 sphere dark.exr; ct-view dark.exr dark.png
+	exact sphere dark.exr '--size 20x20x20' -n 1 --det 8 --expert offset=9999,0; ct-view dark.exr dark.png
 	is 'set(sum(png.read("dark.png"), [])) == {(0, 0, 0)}' 'a constant is black'
 	ct-phantom -q --size 20x20x20 --spacing 4 -s 3 marks far0.nii && ct-convert -q --iso 8 far0.nii far.nii
 	ct-view -z 2 -p axial far.nii v.nii zoom.png
@@ -139,7 +139,7 @@ told 0 'none where it is undone' --coarsen 4 $geometry tv.nii
 told 4 'a quarter of a coarse voxel where nothing is said' --coarsen 4 $geometry hr.nii # 0.8 1 5 3/3
 told 8 'of twice as coarse a one' --coarsen 8 $geometry hr.nii
 }
-ct-phantom -q -p -n 2 --det 8 --size 24x24x24 ellipsoids bare.exr
+exact ellipsoids bare.exr '--size 24x24x24' -n 2 --det 8
 ct-ddnm -f -v -n 1 -x 8 --expert operator=matched --sampler ddnm bare.exr t.exr 2>err; has err 'operator of blur 1.6 px' 'and of no volume'
 ct-project -q -n 2 --coarsen 128 --det 128 hr.nii wide.exr
 exits 3 'coarser than can be' ct-ddnm wide.exr no.exr; has err 'wide.exr: coarsen is 128, not a whole number from 2 to 64' 'is said'

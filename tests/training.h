@@ -18,7 +18,7 @@ __attribute__((unused)) static void picture(struct ct_pictures *s, size_t h, siz
 
 	for (size_t i = 0; px && i < h * w; i++)
 		px[i] = value(i / w, i % w);
-	must(!px || ct_pictures_add(s, 0, h, w, px, "a picture", &err));
+	must(!px || ct_pictures_add(s, h, w, px, "a picture", &err));
 }
 
 __attribute__((unused)) static void options(struct ct_train_opts *o, struct ct_unet_arch *a)

@@ -73,8 +73,7 @@ struct ct_env;
 #define CT_META_METHOD "method"
 /* word: yes: what the volume had beyond the window was projected too; ct-project */
 #define CT_META_OVERSHOOT "overshoot"
-/* integer: detector pixels that became one, along each side; ct-project; of a prior of what is
- * missing, coarse ones of the scans that it knows; ct_residual_put */
+/* integer: detector pixels that became one, along each side; ct-project */
 #define CT_META_COARSEN "coarsen"
 /* word: how: point, mean, sinc; ct-project */
 #define CT_META_PIXEL "pixel"
@@ -89,12 +88,6 @@ struct ct_env;
 #define CT_META_OPERATOR "operator"
 /* number: value that the network saw as 1; ct-ddnm */
 #define CT_META_NORM "norm"
-/* number: of a prior, what is missing for each part of the octave that is known; ct_residual_put;
- * of projections, in their unit: the RMS that was taken to be missing; ct-ddnm */
-#define CT_META_MISSING "missing"
-/* "W,A", 0 to 1: of such a prior, the weight of what it expects of scans that were well sampled,
- * and of others; ct_residual_put */
-#define CT_META_WEIGHT "weight"
 /* word: of the fit: residual, full; ct-nabgs */
 #define CT_META_MODE "mode"
 

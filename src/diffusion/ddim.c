@@ -76,10 +76,9 @@ void ct_draw_ddim(struct ct_draw *w, size_t k, float *x)
 	const struct ct_sampler *s = w->s;
 	const struct ct_ddim m = ct_ddim_weights(s, k, w->known);
 	const bool bird = s->how.rule == CT_SAMPLER_BIRD, guided = s->how.rule == CT_SAMPLER_GDP;
-	const float range = (float)s->how.range;
 
 	for (size_t i = 0; !bird && i < w->all; i++)
-		w->x0[i] = fminf(fmaxf(w->x0[i], -range), range);
+		w->x0[i] = fminf(fmaxf(w->x0[i], -1.0f), 1.0f);
 	if (!guided && !bird)
 		ct_draw_pull(w, 1.0, w->x0, w->x0);
 	for (size_t i = 0; i < w->all; i++) {

@@ -96,10 +96,6 @@ int ct_draw_run(struct ct_draw *w, float *x, float *trail, struct ct_err *e)
 		w->x0 = last;
 		if (estimate(w, s->t[k], x, e))
 			return -1;
-		if (k == 0 && s->first) {
-			memcpy(s->first, w->x0, w->all * sizeof *w->x0);
-			ct_draw_pull(w, 1.0, s->first, w->x0);
-		}
 		s->normals(s->normals_ctx, k + 1, w->all, w->z);
 		if (s->how.rule <= CT_SAMPLER_SIMPLE)
 			ct_draw_ddnm(w, k, x);
@@ -124,8 +120,7 @@ struct ct_sampler_how ct_sampler_default(enum ct_sampler_rule rule)
 		.sigma_y = 0.0015,
 		.guidance = 2000,
 		.iterations = 100,
-		.rate = 1e-3,
-		.range = 1};
+		.rate = 1e-3};
 }
 
 size_t ct_sampler_steps(enum ct_sampler_rule rule)

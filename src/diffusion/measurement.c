@@ -75,13 +75,6 @@ int ct_measurement_alloc(struct ct_measurement *op, enum ct_measurement_kind kin
 	return kind == CT_MEASUREMENT_MATCHED ? alloc_axes(op, sigma, e) : 0;
 }
 
-int ct_measurement_band(
-	struct ct_measurement *op, size_t h, size_t w, size_t high, size_t wide, struct ct_err *e)
-{
-	*op = (struct ct_measurement){CT_MEASUREMENT_MATCHED, h, w, 1, high, wide, {0}, {0}};
-	return alloc_axes(op, 0, e);
-}
-
 void ct_measurement_free(struct ct_measurement *op)
 {
 	free(op->rows.u);

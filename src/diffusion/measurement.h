@@ -59,18 +59,14 @@ struct ct_axis {
 
 struct ct_measurement {
 	enum ct_measurement_kind kind;
-	size_t h, w, s, high, wide; /* s of a band 1 */
-	struct ct_axis rows, cols;  /* matched only */
+	size_t h, w, s, high, wide;
+	struct ct_axis rows, cols; /* matched only */
 };
 
 /* sigma: Gaussian of the matched kind, fine pixels in [0, 1e4], else CT_EUSAGE. CT_EGEOM if a
  * matched h or w is above CT_AXIS_MAX. *op zero. */
 int ct_measurement_alloc(struct ct_measurement *op, enum ct_measurement_kind kind, size_t h,
 	size_t w, size_t s, double sigma, struct ct_err *e);
-/* The h w lowest of the cosines of a picture (high, wide), h <= high, w <= wide: matched, without a
- * blur, and A^T A the projection on them. CT_EGEOM as above. */
-int ct_measurement_band(
-	struct ct_measurement *op, size_t h, size_t w, size_t high, size_t wide, struct ct_err *e);
 void ct_measurement_free(struct ct_measurement *op);
 size_t ct_measurement_scratch(const struct ct_measurement *op);
 /* Singular value of coefficient k of h w; 0 where nothing is measured. */

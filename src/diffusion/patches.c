@@ -8,23 +8,22 @@
 #include <stdlib.h>
 #include <string.h>
 
-int ct_pictures_add(struct ct_pictures *s, size_t planes, size_t h, size_t w, float *px,
-	const char *name, struct ct_err *e)
+int ct_pictures_add(
+	struct ct_pictures *s, size_t h, size_t w, float *px, const char *name, struct ct_err *e)
 {
-	const bool grey = planes == 0;
-	const size_t n = (grey ? 1 : planes) * h * w;
+	const size_t n = h * w;
 	size_t i = 0;
 
-	while (i < n && (grey ? px[i] >= 0 && px[i] <= 1 : isfinite(px[i])))
+	while (i < n && px[i] >= 0 && px[i] <= 1)
 		i++;
 	if (i < n)
-		ct_fail(e, CT_ENUMERIC, "%s: row %zu, column %zu is %g%s", name, i / w % h, i % w,
-			(double)px[i], grey ? ", outside [0, 1]" : "");
+		ct_fail(e, CT_ENUMERIC, "%s: row %zu, column %zu is %g, outside [0, 1]", name,
+			i / w, i % w, (double)px[i]);
 	if (i < n || ct_grow(&s->picture, &s->cap, s->n + 1, sizeof *s->picture, e)) {
 		free(px);
 		return -1;
 	}
-	s->picture[s->n++] = (struct ct_picture){grey ? 1 : planes, h, w, px};
+	s->picture[s->n++] = (struct ct_picture){h, w, px};
 	return 0;
 }
 
@@ -86,16 +85,13 @@ void ct_patches_draw(const struct ct_patches *p, const struct ct_pictures *s, fl
 	row = ct_rng_below(seed, index, draw++, pic->h - n * f + 1);
 	col = ct_rng_below(seed, index, draw++, pic->w - n * f + 1);
 	mirror = ct_rng_below(seed, index, draw, 2);
-	for (size_t c = 0; c < pic->planes; c++)
-		for (size_t i = 0; i < n; i++)
-			for (size_t j = 0; j < n; j++) {
-				const size_t to = i * n + (mirror ? n - 1 - j : j);
-				const float *at =
-					pic->px + (c * pic->h + row + i * f) * pic->w + col + j * f;
-				const float v = area_mean(at, pic->w, f);
+	for (size_t i = 0; i < n; i++)
+		for (size_t j = 0; j < n; j++) {
+			const size_t to = i * n + (mirror ? n - 1 - j : j);
+			const float *at = pic->px + (row + i * f) * pic->w + col + j * f;
 
-				x[c * n * n + to] = p->planes ? v : 2.0f * v - 1.0f;
-			}
-	for (size_t c = pic->planes; c < p->channels; c++)
+			x[to] = 2.0f * area_mean(at, pic->w, f) - 1.0f;
+		}
+	for (size_t c = 1; c < p->channels; c++)
 		memcpy(x + c * n * n, x, n * n * sizeof *x);
 }

@@ -7,32 +7,29 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Grey pictures with values in [0, 1], or pictures of planes that are seen together, as they are.
- * A zeroed struct is an empty set. */
+/* Grey pictures with values in [0, 1]. A zeroed struct is an empty set. */
 struct ct_pictures {
 	size_t n, cap;
 	struct ct_picture {
-		size_t planes, h, w;
-		float *px; /* owned, [planes][h][w] */
+		size_t h, w;
+		float *px; /* owned, [h][w] */
 	} * picture;
 };
 
 struct ct_patches {
 	size_t size;             /* edge of a piece, pixels */
-	size_t channels;         /* a grey piece is repeated; planes: as many */
-	bool planes;             /* the pictures have planes, and one scale, 1 */
+	size_t channels;         /* the piece is repeated */
 	size_t scales, scale[8]; /* a piece is cut from the picture reduced by one of these */
 };
 
-/* Takes over px[planes][h][w], also when it fails. CT_ENUMERIC unless all are finite; planes 0: one
- * grey picture, whose values all lie in [0, 1]. */
-int ct_pictures_add(struct ct_pictures *s, size_t planes, size_t h, size_t w, float *px,
-	const char *name, struct ct_err *e);
+/* Takes over px[h][w], also when it fails. CT_ENUMERIC unless all values lie in [0, 1]. */
+int ct_pictures_add(
+	struct ct_pictures *s, size_t h, size_t w, float *px, const char *name, struct ct_err *e);
 void ct_pictures_free(struct ct_pictures *s);
 /* CT_EGEOM if no picture is as large as a piece at the smallest scale. */
 int ct_patches_check(const struct ct_patches *p, const struct ct_pictures *s, const char *what,
 	struct ct_err *e);
-/* Piece number `index`: x[channels][size][size] in [-1, 1] (planes: their values), a function of
+/* Piece number `index`: x[channels][size][size] in [-1, 1], a function of
  * the seed and the index. Picture, scale (among those it is large enough for), place and mirroring
  * (left-right) are drawn uniformly; the reduction averages areas. Pictures that are too small are
  * passed over.

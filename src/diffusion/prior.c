@@ -6,14 +6,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* residual: is it a prior of what is missing? */
-static int check_meta(const struct ct_meta *m, bool residual, struct ct_err *e)
+static int check_meta(const struct ct_meta *m, struct ct_err *e)
 {
 	const char *map = ct_meta_get(m, CT_META_INTENSITY_MAP),
 		   *beta = ct_meta_get(m, CT_META_BETA_SCHEDULE);
 	double steps = CT_TIMESTEPS;
 
-	if (map && !residual && strcmp(map, CT_PRIOR_MAP) != 0)
+	if (map && strcmp(map, CT_PRIOR_MAP) != 0)
 		return ct_fail(
 			e, CT_EINPUT, "intensity_map is \"%.80s\", not \"%s\"", map, CT_PRIOR_MAP);
 	if (beta && strcmp(beta, "linear") != 0)
@@ -41,24 +40,22 @@ static int drop_variance(struct ct_tensors *w, struct ct_unet_arch *a, struct ct
 	return ct_unet_arch_to_meta(a, &w->meta, e);
 }
 
-static int check_channels(const struct ct_unet_arch *a, bool residual, struct ct_err *e)
+static int check_channels(const struct ct_unet_arch *a, struct ct_err *e)
 {
-	const size_t in = residual ? CT_RESIDUAL_PLANES : a->in_channels, out = residual ? 1 : in;
-
-	if (a->in_channels == in && a->out_channels == out)
-		return 0;
-	return ct_fail(e, CT_EINPUT, "%zu channels in and %zu out: not a predictor of %s",
-		a->in_channels, a->out_channels, residual ? "what is missing" : "noise");
+	return a->in_channels == a->out_channels
+		       ? 0
+		       : ct_fail(e, CT_EINPUT,
+				 "%zu channels in and %zu out: not a predictor of noise",
+				 a->in_channels, a->out_channels);
 }
 
 int ct_prior_alloc(struct ct_prior *p, struct ct_tensors *w, struct ct_err *e)
 {
 	struct ct_unet_arch a;
-	int other = ct_residual_get(&p->residual, &w->meta, e);
 
-	if (other < 0 || check_meta(&w->meta, !other, e) || ct_unet_arch_of(&a, w, e) ||
+	if (check_meta(&w->meta, e) || ct_unet_arch_of(&a, w, e) ||
 		(a.out_channels == 2 * a.in_channels && drop_variance(w, &a, e)) ||
-		check_channels(&a, !other, e) || ct_unet_alloc(&p->unet, w, e))
+		check_channels(&a, e) || ct_unet_alloc(&p->unet, w, e))
 		return -1;
 	p->channels = a.in_channels;
 	p->multiple = (size_t)1 << (a.levels - 1);

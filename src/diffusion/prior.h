@@ -2,7 +2,6 @@
 #ifndef CT_DIFFUSION_PRIOR_H
 #define CT_DIFFUSION_PRIOR_H
 #include "core/tensors.h"
-#include "diffusion/residual.h"
 #include "diffusion/superres.h"
 #include "unet/unet.h"
 
@@ -12,10 +11,8 @@
 struct ct_prior {
 	struct ct_unet *unet;
 	struct ct_schedule schedule;
-	size_t channels, multiple;   /* of pictures; sides are multiples of the latter */
-	struct ct_residual residual; /* factor 0 unless it is one of what is missing (residual.h):
-				      * channels are then CT_RESIDUAL_PLANES, and it tells one */
-	size_t high, wide;           /* size the workspaces are made for */
+	size_t channels, multiple; /* of pictures; sides are multiples of the latter */
+	size_t high, wide;         /* size the workspaces are made for */
 	size_t workers;
 	void **plan; /* [workers], each a struct ct_unet_plan */
 };
@@ -32,7 +29,7 @@ int ct_prior_classify(struct ct_prior *p, size_t label, struct ct_err *e);
  */
 int ct_prior_plan(
 	struct ct_prior *p, size_t workers, size_t high, size_t wide, bool back, struct ct_err *e);
-/* For ct_superres, or ct_residual_draw; valid while p is and until the next plan. */
+/* For ct_superres; valid while p is and until the next plan. */
 struct ct_denoiser ct_prior_denoiser(const struct ct_prior *p);
 void ct_prior_free(struct ct_prior *p);
 

@@ -73,7 +73,6 @@ struct ct_sampler_how {
 	size_t iterations; /* BIRD: chains, >= 1; after all but the last the noise is moved */
 	double rate;       /* BIRD: of Adam */
 	bool frozen;       /* BIRD: eps taken for constant, and no derivative of the network */
-	double range;      /* of the step rules: |x0| <= range, 1 unless it is HUGE_VAL */
 };
 
 struct ct_sampler {
@@ -88,7 +87,6 @@ struct ct_sampler {
 	void *eps_ctx;
 	ct_normals_fn *normals;
 	void *normals_ctx;
-	float *first; /* as x; gets what is expected at the first timestep, held; may be NULL */
 };
 
 /* As published: eta 0.99 and sigma_y 0.0015 (the CT super-resolution paper), DDIM's eta 0; guidance

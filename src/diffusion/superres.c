@@ -148,7 +148,7 @@ static void collect(void *ctx, const float *result, size_t view)
 {
 	const struct superres_job *j = ctx;
 
-	ct_waves_mean(&j->waves, result, 0, ct_stack_view(j->out, view), 1.0,
+	ct_waves_mean(&j->waves, result, ct_stack_view(j->out, view),
 		j->deviation ? ct_stack_view(j->deviation, view) : NULL);
 }
 
@@ -243,12 +243,10 @@ int ct_superres(const struct ct_superres *p, const struct ct_denoiser *net,
 		.env = env,
 		.how = p->how,
 		.op = &j.op,
-		.eps = ct_waves_eps,
 		.views = in->views,
 		.channels = net->channels,
 		.room = net->channels * (2 * high * wide + j.op.h * j.op.w),
 		.pixels = out->h * out->w,
-		.parts = 1,
 		.begin = begin,
 		.end = end,
 		.collect = collect,

@@ -25,11 +25,11 @@ struct ct_train {
 	const struct ct_env *env;
 	struct ct_schedule schedule;
 	uint64_t step;
-	size_t n, pixels, inputs, groups, threads, chunks; /* pixels told of inputs that are seen */
-	float *m, *v, *grads;                              /* [n], [n], [groups][n] */
-	double *norm;                                      /* [chunks] */
-	struct bench *bench;                               /* [threads] */
-	bool ema_stale; /* the average has moved since it was last run */
+	size_t n, pixels, groups, threads, chunks;
+	float *m, *v, *grads; /* [n], [n], [groups][n] */
+	double *norm;         /* [chunks] */
+	struct bench *bench;  /* [threads] */
+	bool ema_stale;       /* the average has moved since it was last run */
 };
 
 /* One pass over the batch or the validation pieces. */
@@ -69,15 +69,12 @@ static int sample_loss(struct ct_train *t, struct bench *b, const struct pass *p
 
 	ct_patches_draw(&t->o.patches, p->data, b->x0, seed, stream(sample, PIECE));
 	ct_rng_normals(t->pixels, b->z, seed, stream(sample, NOISE), 0);
-	memcpy(b->xt, b->x0, t->inputs * sizeof *b->xt);
 	for (size_t i = 0; i < t->pixels; i++)
 		b->xt[i] = (float)(keep * (double)b->x0[i] + add * (double)b->z[i]);
 	if (ct_unet_forward(p->test ? b->test : b->train, b->eps, b->xt, (double)time, e))
 		return -1;
 	for (size_t i = 0; i < t->pixels; i++) {
-		const double z = (double)b->z[i], x0 = (double)b->x0[i],
-			     aim = t->o.residual ? keep * z - add * x0 : z;
-		const double d = (double)b->eps[i] - aim;
+		const double d = (double)b->eps[i] - (double)b->z[i];
 
 		sum += d * d;
 		b->eps[i] = (float)(2.0 * d / (double)t->pixels);
@@ -96,9 +93,6 @@ static void train_group(void *arg, size_t g, size_t worker)
 	for (size_t k = g * p->count / p->groups; k < (g + 1) * p->count / p->groups; k++) {
 		uint64_t sample = t->step * t->o.batch + k;
 		int time = (int)ct_rng_below(t->o.seed, stream(sample, TIME), 0, CT_TIMESTEPS);
-
-		if (t->o.residual && sample % 2)
-			time = CT_TIMESTEPS - 1;
 
 		if (ct_check_stop(t->env, &p->err[g]) ||
 			sample_loss(t, &t->bench[worker], p, t->o.seed, sample, time, grads,
@@ -196,7 +190,7 @@ double ct_train_bytes(const struct ct_train *t)
 
 	for (size_t i = 0; i < t->threads; i++)
 		bytes += (double)ct_unet_plan_bytes(t->bench[i].train) +
-			 2.0 * (double)((t->pixels + t->inputs) * sizeof(float));
+			 4.0 * (double)(t->pixels * sizeof(float));
 	return bytes + floats * sizeof(float);
 }
 
@@ -243,10 +237,10 @@ static int bench_alloc(struct ct_train *t, struct bench *b, struct ct_err *e)
 {
 	const size_t size = t->o.patches.size;
 
-	if (ct_alloc(&b->x0, 2 * (t->inputs + t->pixels), sizeof(float), e))
+	if (ct_alloc(&b->x0, 4 * t->pixels, sizeof(float), e))
 		return -1;
-	b->xt = b->x0 + t->inputs;
-	b->z = b->xt + t->inputs;
+	b->xt = b->x0 + t->pixels;
+	b->z = b->xt + t->pixels;
 	b->eps = b->z + t->pixels;
 	return ct_unet_plan_alloc(&b->train, t->net, size, size, true, e);
 }
@@ -254,13 +248,7 @@ static int bench_alloc(struct ct_train *t, struct bench *b, struct ct_err *e)
 static int check_options(
 	const struct ct_unet_arch *a, const struct ct_train_opts *o, struct ct_err *e)
 {
-	if (o->residual && (a->in_channels != o->patches.channels || a->out_channels != 1))
-		return ct_fail(e, CT_EINPUT,
-			"what is missing is told as 1 channel of %zu that are seen, not as %zu of "
-			"%zu",
-			o->patches.channels, a->out_channels, a->in_channels);
-	if (!o->residual &&
-		(a->in_channels != a->out_channels || a->in_channels != o->patches.channels))
+	if (a->in_channels != a->out_channels || a->in_channels != o->patches.channels)
 		return ct_fail(e, CT_EINPUT,
 			"training predicts the noise of every channel: %zu in, "
 			"%zu out, pictures of %zu",
@@ -285,8 +273,7 @@ int ct_train_alloc(struct ct_train **out, const struct ct_unet_arch *a,
 	t->data = data;
 	t->env = env;
 	t->groups = o->batch < CT_TRAIN_GROUPS ? o->batch : CT_TRAIN_GROUPS;
-	t->inputs = o->patches.channels * o->patches.size * o->patches.size;
-	t->pixels = o->residual ? o->patches.size * o->patches.size : t->inputs;
+	t->pixels = o->patches.channels * o->patches.size * o->patches.size;
 	ct_schedule_default(&t->schedule);
 	if (ct_unet_init(&t->net, a, o->seed, e) || ct_unet_init(&t->ema, a, o->seed, e))
 		goto fail;

@@ -2,11 +2,9 @@
  *
  * A sample of the batch is a piece x0 of a picture, a timestep t uniform over the schedule, and
  * noise z; x_t = sqrt(abar_t) x0 + sqrt(1 - abar_t) z, loss = mean (eps(x_t, t) - z)^2 over the
- * pixels. Of what is missing (residual.h) a piece has planes, r and its condition, which the
- * network sees with x_t of r; the loss is mean (v - (sqrt(abar_t) z - sqrt(1 - abar_t) r))^2. All
- * draws are functions of (seed, step, sample). The batch is cut into a fixed number of groups with
- * an accumulator of gradients each, added in their order: any number of threads, and any
- * interruption, gives the same bytes.
+ * pixels. All draws are functions of (seed, step, sample). The batch is cut into a fixed number of
+ * groups with an accumulator of gradients each, added in their order: any number of threads, and
+ * any interruption, gives the same bytes.
  */
 #ifndef CT_DIFFUSION_TRAIN_H
 #define CT_DIFFUSION_TRAIN_H
@@ -25,7 +23,6 @@ struct ct_train_opts {
 	bool cosine;            /* then falls to 0 at `steps` as a half cosine */
 	double ema;             /* of the weights: min(ema, (1 + step)/(10 + step)) */
 	double clip;            /* largest norm of the gradient; 0: any */
-	bool residual;          /* velocities of the first plane, given the others */
 	uint64_t seed;
 };
 

@@ -23,7 +23,7 @@ static int count(struct ct_seat *s, struct ct_err *e)
 	return 0;
 }
 
-int ct_waves_eps(void *ctx, double t, const float *x, float *eps, struct ct_err *e)
+static int predict(void *ctx, double t, const float *x, float *eps, struct ct_err *e)
 {
 	struct ct_seat *s = ctx;
 	const struct ct_denoiser *net = s->w->net;
@@ -55,14 +55,13 @@ static int draw(struct ct_waves *w, struct ct_seat *s, float *result, struct ct_
 		.how = w->how,
 		.op = w->op,
 		.channels = w->channels,
-		.eps = w->eps,
+		.eps = predict,
 		.back = differentiate,
 		.eps_ctx = s,
 		.normals = normals,
 		.normals_ctx = s};
 
 	w->begin(w->ctx, s);
-	d.first = s->first;
 	if (ct_sampler_draw(&d, s->x, s->y, s->init, e))
 		return -1;
 	w->end(w->ctx, s, result);
@@ -81,7 +80,7 @@ static void run_task(void *arg, size_t i, size_t worker)
 	s->worker = worker;
 	s->view = w->view[i / w->p->samples];
 	s->sample = i % w->p->samples;
-	if (draw(w, s, w->result + i * w->parts * w->pixels, &w->err[i]) == 0)
+	if (draw(w, s, w->result + i * w->pixels, &w->err[i]) == 0)
 		return;
 	snprintf(name, sizeof name, "view %zu", s->view);
 	if (w->err[i].code != CT_ESTOP)
@@ -132,8 +131,7 @@ static int run(struct ct_waves *w, bool *done, struct ct_err *e)
 			return -1;
 		}
 		for (size_t v = 0; v < n; v++) {
-			w->collect(w->ctx, w->result + v * p->samples * w->parts * w->pixels,
-				w->view[v]);
+			w->collect(w->ctx, w->result + v * p->samples * w->pixels, w->view[v]);
 			done[w->view[v]] = true;
 		}
 		if (p->save && p->save(p->save_ctx, false, e))
@@ -155,14 +153,12 @@ static int prepare(struct ct_waves *w, struct ct_err *e)
 		ct_superres_calls(w->p, &w->calls, &gradients, e) ||
 		ct_alloc(&w->view, w->wave, sizeof *w->view, e) ||
 		ct_alloc0(&w->err, w->wave * samples, sizeof *w->err, e) ||
-		ct_alloc(&w->result, w->wave * samples * w->parts, w->pixels * sizeof *w->result,
-			e) ||
+		ct_alloc(&w->result, w->wave * samples, w->pixels * sizeof *w->result, e) ||
 		ct_alloc0(&w->seat, w->threads, sizeof *w->seat, e))
 		return -1;
 	w->calls += gradients;
 	for (size_t k = 0; k < w->threads; k++)
-		if (ct_alloc(&w->seat[k].room, w->room, sizeof(float), e) ||
-			ct_alloc(&w->seat[k].scratch, w->scratch, sizeof(double), e))
+		if (ct_alloc(&w->seat[k].room, w->room, sizeof(float), e))
 			return -1;
 	return 0;
 }
@@ -178,10 +174,8 @@ int ct_waves_run(struct ct_waves *w, bool *done, struct ct_err *e)
 	atomic_store(&w->called, finished * w->calls);
 	if (rc == 0)
 		rc = run(w, done, e);
-	for (size_t k = 0; w->seat && k < w->threads; k++) {
+	for (size_t k = 0; w->seat && k < w->threads; k++)
 		free(w->seat[k].room);
-		free(w->seat[k].scratch);
-	}
 	free(w->seat);
 	free(w->result);
 	free(w->err);
@@ -190,13 +184,12 @@ int ct_waves_run(struct ct_waves *w, bool *done, struct ct_err *e)
 	return rc;
 }
 
-void ct_waves_mean(const struct ct_waves *w, const float *result, size_t part, float *mean,
-	double by, float *dev)
+void ct_waves_mean(const struct ct_waves *w, const float *result, float *mean, float *dev)
 {
-	const size_t k = w->p->samples, stride = w->parts * w->pixels;
+	const size_t k = w->p->samples, stride = w->pixels;
 
 	for (size_t i = 0; i < w->pixels; i++) {
-		const float *r = result + part * w->pixels + i;
+		const float *r = result + i;
 		double sum = 0, sq = 0, m;
 
 		for (size_t s = 0; s < k; s++)
@@ -206,7 +199,7 @@ void ct_waves_mean(const struct ct_waves *w, const float *result, size_t part, f
 		for (size_t s = 0; dev && s < k; s++)
 			sq += ((double)r[s * stride] - m) * ((double)r[s * stride] - m);
 		if (dev)
-			dev[i] = (float)(by * sqrt(sq / (double)(k - 1)));
+			dev[i] = (float)sqrt(sq / (double)(k - 1));
 	}
 }
 

@@ -1,4 +1,4 @@
-# Pictures of volumes: slices, projections, surfaces, colours, letters.
-libct_a_SOURCES += src/picture/montage.c src/picture/montage.h src/picture/mip.c src/picture/surface.c
+# Pictures of volumes: slices, projections, colours, letters.
+libct_a_SOURCES += src/picture/montage.c src/picture/montage.h src/picture/mip.c
 libct_a_SOURCES += src/picture/colour.c
 libct_a_SOURCES += src/picture/text.c src/picture/text.h

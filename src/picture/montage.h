@@ -1,4 +1,4 @@
-/* montage.h: slices, projections and surfaces side by side in one picture. Pure; thread-safe.
+/* montage.h: slices and projections side by side in one picture. Pure; thread-safe.
  *
  * A slice of a volume is drawn as a radiologist looks at it: axial from below (the patient's
  * left on the right, anterior on top), coronal from the front (left on the right, superior on top),
@@ -8,7 +8,6 @@
  */
 #ifndef CT_PICTURE_MONTAGE_H
 #define CT_PICTURE_MONTAGE_H
-#include "core/par.h"
 #include "core/stack.h"
 #include "core/vol.h"
 #include "core/words.h"
@@ -82,18 +81,6 @@ enum ct_mip { CT_MIP_LIST(CT_WORD_VALUE) };
  * volume. */
 int ct_montage_slice_mip(struct ct_montage_slice *s, float **own, const struct ct_vol *v,
 	enum ct_montage_plane plane, double mm, double thickness, enum ct_mip how,
-	struct ct_err *e);
-/* The surface of a level in v, as seen across the plane, shaded: a slice of pixels of about `pixel`
- * mm, as many as fill it; *own, to be freed, holds it.
- *
- * Parallel rays along the axis of the voxels across the plane, from where its slices are looked at:
- * axial from below, coronal from the front, sagittal from the left. Along such a ray trilinear
- * values are linear between the planes of voxels, so where it first rises to the level is exact.
- * What is seen there is 0.15 + 0.85 cos of the angle between the ray and the gradient (Lambert's
- * law, the light at the eye), of trilinear differences over one voxel to either side; 0 where
- * nothing is met, 1 where the volume begins within the surface and cuts it. */
-int ct_montage_slice_surface(struct ct_montage_slice *s, float **own, const struct ct_vol *v,
-	enum ct_montage_plane plane, double level, double pixel, struct ct_par *par,
 	struct ct_err *e);
 /* View k of a stack, row 0 on top; origin from the middle of the detector. */
 void ct_montage_slice_view(struct ct_montage_slice *s, const struct ct_stack *p, size_t k);

@@ -37,9 +37,7 @@ static void caption(char text[static 64], const struct ct_vol *v, enum ct_montag
 	const char *plane = CT_WORD(CT_MONTAGE_PLANE_LIST, p);
 	const double at = ct_montage_centre(v, p, mm);
 
-	if (r->surface)
-		snprintf(text, 64, "%s surface %.4g", plane, r->level);
-	else if (r->slab == CT_MIP_NONE)
+	if (r->slab == CT_MIP_NONE)
 		snprintf(text, 64, "%s %c %.4g mm", plane, across[p], at);
 	else if (r->thickness > 0)
 		snprintf(text, 64, "%s %s of %.4g mm at %c %.4g mm", plane,
@@ -55,17 +53,14 @@ static int picture_volume(struct ct_sheet *s, size_t at, const struct ct_vol *v,
 	static const char *const side[] = {"APRL", "SIRL", "SIAP"};
 	const struct ct_sheet_cut *c = &r->cut[k % r->cuts];
 	const enum ct_montage_plane p = plane_of(r, k);
-	const bool whole = r->surface || (r->slab && !(r->thickness > 0));
+	const bool whole = r->slab && !(r->thickness > 0);
 	const double mm = whole   ? ct_montage_position(v, p, 0.5)
 			  : c->mm ? c->at
 				  : ct_montage_position(first, p, c->at);
 	struct ct_montage_slice *slice = &s->montage.tile[at].slice;
 	int rc;
 
-	if (r->surface)
-		rc = ct_montage_slice_surface(
-			slice, &s->own[at], v, p, r->level, s->montage.mm, r->par, e);
-	else if (r->slab)
+	if (r->slab)
 		rc = ct_montage_slice_mip(slice, &s->own[at], v, p, mm, r->thickness, r->slab, e);
 	else
 		rc = ct_montage_slice_volume(slice, v, p, mm);
@@ -131,21 +126,6 @@ bool ct_sheet_in_hu(const struct ct_any *a)
 	       (!quantity || strcasecmp(quantity, CT_QUANTITY_HU) == 0);
 }
 
-/* The finest spacing in the planes shown. */
-static double finest(size_t n, const struct ct_any *file, const struct ct_sheet_rule *r)
-{
-	double fine = (double)INFINITY;
-
-	for (size_t i = 0; i < n; i++)
-		for (size_t k = 0; k < planes(r) * r->cuts; k += r->cuts) {
-			struct ct_montage_frame f;
-
-			ct_montage_frame_make(&f, &file[i].vol, plane_of(r, k));
-			fine = fmin(fine, fmin(f.mm[1], f.mm[2]));
-		}
-	return fine;
-}
-
 /* The default window, by what the files hold. */
 static void choose_window(double range[2], const struct ct_any *a)
 {
@@ -175,12 +155,9 @@ static void tone(struct ct_montage *m, const struct ct_any *first, const struct 
 		fine = fmin(fine, fmin(slice->mm[0], slice->mm[1]));
 		ct_montage_slice_range(range, slice);
 	}
-	if (!r->surface)
-		m->mm = fine / r->zoom;
+	m->mm = fine / r->zoom;
 	choose_window(range, first);
-	if (r->surface)
-		memcpy(range, (const double[2]){0, 1}, sizeof range);
-	else if (r->window)
+	if (r->window)
 		memcpy(range, r->window, sizeof range);
 	error[1] = (range[1] - range[0]) / 4;
 	error[0] = r->map == CT_COLOUR_SIGNED ? -error[1] : 0;
@@ -211,8 +188,6 @@ int ct_sheet_make(struct ct_sheet *s, size_t n, const struct ct_any *file,
 		ct_alloc0(&s->note, tiles, sizeof *s->note, e) ||
 		ct_alloc0(&s->own, tiles, sizeof *s->own, e))
 		return -1;
-	if (rule->surface)
-		m->mm = finest(n, file, rule) / rule->zoom;
 	/* with one file the tiles of k = 0, 1, ... follow one another in any layout */
 	if (place(s, n, file, each, rule, e))
 		return -1;

@@ -24,9 +24,6 @@ struct ct_sheet_rule {
 	size_t cuts;
 	enum ct_mip slab;                    /* projection across the plane */
 	double thickness;                    /* of the slab, mm; 0: the whole volume */
-	bool surface;                        /* of a level, instead of slices */
-	double level;                        /* of that surface */
-	struct ct_par *par;                  /* for it */
 	size_t views;                        /* of projections, at most; > 0 */
 	bool error;                          /* also maps of the difference from the first file */
 	enum ct_colour_map map;              /* in which colours */

@@ -306,16 +306,6 @@ int ct_degrade_get(const struct ct_meta *m, struct ct_degrade *d, struct ct_err 
 	return 0;
 }
 
-int ct_degrade_aliases(bool *aliases, const struct ct_meta *m, struct ct_err *e)
-{
-	struct ct_degrade by = {.decimate = CT_DECIMATE_POINT};
-
-	if (ct_degrade_get(m, &by, e) < 0)
-		return -1;
-	*aliases = by.decimate != CT_DECIMATE_SINC;
-	return 0;
-}
-
 int ct_degrade_volume(struct ct_vol *lo, const struct ct_vol *hi, const struct ct_degrade *d,
 	double noise, uint64_t seed, struct ct_par *par, struct ct_err *e)
 {

@@ -99,7 +99,5 @@ int ct_degrade_put(struct ct_meta *m, const struct ct_degrade *d, struct ct_err 
 /* 0; 1 if there is no key "factor" (d untouched); -1 with CT_EINPUT naming the key that is wrong. A
  * missing sigma is 0, a missing decimate sinc. */
 int ct_degrade_get(const struct ct_meta *m, struct ct_degrade *d, struct ct_err *e);
-/* Was the scan sampled so that it aliases, or is that not known? CT_EINPUT as above. */
-int ct_degrade_aliases(bool *aliases, const struct ct_meta *m, struct ct_err *e);
 
 #endif

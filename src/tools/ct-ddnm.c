@@ -5,7 +5,6 @@
 #include "core/memory.h"
 #include "formats/format.h"
 #include "formats/io.h"
-#include "resolution/degrade.h"
 #include "tools/ddnm.h"
 #include "tools/lib/prior-opts.h"
 
@@ -29,7 +28,7 @@ enum { BY_FILE(CT_WORD_VALUE) FIRST_OPERATOR };
 enum gradient { GRADIENTS(CT_WORD_VALUE) };
 
 struct params {
-	const char *in, *out, *prior, *arch, *init, *base, *std, *travel;
+	const char *in, *out, *prior, *arch, *init, *std, *travel;
 	int scale, label, steps, t_start, samples, op, sampler, channels, iterations, gradient;
 	double eta, sigma_y, sigma_det, norm, guidance, rate;
 	bool resume;
@@ -47,11 +46,9 @@ static const struct params defaults = {.label = -1,
 	.sigma_det = NAN};
 
 #define CT_PARAMS struct params
-/* Samplers that draw noise anew or not, that ask a network, and that are fitted; and what is drawn
- * as a whole, not as what projections lack. */
+/* Samplers that draw noise anew or not, that ask a network, and that are fitted. */
 #define STOCHASTIC (NOISY | CT_BIT(CT_SAMPLER_DDNM) | CT_BIT(CT_SAMPLER_DDIM))
 #define WITH_NETWORK CT_UNLESS_WORD(sampler, CT_BIT(CT_SAMPLER_NONE))
-#define FROM_NOTHING CT_UNLESS(base)
 #define FITTED CT_WHEN(CT_IF_WORD(sampler, CT_BIT(CT_SAMPLER_BIRD)))
 /* Samplers that know noise, operators that may be one with a blur. */
 #define NOISY (CT_BIT(CT_SAMPLER_PLUS) | CT_BIT(CT_SAMPLER_SIMPLE))
@@ -74,10 +71,9 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(CT_IF(prior))),
 	CT_OPT(label, 0, "class", "N", -1, 65535,
 		"class to draw, of a prior that is conditioned on classes; -1: it is not",
-		CT_WHEN(CT_IF(prior), FROM_NOTHING)),
+		CT_WHEN(CT_IF(prior))),
 	CT_OPT(steps, 'n', "steps", "N", 1, 1000,
-		"calls of the network a chain; by default 50, of gdp 1000 and of bird 10, and with "
-		"--base-projections 10",
+		"calls of the network a chain; by default 50, of gdp 1000 and of bird 10",
 		CT_WHEN(WITH_NETWORK)),
 	CT_EXPERT(eta, "eta", "X", 0, 1,
 		"of the ddnm samplers the fraction of the noise that is drawn anew in every step "
@@ -90,10 +86,10 @@ static const struct ct_opt opts[] = {
 		"what IN measures of the fine projections: what it says of its pixels, and else "
 		"mean; means of S x S pixels; or what a blur and the coarse grid leave of them "
 		"(see DESCRIPTION)",
-		CT_WHEN(WITH_NETWORK, FROM_NOTHING)),
+		CT_WHEN(WITH_NETWORK)),
 	CT_EXPERT(sigma_det, "sigma-det", "PX", 0, 1000,
 		"blur of the matched operator, fine pixels; by default from the metadata of IN",
-		CT_WHEN(CT_IF_WORD(op, BLURRED), WITH_NETWORK, FROM_NOTHING)),
+		CT_WHEN(CT_IF_WORD(op, BLURRED), WITH_NETWORK)),
 	CT_CHOICE(sampler, 0, "sampler", CT_WORDS(CT_SAMPLER_LIST),
 		"how the prior is drawn from, and held to IN (see SAMPLERS)"),
 	CT_EXPERT(guidance, "guidance", "X", 0, 1e9,
@@ -106,12 +102,7 @@ static const struct ct_opt opts[] = {
 	CT_EXPERT_CHOICE(gradient, "gradient", CT_WORDS(GRADIENTS),
 		"of bird: through the network too, or its output taken for constant", FITTED),
 	CT_INPUT(init, 'i', "init", "FILE",
-		"begin from these projections, of the geometry of OUT, instead of pure noise",
-		CT_WHEN(FROM_NOTHING)),
-	CT_INPUT(base, 'b', "base-projections", "STACK",
-		"projections of a refined CT, of the geometry of OUT: add what a prior that is "
-		"conditional on them expects them to lack (see DESCRIPTION)",
-		CT_WHEN(WITH_NETWORK)),
+		"begin from these projections, of the geometry of OUT, instead of pure noise"),
 	CT_EXPERT(t_start, "t-start", "T", -1, 999,
 		"noise level to begin from, a timestep of 1000; -1 takes 60",
 		CT_WHEN(CT_IF(init), WITH_NETWORK)),
@@ -123,9 +114,9 @@ static const struct ct_opt opts[] = {
 		"also write the standard deviation of the samples, EXR", CT_WHEN(CT_IF(samples))),
 	CT_EXPERT(norm, "norm", "X", 0, 1e30,
 		"value that the network sees as 1; 0: the largest of IN, and 1 of a picture",
-		CT_WHEN(WITH_NETWORK, FROM_NOTHING)),
+		CT_WHEN(WITH_NETWORK)),
 	CT_EXPERT_CHOICE(channels, "channel-reduce", CT_WORDS(REDUCES), "of a prior with colours",
-		CT_WHEN(WITH_NETWORK, FROM_NOTHING)),
+		CT_WHEN(WITH_NETWORK)),
 	CT_FLAG(resume, 'r', "resume", "go on from OUT.state, as if there had been no interruption",
 		CT_IDLE),
 	CT_OPT_END,
@@ -137,42 +128,18 @@ enum { PICTURES = 8 }; /* that a thread has in hand while it draws one */
 struct ddnm_job {
 	const struct params *p;
 	const struct ct_env *env;
-	struct ct_stack in, init, out, std; /* init: --init or --base-projections */
+	struct ct_stack in, init, out, std;
 	struct ct_prior prior;
 	struct ct_meta prior_meta;
 	struct ct_superres s;
 	struct ct_resume resume;
 	struct ddnm_state state;
-	double missing, weight; /* with --base-projections */
-	double program;         /* bytes of memory before all of it */
+	double program; /* bytes of memory before all of it */
 };
 
 static bool asks(const struct ddnm_job *j)
 {
 	return j->p->sampler != CT_SAMPLER_NONE;
-}
-
-/* What is missing is drawn by samplers that hold what they draw, from pure noise; without a
- * deviation of the samples only what they expect first counts. */
-static int settle_base(struct ddnm_job *j, struct ct_err *e)
-{
-	const struct params *p = j->p;
-	static const char *const chain[][2] = {
-		{"steps", "--steps"}, {"eta", "--expert eta"}, {"travel", "--expert travel"}};
-
-	for (size_t i = 0; !p->std && i < sizeof chain / sizeof *chain; i++)
-		if (ct_modes_given(j->env->given, chain[i][0]))
-			return ct_fail(e, CT_EUSAGE, "%s: with --base-projections it needs --std",
-				chain[i][1]);
-	if (!ct_modes_given(j->env->given, "sampler")) {
-		j->s.how = ct_sampler_default(CT_SAMPLER_DDNM);
-		j->s.how.eta = 0;
-	} else if (!ct_residual_draws(j->s.how.rule))
-		return ct_fail(e, CT_EUSAGE, "--sampler %s: not with --base-projections",
-			CT_WORD(CT_SAMPLER_LIST, j->s.how.rule));
-	j->s.start = CT_TIMESTEPS - 1;
-	j->s.steps = !p->std ? 1 : p->steps ? (size_t)p->steps : 10;
-	return 0;
 }
 
 static int settle(struct ddnm_job *j, struct ct_err *e)
@@ -191,11 +158,8 @@ static int settle(struct ddnm_job *j, struct ct_err *e)
 	j->s = ct_superres_default(scale);
 	j->s.how = ct_sampler_default((enum ct_sampler_rule)p->sampler);
 	j->s.steps = p->steps ? (size_t)p->steps : ct_sampler_steps(j->s.how.rule);
-	if (p->base && settle_base(j, e))
-		return -1;
 	j->s.samples = (size_t)p->samples;
-	if (!p->base)
-		j->s.start = p->init ? (p->t_start < 0 ? 60 : p->t_start) : -1;
+	j->s.start = p->init ? (p->t_start < 0 ? 60 : p->t_start) : -1;
 	j->s.how.guidance = p->guidance;
 	j->s.how.iterations = (size_t)p->iterations;
 	j->s.how.rate = p->rate;
@@ -222,7 +186,7 @@ static int settle(struct ddnm_job *j, struct ct_err *e)
 		j->s.travel_length = (size_t)v[0];
 		j->s.travel_repeat = (size_t)v[1];
 	}
-	if (asks(j) && !p->base && ddnm_input_norm(&j->s.norm, p->norm, &j->in, e))
+	if (asks(j) && ddnm_input_norm(&j->s.norm, p->norm, &j->in, e))
 		return ct_blame(e, p->in);
 	return 0;
 }
@@ -230,7 +194,6 @@ static int settle(struct ddnm_job *j, struct ct_err *e)
 static int read_inputs(struct ddnm_job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
-	const char *start = p->base ? p->base : p->init;
 
 	if (ddnm_picture_read(p->in, &j->in, e) || ddnm_picture_check(p->out, &j->in, e))
 		return -1;
@@ -239,29 +202,13 @@ static int read_inputs(struct ddnm_job *j, struct ct_err *e)
 	if (settle(j, e) || ct_stack_like(&j->out, &j->in, (double)j->s.scale, e) ||
 		(p->std && ct_stack_like(&j->std, &j->in, (double)j->s.scale, e)))
 		return -1;
-	if (!start)
+	if (!p->init)
 		return 0;
-	if (ct_stack_read(start, &j->init, e))
+	if (ct_stack_read(p->init, &j->init, e))
 		return -1;
 	if (ct_stack_check_finite(&j->init, e) || ct_stack_same(&j->init, &j->out, e))
-		return ct_blame(e, start);
+		return ct_blame(e, p->init);
 	return 0;
-}
-
-/* The prior is of the kind that the options want, and of IN. */
-static int suits(const struct ddnm_job *j, struct ct_err *e)
-{
-	const size_t factor = j->prior.residual.factor;
-
-	if (factor && !j->p->base)
-		return ct_fail(
-			e, CT_EUSAGE, "is conditional: --base-projections states what it adds to");
-	if (j->p->base && !factor)
-		return ct_fail(e, CT_EUSAGE, "is not conditional, as --base-projections wants it");
-	return factor && factor != j->s.scale
-		       ? ct_fail(e, CT_EUSAGE, "knows scans %zu times coarser, %s is %zu times",
-				 factor, j->p->in, j->s.scale)
-		       : 0;
 }
 
 static int read_prior(struct ddnm_job *j, struct ct_err *e)
@@ -274,12 +221,11 @@ static int read_prior(struct ddnm_job *j, struct ct_err *e)
 	if (!asks(j))
 		return 0;
 	if (prior_arch_parse(&arch, j->p->arch, e) ||
-		prior_file_find(
-			&path, j->p->prior, j->p->base ? PRIOR_RESIDUAL : PRIOR_PICTURES, e) ||
+		prior_file_find(&path, j->p->prior, PRIOR_PICTURES, e) ||
 		ct_tensors_read(path, &w, e))
 		goto out;
 	if (prior_arch_add(&w.meta, &arch, e) || ct_prior_alloc(&j->prior, &w, e) ||
-		ct_meta_copy(&j->prior_meta, &w.meta, e) || suits(j, e) ||
+		ct_meta_copy(&j->prior_meta, &w.meta, e) ||
 		ddnm_input_classify(&j->prior, j->p->label, e))
 		ct_blame(e, path);
 	else if (j->prior.channels == 1 && ct_modes_given(j->env->given, "channel-reduce"))
@@ -291,12 +237,6 @@ out:
 	ct_meta_free(&arch);
 	free(path);
 	return rc;
-}
-
-/* Nothing is drawn that would be added with weight 0. */
-static bool draws(const struct ddnm_job *j)
-{
-	return asks(j) && (!j->p->base || ct_residual_asks(j->weight, j->p->std));
 }
 
 static int plan(struct ddnm_job *j, size_t workers, struct ct_err *e)
@@ -319,12 +259,12 @@ static int estimate(struct ddnm_job *j, struct ct_err *e)
 	struct ddnm_calls n = {.views = views, .threads = threads};
 
 	if (ct_superres_calls(&j->s, &n.each, &n.gradients, e) ||
-		(draws(j) && (plan(j, 1, e) || ddnm_time(&cost, &j->prior, &n, e))))
+		(asks(j) && (plan(j, 1, e) || ddnm_time(&cost, &j->prior, &n, e))))
 		return -1;
-	if (!draws(j))
+	if (!asks(j))
 		snprintf(cost.work, sizeof cost.work, "0 calls of a network");
 	cost.memory = ct_memory_held() - j->program + out + cost.disk;
-	if (draws(j))
+	if (asks(j))
 		cost.memory +=
 			(double)ct_unet_plan_bytes(j->prior.plan[0]) * (double)(threads - 1) +
 			PICTURES * 4.0 * (double)(j->prior.high * j->prior.wide * threads);
@@ -343,13 +283,11 @@ static int write_outputs(struct ddnm_job *j, struct ct_err *e)
 
 	ct_meta_drop(m, CT_META_COARSEN);
 	ct_meta_drop(m, CT_META_PIXEL);
-	if (p->base ? ct_meta_setf(m, e, CT_META_MISSING, "%.6g", j->missing)
-		    : asks(j) && (ct_meta_setf(m, e, CT_META_NORM, "%.9g", j->s.norm) ||
-					 ct_meta_set(m, CT_META_OPERATOR,
-						 CT_WORD(CT_MEASUREMENT_LIST, j->s.op), e)))
-		return -1;
-	if ((asks(j) &&
-		    ct_meta_setf(m, e, CT_META_SEED, "%llu", (unsigned long long)j->env->seed)) ||
+	if ((asks(j) && (ct_meta_setf(m, e, CT_META_NORM, "%.9g", j->s.norm) ||
+				ct_meta_set(m, CT_META_OPERATOR,
+					CT_WORD(CT_MEASUREMENT_LIST, j->s.op), e) ||
+				ct_meta_setf(m, e, CT_META_SEED, "%llu",
+					(unsigned long long)j->env->seed))) ||
 		ct_meta_step(m, j->env, j->init.data ? 3 : 2, in, e) ||
 		(j->p->std && (ct_meta_copy(&j->std.meta, m, e) ||
 				      ct_meta_set(&j->std.meta, CT_META_QUANTITY,
@@ -365,8 +303,6 @@ static int name_run(struct ddnm_job *j, struct ct_err *e)
 			       ct_resume_input(&j->resume, "--prior", &j->prior_meta, e) ||
 			       ct_resume_input(&j->resume, "--init",
 				       j->p->init ? &j->init.meta : NULL, e) ||
-			       ct_resume_input(&j->resume, "--base-projections",
-				       j->p->base ? &j->init.meta : NULL, e) ||
 			       ct_resume_value(&j->resume, e, "--std", "%s",
 				       j->p->std ? "given" : "not given")
 		       ? -1
@@ -377,9 +313,8 @@ static int sample(struct ddnm_job *j, struct ct_err *e)
 {
 	struct ct_stack *std = j->p->std ? &j->std : NULL;
 	struct ct_denoiser net;
-	int rc;
 
-	if ((draws(j) && plan(j, ct_par_threads(j->env->par), e)) || name_run(j, e) ||
+	if ((asks(j) && plan(j, ct_par_threads(j->env->par), e)) || name_run(j, e) ||
 		ddnm_state_open(&j->state, &j->resume, &j->out, std, e))
 		return -1;
 	ct_log(j->env, CT_INFO, "%zu of %zu views are to be made", ddnm_state_left(&j->state),
@@ -387,31 +322,12 @@ static int sample(struct ddnm_job *j, struct ct_err *e)
 	j->s.save = ddnm_state_save;
 	j->s.save_ctx = &j->state;
 	net = ct_prior_denoiser(&j->prior);
-	if (j->p->base)
-		rc = ct_residual_draw(&j->prior.residual, j->weight, &j->s, &net, &j->init, &j->out,
-			std, j->state.done, j->env, e);
-	else
-		rc = ct_superres(&j->s, &net, &j->in, j->p->init ? &j->init : NULL, &j->out, std,
-			j->state.done, j->env, e);
-	if (rc)
+	if (ct_superres(&j->s, &net, &j->in, j->p->init ? &j->init : NULL, &j->out, std,
+		    j->state.done, j->env, e))
 		return -1;
 	if (write_outputs(j, e))
 		return ddnm_state_rescue(&j->state, e);
 	ct_resume_done(&j->resume);
-	return 0;
-}
-
-/* What is missing, and the weight of what is expected of it. */
-static int weigh(struct ddnm_job *j, struct ct_err *e)
-{
-	const struct ct_residual *r = &j->prior.residual;
-	bool aliases;
-
-	if (ct_residual_octave(&j->missing, &j->init, r->factor, e) ||
-		ct_degrade_aliases(&aliases, &j->init.meta, e))
-		return ct_blame(e, j->p->base);
-	j->missing *= r->missing;
-	j->weight = aliases ? r->aliased : r->sampled;
 	return 0;
 }
 
@@ -423,12 +339,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (ct_resume_open(&j.resume, j.p->out, j.p->resume, opts, j.p, env, e) ||
 		read_inputs(&j, e) || read_prior(&j, e))
 		goto out;
-	if (j.p->base) {
-		if (weigh(&j, e))
-			goto out;
-		ct_log(env, CT_INFO, "%zu views of %zux%zu lack %g RMS, weight %g", j.out.views,
-			j.out.w, j.out.h, j.missing, j.weight);
-	} else if (asks(&j))
+	if (asks(&j))
 		ct_log(env, CT_INFO, "%zu views of %zux%zu, norm %g, operator of blur %g px",
 			j.out.views, j.out.w, j.out.h, j.s.norm,
 			j.s.op == CT_MEASUREMENT_MATCHED ? j.s.sigma_det : 0.0);

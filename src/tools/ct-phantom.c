@@ -7,18 +7,13 @@
 #include "tools/lib/geometry-opts.h"
 
 struct params {
-	const char *out, *size, *spacing, *window;
-	struct ct_geometry_opts scan;
+	const char *out, *size, *spacing, *window, *like;
 	double density;
 	int kind, oversample;
-	bool project;
 };
 
-static const struct params defaults = {.size = "128x128x128",
-	.spacing = "2",
-	.density = 0.25,
-	.oversample = 3,
-	.scan = CT_GEOMETRY_DEFAULTS};
+static const struct params defaults = {
+	.size = "128x128x128", .spacing = "2", .density = 0.25, .oversample = 3};
 
 #define OF_ONE_DENSITY                                                                             \
 	(CT_BIT(CT_PH_SPHERE) | CT_BIT(CT_PH_CUBE) | CT_BIT(CT_PH_CYLINDER) |                      \
@@ -28,20 +23,18 @@ static const struct params defaults = {.size = "128x128x128",
 static const struct ct_opt opts[] = {
 	CT_ARG_CHOICE(
 		kind, "KIND", CT_WORDS(CT_PHANTOM_LIST), "one of" CT_PHANTOM_LIST(CT_WORD_SPACE)),
-	CT_ARG_OUT(out, CT_WRITES, "OUT", CT_ENDS_IF(CT_IF(project), CT_ENDS_STACK, CT_ENDS_VOLUME),
-		"volume in HU, NIfTI; with --project EXR; or -"),
+	CT_ARG_OUT(out, CT_WRITES, "OUT", CT_ENDS_IF(CT_IF(like), CT_ENDS_STACK, CT_ENDS_VOLUME),
+		"volume in HU, NIfTI; with --like projections, EXR; or -"),
 	CT_TEXT(size, 0, "size", "WxHxD", "voxels along x, y and z"),
 	CT_TEXT(spacing, 0, "spacing", "MM[,MM,MM]", "size of a voxel"),
 	CT_EXPERT(oversample, "oversample", "N", 1, 16,
-		"mean of N x N x N points a voxel; 1 takes its centre",
-		CT_WHEN(CT_UNLESS(project))),
+		"mean of N x N x N points a voxel; 1 takes its centre", CT_WHEN(CT_UNLESS(like))),
 	CT_EXPERT(density, "density", "X", 1e-6, 1,
 		"density of the shape; 0.25 is water in the default window",
 		CT_WHEN(CT_IF_WORD(kind, OF_ONE_DENSITY))),
 	CT_TEXT(window, 'w', "window", "LO:HI", "HU of density 0 and 1 (-1024:3071)"),
-	CT_FLAG(project, 'p', "project",
-		"write the exact projections of the shapes, not voxels, in the scan that follows"),
-	CT_GEOMETRY_OPTS(scan, CT_IF(project)),
+	CT_INPUT(like, 0, "like", "STACK",
+		"write the exact projections of the shapes, not voxels, in the scan of this stack"),
 	CT_OPT_END,
 };
 
@@ -95,7 +88,7 @@ static int write_projections(const struct ct_vol *grid, size_t n, const struct c
 	struct ct_stack s = {0};
 	int rc = -1;
 
-	if (ct_geometry_opts_make(&s, &p->scan, grid, e) || ct_geometry_check(&s, grid, e) ||
+	if (ct_geometry_opts_like(&s, p->like, e) || ct_geometry_check(&s, grid, e) ||
 		ct_meta_set(&s.meta, CT_META_QUANTITY, CT_QUANTITY_LINE_INTEGRAL, e))
 		goto out;
 	for (size_t k = 0; k < s.views; k++) {
@@ -130,8 +123,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	for (int a = 0; a < 3; a++)
 		extent[a] *= (double)v.n[a];
 	n = ct_phantom_make((enum ct_phantom)p->kind, extent, p->density, env->seed, shape);
-	rc = p->project ? write_projections(&v, n, shape, window, p, env, e)
-			: write_voxels(&v, n, shape, window, p, env, e);
+	rc = p->like ? write_projections(&v, n, shape, window, p, env, e)
+		     : write_voxels(&v, n, shape, window, p, env, e);
 out:
 	ct_vol_free(&v);
 	return rc;

@@ -34,7 +34,7 @@ static const struct params defaults = {.scan = CT_GEOMETRY_DEFAULTS, .coarsen = 
 static const struct ct_opt opts[] = {
 	CT_ARG(in, CT_READS, "IN", "volume in HU, NIfTI, or -"),
 	CT_ARG_OUT(out, CT_WRITES, "OUT", CT_ENDS_STACK, "projections, EXR, or -"),
-	CT_GEOMETRY_OPTS(scan, CT_ALWAYS),
+	CT_GEOMETRY_OPTS(scan),
 	CT_TEXT(window, 'w', "window", "LO:HI",
 		"HU that become density 0 and 1, the rest clipped (-1024:3071, or what IN says)"),
 	CT_FLAG(overshoot, 0, "overshoot",

@@ -28,13 +28,9 @@
 static const struct sr defaults = {.said = SAID_DEFAULTS, .quality = BALANCED};
 
 #define CT_PARAMS struct sr
-/* The published method. */
-#define FOLLOWS CT_IF(paper), CT_IF(release)
-/* What goes by way of projections. */
-#define PROJECTS CT_IF(projections), FOLLOWS
-/* What does not, and what inverts the operator. */
-#define VOLUMES CT_UNLESS(projections), CT_UNLESS(paper), CT_UNLESS(release)
-#define INVERTS CT_UNLESS(paper), CT_UNLESS(release)
+/* The published method, by way of projections; and ours. */
+#define PROJECTS CT_IF(paper), CT_IF(release)
+#define VOLUMES CT_UNLESS(paper), CT_UNLESS(release)
 
 static const struct ct_opt opts[] = {
 	CT_ARG(in, CT_READS, "IN",
@@ -46,11 +42,11 @@ static const struct ct_opt opts[] = {
 	SAID_OPTS(said,
 		"refine every axis S times, or the axes X, Y, Z times, from 1 to 16; default: what IN "
 		"says, else thick slices to the voxel size in plane, else 2; of projections 4",
-		CT_WHEN(VOLUMES, CT_UNLESS(said.factor)), CT_WHEN(INVERTS), CT_WHEN(INVERTS)),
+		CT_WHEN(VOLUMES, CT_UNLESS(said.factor)), CT_WHEN(VOLUMES), CT_WHEN(VOLUMES)),
 	CT_CHOICE(quality, 'Q', "quality", CT_WORDS(QUALITIES),
 		"draft inverts blur and sampling; fast adds predicted detail across one axis, balanced "
 		"across all; best makes a second pass",
-		CT_WHEN(INVERTS)),
+		CT_WHEN(VOLUMES)),
 	CT_TEXT(series, 0, "series", "UID|N", "use this series of a DICOM folder"),
 	CT_FLAG(deid, 0, "deid", "remove what tells who the patient is from DICOM of OUT"),
 	CT_OUTPUT_OWN(report, 0, "report", "FILE", CT_ENDS_PAGE,
@@ -66,9 +62,6 @@ static const struct ct_opt opts[] = {
 		"trained prior: of slices, or with --paper and --release of projections; default: the "
 		"installed one",
 		CT_WHEN(CT_UNLESS_WORD(quality, CT_BIT(DRAFT)))),
-	CT_FLAG(projections, 0, "projections",
-		"also add what a diffusion prior predicts for projections",
-		CT_WHEN(CT_UNLESS(paper), CT_UNLESS(release))),
 	CT_FLAG(paper, 0, "paper", "follow the published method to the letter",
 		CT_WHEN(CT_UNLESS(release))),
 	CT_FLAG(release, 0, "release",
@@ -78,10 +71,10 @@ static const struct ct_opt opts[] = {
 		"keep the files between the steps, and commands.sh that makes them, in DIR; go on with "
 		"the run that it holds",
 		CT_WHEN(PROJECTS)),
-	CT_EXPERT(views, "views", "N", 0, 10000,
-		"number of projections; 0: 64, or 100 as published", CT_WHEN(PROJECTS)),
+	CT_EXPERT(views, "views", "N", 0, 10000, "number of projections; 0: 100, as published",
+		CT_WHEN(PROJECTS)),
 	CT_EXPERT(iterations, "iterations", "N", 0, 1000000,
-		"iterations of the Gaussian fit; 0: 1500, or 5000 as published", CT_WHEN(PROJECTS)),
+		"iterations of the Gaussian fit; 0: 5000, as published", CT_WHEN(PROJECTS)),
 	CT_EXPERT(gaussians, "gaussians", "N", 0, 100000000,
 		"Gaussians at the start of the fit; 0: 50000", CT_WHEN(PROJECTS)),
 	CT_OPT_END,
@@ -140,7 +133,7 @@ static int check(const struct sr *p, struct ct_err *e)
 {
 	if (p->deid && !ct_files_is_dicom(p->out))
 		return ct_fail(e, CT_EUSAGE, "--deid: needs OUT to be DICOM");
-	if (p->deid && p->report && (p->projections || p->paper || p->release))
+	if (p->deid && p->report && (p->paper || p->release))
 		return ct_fail(e, CT_EUSAGE,
 			"--deid: by way of projections a report would name the files: not with --report");
 	if (p->series && dicom_form_of(p->in) == NOT_DICOM)
@@ -390,10 +383,10 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 
 	if (check(p, e))
 		return -1;
-	if (p->projections || p->paper || p->release)
+	if (p->paper || p->release)
 		return sr_chain(p, env, e);
 	if (env->seed)
-		return ct_fail(e, CT_EUSAGE, "--seed: needs --projections, --paper or --release");
+		return ct_fail(e, CT_EUSAGE, "--seed: needs --paper or --release");
 	begin(&f, p, env);
 	if (p->sidecar && !(f.about = json_object()))
 		return ct_fail(e, CT_ENOMEM, "no memory for a sidecar");

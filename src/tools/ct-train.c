@@ -1,8 +1,7 @@
-/* ct-train: trains a prior of pictures, of residuals, or of the slices of CTs. */
+/* ct-train: trains a prior of pictures, or of the slices of CTs. */
 #include "config.h"
 #include "cli/cli.h"
 #include "core/mem.h"
-#include "diffusion/residual.h"
 #include "tools/lib/prior-opts.h"
 #include "tools/train.h"
 
@@ -32,7 +31,7 @@ static const struct train_params defaults = {
 #define CT_PARAMS struct train_params
 #define WITH(kinds) CT_WHEN(CT_IF_WORD(kind, kinds))
 #define SLICES WITH(CT_BIT(TRAIN_SLICES))
-#define NETWORK WITH(CT_BIT(TRAIN_PICTURES) | CT_BIT(TRAIN_RESIDUAL))
+#define NETWORK WITH(CT_BIT(TRAIN_PICTURES))
 
 static const struct ct_opt opts[] = {
 	CT_ARG_OUT(out, CT_REWRITES, "OUT", CT_ENDS_TENSORS,
@@ -40,15 +39,9 @@ static const struct ct_opt opts[] = {
 	CT_ARG(data, CT_READS, "DATA",
 		"EXR projections, pictures, CTs (slices), or folders of them"),
 	CT_CHOICE(kind, 'k', "kind", CT_WORDS(TRAIN_KIND_LIST),
-		"what the prior is of: pictures or projections, what refined projections lack, or "
-		"CT slices"),
+		"what the prior is of: pictures or projections, or CT slices"),
 	CT_OPT(factor, 'x', "factor", "S", 2, 8,
-		"train for low-resolution voxels that are S voxels long",
-		WITH(CT_BIT(TRAIN_SLICES) | CT_BIT(TRAIN_RESIDUAL))),
-	CT_INPUT(refined, 0, "refined", "FOLDER",
-		"for residual: projections of the refined CTs, named as those of the true CTs in "
-		"DATA",
-		WITH(CT_BIT(TRAIN_RESIDUAL))),
+		"train for low-resolution voxels that are S voxels long", SLICES),
 	CT_TEXT(arch, 'a', "arch", "KEY=VALUE,...",
 		"set the network: model_channels=32, channel_mult=1:2:3:4, num_res_blocks=1, "
 		"attention_resolutions=8, in_channels, out_channels and more",
@@ -68,7 +61,7 @@ static const struct ct_opt opts[] = {
 		validate, 0, "validate", "DATA", "report the loss on data that are not trained on"),
 	CT_OPT(patience, 0, "patience", "N", 0, 1e6,
 		"write the best weights; stop after N validations without a gain (0: never)",
-		CT_WHEN(CT_IF(validate), CT_UNLESS_WORD(kind, CT_BIT(TRAIN_RESIDUAL))), CT_IDLE),
+		CT_WHEN(CT_IF(validate)), CT_IDLE),
 	CT_FLAG(resume, 'r', "resume",
 		"continue from OUT.state, with the same bytes as without the interruption",
 		CT_IDLE),
@@ -101,8 +94,7 @@ static const struct ct_opt opts[] = {
 		components, "components", "N", 1, 4096, "principal components of a patch", SLICES),
 	CT_EXPERT(width, "width", "N", 1, 8192, "neurons of a hidden layer", SLICES),
 	CT_EXPERT(scales, "scales", "A,B,...", 0, 0,
-		"cut pieces from pictures reduced A, B, ... times, at random",
-		WITH(CT_BIT(TRAIN_PICTURES))),
+		"cut pieces from pictures reduced A, B, ... times, at random", NETWORK),
 	CT_EXPERT(warmup, "warmup", "N", 0, 1e9, "raise the learning rate from 0 over N steps",
 		NETWORK),
 	CT_EXPERT(cosine, "cosine", "yes", 0, 0, "lower the learning rate to 0 along a half cosine",
@@ -162,25 +154,15 @@ static int begin_pictures(struct train_subject *s, struct train_data *data,
 {
 	struct ct_train_opts *o = &r->opts;
 
-	*r = (struct train_pictures_rule){.files = files_of(p),
-		.refined = p->refined,
-		.factor = (size_t)p->factor,
-		.pieces = (size_t)p->validate_pieces,
-		.half = p->half};
+	*r = (struct train_pictures_rule){
+		.files = files_of(p), .pieces = (size_t)p->validate_pieces, .half = p->half};
 	ct_unet_arch_default(&r->arch);
 	r->arch.image_size = p->patch ? (size_t)p->patch : 64;
-	if (p->refined)
-		r->arch.in_channels = CT_RESIDUAL_PLANES;
 	ct_train_default(o);
 	if (parse_arch(&r->arch, p->arch, e) || parse_scales(&o->patches, p->scales, e))
 		return -1;
-	if (p->refined && p->factor < 3)
-		return ct_fail(e, CT_EUSAGE,
-			"--factor %d: the residual begins at twice the Nyquist frequency: give 3 or more",
-			p->factor);
 	o->patches.size = r->arch.image_size;
 	o->patches.channels = r->arch.in_channels;
-	o->patches.planes = o->residual = p->refined != NULL;
 	o->adam.lr = isnan(p->lr) ? 1e-4 : p->lr;
 	o->adam.decay = isnan(p->decay) ? 0 : p->decay;
 	o->batch = p->batch ? (size_t)p->batch : 16;
@@ -241,9 +223,6 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct ct_resume resume = {0};
 	int rc = -1;
 
-	if ((p->kind == TRAIN_RESIDUAL) != (p->refined != NULL))
-		return ct_fail(e, CT_EUSAGE,
-			"--kind=residual: needs --refined, the projections of the refined CTs");
 	if (ct_resume_open(&resume, p->out, p->resume, opts, p, env, e) ||
 		ct_alloc0(&data.input, data.n, sizeof *data.input, e))
 		goto out;
@@ -259,11 +238,9 @@ out:
 	free(data.input);
 	ct_meta_free(&data.with);
 	ct_meta_free(&data.held);
-	ct_meta_free(&data.refined);
 	ct_resume_close(&resume);
 	return rc;
 }
 
-CT_CLI_MAIN("ct-train",
-	"Train a prior of projections or radiographs, of residuals, or of CT slices.",
+CT_CLI_MAIN("ct-train", "Train a prior of projections or radiographs, or of CT slices.",
 	CT_SEEDED | CT_LONG)

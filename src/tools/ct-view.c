@@ -35,7 +35,7 @@
 struct params {
 	struct ct_list files;
 	const char *out, *slice, *window, *error_window, *names;
-	double zoom, thickness, surface;
+	double zoom, thickness;
 	int plane, slices, slab, views, map;
 	bool error, labels;
 };
@@ -45,8 +45,7 @@ static const struct params defaults = {.slice = "0.5",
 	.plane = CT_SHEET_ALL_PLANES,
 	.slices = 1,
 	.views = 12,
-	.thickness = NAN,
-	.surface = NAN};
+	.thickness = NAN};
 
 #define CT_PARAMS struct params
 static const struct ct_opt opts[] = {
@@ -59,28 +58,21 @@ static const struct ct_opt opts[] = {
 		"show these planes of a volume"),
 	CT_TEXT(slice, 0, "slice", "F,...",
 		"cut at these places: fractions of the first volume, or world coordinates as "
-		"12.5mm",
-		CT_WHEN(CT_UNLESS(surface))),
+		"12.5mm"),
 	CT_OPT(slices, 0, "slices", "N", 1, CT_SHEET_CUTS,
-		"show N evenly spaced slices of each plane",
-		CT_WHEN(CT_UNLESS(slice), CT_UNLESS(surface))),
+		"show N evenly spaced slices of each plane", CT_WHEN(CT_UNLESS(slice))),
 	CT_CHOICE(slab, 0, "mip", CT_WORDS(CT_MIP_LIST),
-		"project the largest, least or mean value along the rays across each plane",
-		CT_WHEN(CT_UNLESS(surface))),
+		"project the largest, least or mean value along the rays across each plane"),
 	CT_OPT(thickness, 0, "thickness", "MM", 1e-3, 1e6,
 		"project a slab of MM mm around each slice, not the whole volume",
 		CT_WHEN(CT_UNLESS_WORD(slab, CT_BIT(CT_MIP_NONE)))),
-	CT_OPT(surface, 0, "surface", "HU", 0, 0,
-		"show the shaded surface of this value instead of slices"),
 	CT_OPT(views, 0, "views", "N", 1, 10000, "show N evenly spaced views of the projections"),
 	CT_TEXT(window, 'w', "window", "LO:HI",
 		"draw LO black and HI white, or use a named HU window:" HU_WINDOWS(
 			HU_WINDOW_SPACE) " (default: -200:300 for HU, 0:1 for density, else the "
-					 "range of what is shown)",
-		CT_WHEN(CT_UNLESS(surface))),
+					 "range of what is shown)"),
 	CT_OPT(zoom, 'z', "zoom", "N", 1.0 / 64, 64, "draw N pixels for the finest voxel spacing"),
-	CT_FLAG(error, 'e', "error", "add maps of the absolute difference from the first file",
-		CT_WHEN(CT_UNLESS(surface))),
+	CT_FLAG(error, 'e', "error", "add maps of the absolute difference from the first file"),
 	CT_CHOICE(map, 0, "error-map", CT_WORDS(CT_COLOUR_ERROR_LIST),
 		"draw the maps in these colours; signed shows the sign of the difference",
 		CT_WHEN(CT_IF(error))),
@@ -97,7 +89,7 @@ static const struct ct_opt opts[] = {
 /* Refuses options that do not apply to this kind of file. */
 static int check_kind(const struct ct_any *a, const struct ct_given *given, struct ct_err *e)
 {
-	static const char *const of_volume[] = {"plane", "slice", "slices", "mip", "surface", NULL},
+	static const char *const of_volume[] = {"plane", "slice", "slices", "mip", NULL},
 				 *const of_stack[] = {"views", NULL};
 
 	for (const char *const *o = a->kind == CT_KIND_STACK ? of_volume : of_stack; *o; o++)
@@ -177,8 +169,6 @@ static int rule_of(struct ct_sheet_rule *r, double window[2], double error[2],
 		.map = (enum ct_colour_map)p->map,
 		.slab = (enum ct_mip)p->slab,
 		.thickness = isnan(p->thickness) ? 0 : p->thickness};
-	r->surface = !isnan(p->surface);
-	r->level = p->surface;
 	if (p->window && window_of(window, &r->window_hu, p->window, e))
 		return -1;
 	if (p->error_window && ct_cli_range("error-window", p->error_window, error, e))
@@ -293,7 +283,6 @@ static int make(struct view_job *j, const struct params *p, struct ct_sheet_rule
 {
 	const size_t n = j->n;
 
-	rule->par = env->par;
 	if (cuts_of(&j->cut, rule, p, env->given, e) ||
 		ct_alloc0(&j->file, n, sizeof *j->file, e) ||
 		ct_alloc(&j->name, n, sizeof *j->name, e) || names_of(j->name, &j->names, n, p, e))
@@ -305,15 +294,15 @@ static int make(struct view_job *j, const struct params *p, struct ct_sheet_rule
 		       : 0;
 }
 
-/* The sheet with its labels, as a PNG. Greys of surfaces are no values: they have no colour bar. */
-static int write_picture(const struct view_job *j, const struct params *p, bool shaded,
-	const char *path, const struct ct_env *env, struct ct_err *e)
+/* The sheet with its labels, as a PNG. */
+static int write_picture(const struct view_job *j, const struct params *p, const char *path,
+	const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_labels l = {.sheet = &j->sheet,
 		.names = p->labels ? j->n : 0,
 		.name = j->name,
 		.unit = ct_sheet_in_hu(j->file) ? "HU" : "",
-		.bars = p->labels && !shaded};
+		.bars = p->labels};
 	unsigned char *rgb = NULL, *png = NULL;
 	struct ct_out o = {0};
 	size_t h, w, n;
@@ -341,7 +330,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (operands(p, &j.n, &out, e) || rule_of(&rule, window, error, p, e))
 		return -1;
 	if (make(&j, p, &rule, env, e) == 0)
-		rc = write_picture(&j, p, rule.surface, out, env, e);
+		rc = write_picture(&j, p, out, env, e);
 	job_free(&j);
 	return rc;
 }

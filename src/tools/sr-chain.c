@@ -1,11 +1,10 @@
-/* sr-chain.c: the methods that go by way of projections: ct-sr starts the other commands as a
+/* sr-chain.c: the published method, by way of projections: ct-sr starts the other commands as a
  * script would, in a folder that --keep leaves; see sr.h and ct-pipeline(7). */
 #include "config.h"
 #include "cli/chain.h"
 #include "cli/files.h"
 #include "cli/journal.h"
 #include "core/inflate.h"
-#include "diffusion/residual.h"
 #include "formats/format.h"
 #include "formats/headed.h"
 #include "formats/io.h"
@@ -22,16 +21,12 @@
 #include <string.h>
 #include <unistd.h>
 
-/* How projections are made and what is made of them. */
+/* How many projections are made, and what is made of them. */
 struct projections {
-	int views, samples, iterations, gaussians;
-	double sampling; /* detector pixels a voxel; 0 the published 1 */
-	int factor;
+	int views, iterations, gaussians, factor;
 };
 
-/* doc/samplers.md has the studies. */
-static const struct projections own = {64, 2, 1500, 50000, 1.375, 0};
-static const struct projections published = {100, 1, 5000, 50000, 0, 0};
+static const struct projections published = {100, 5000, 50000, 0};
 
 #define PAPER_WINDOW "-512:3071"
 #define PAPER_SIGMA_Y 0.0015
@@ -50,10 +45,9 @@ struct chain {
 	const struct sr *p;
 	struct projections q;
 	struct ct_chain c;
-	char *in, *out, *keep, *slices, *prior; /* slices, prior: NULL if not used */
+	char *in, *out, *keep, *prior;
 	char *file[FILES];
 	const char *result; /* what ct-compose makes: OUT if that is no DICOM */
-	bool adds, follows; /* projections; the published method */
 	const char *factor;
 	char of_header[96];
 };
@@ -103,46 +97,6 @@ static int find_factor(struct chain *s, struct ct_err *e)
 				 s->factor);
 }
 
-/* 1: the prior of what projections lack is of another factor; there are none then. */
-static int check_prior(const struct chain *s, const struct ct_env *env, struct ct_err *e)
-{
-	struct ct_residual prior;
-	struct ct_tensors w = {0};
-	int rc = ct_tensors_read(s->prior, &w, e);
-
-	if (rc == 0) {
-		rc = ct_residual_get(&prior, &w.meta, e);
-		if (rc > 0)
-			ct_fail(e, CT_EUSAGE, "is not conditional, which --projections needs");
-		if (rc)
-			rc = ct_blame(e, s->prior);
-	}
-	ct_tensors_free(&w);
-	if (rc || prior.factor == (size_t)s->q.factor)
-		return rc;
-	ct_log(env, CT_WARN,
-		"%s was trained for %zu times coarser CTs, not %d: no projections are added",
-		s->prior, prior.factor, s->q.factor);
-	return 1;
-}
-
-static int find_priors(struct chain *s, const struct ct_env *env, struct ct_err *e)
-{
-	int rc;
-
-	if (s->follows) {
-		s->adds = true;
-		return prior_file_find(&s->prior, s->p->prior, PRIOR_PICTURES, e);
-	}
-	if (s->p->quality != DRAFT && prior_file_find(&s->slices, s->p->prior, PRIOR_SLICES, e))
-		return -1;
-	if (prior_file_find(&s->prior, NULL, PRIOR_RESIDUAL, e))
-		return -1;
-	rc = check_prior(s, env, e);
-	s->adds = rc == 0;
-	return rc < 0 ? -1 : 0;
-}
-
 static int find_files(struct chain *s, const struct ct_env *env, struct ct_err *e)
 {
 	const struct sr *p = s->p;
@@ -152,7 +106,8 @@ static int find_files(struct chain *s, const struct ct_env *env, struct ct_err *
 	s->keep = p->keep ? plain(p->keep) : NULL;
 	if (!s->in || !s->out || (p->keep && !s->keep))
 		return ct_fail(e, CT_ENOMEM, "no memory");
-	if (find_priors(s, env, e) || ct_chain_open(&s->c, s->keep, env->dry_run, e))
+	if (prior_file_find(&s->prior, p->prior, PRIOR_PICTURES, e) ||
+		ct_chain_open(&s->c, s->keep, env->dry_run, e))
 		return -1;
 	for (int i = 0; i < FILES; i++) {
 		s->file[i] = ct_chain_path(&s->c, names[i]);
@@ -185,71 +140,23 @@ static void add_convert(struct chain *s, const struct ct_env *env)
 		ct_chain_word(c, "--series=%s", s->p->series);
 }
 
-/* What is said of how IN was made; the rest is measured. */
-static void add_operator(struct chain *s)
-{
-	const struct said_opts *p = &s->p->said;
-	struct ct_chain *c = &s->c;
-
-	if (p->sigma)
-		ct_chain_word(c, "--sigma=%s", p->sigma);
-	else
-		ct_chain_words(c, "--estimate", NULL);
-	if (p->decimate >= 0)
-		ct_chain_word(c, "--decimate=%s", CT_WORD(CT_DECIMATE_LIST, p->decimate));
-	if (p->profile)
-		ct_chain_word(c, "--profile=%s", p->profile);
-	if (!isnan(p->thickness))
-		ct_chain_word(c, "--slice-thickness=%g", p->thickness);
-	if (!isnan(p->noise))
-		ct_chain_word(c, "--noise=%g", p->noise);
-	ct_chain_word(c, "--tolerance=%g", SR_TOLERANCE);
-}
-
-static void add_refine(struct chain *s, const char *output)
+static void add_refine(struct chain *s)
 {
 	struct ct_chain *c = &s->c;
 
-	ct_chain_add(c, false, output, "ct-upsample");
-	if (s->slices) {
-		ct_chain_words(c, "--method=prior", NULL);
-		ct_chain_word(c, "--prior=%s", s->slices);
-		if (s->p->quality != BALANCED)
-			ct_chain_word(c, "--preset=%s", CT_WORD(QUALITIES, s->p->quality));
-	}
+	ct_chain_add(c, false, s->file[UP], "ct-upsample");
 	ct_chain_word(c, "-x%s", s->factor);
-	if (s->follows)
-		ct_chain_words(c, "--method=cubic", NULL);
-	else
-		add_operator(s);
-	ct_chain_words(c, s->file[LR], output, NULL);
+	ct_chain_words(c, "--method=cubic", s->file[LR], s->file[UP], NULL);
 }
 
-/* ct-project with what both stacks share. */
-static void add_project(struct chain *s, enum file output)
+static void add_project(struct chain *s, enum file input, enum file output)
 {
 	struct ct_chain *c = &s->c;
 
 	ct_chain_add(c, false, s->file[output], "ct-project");
 	ct_chain_word(c, "--views=%d", s->q.views);
-	if (s->q.sampling > 0)
-		ct_chain_word(c, "--sampling=%g", s->q.sampling);
-	if (s->follows)
-		ct_chain_words(c, "--window=" PAPER_WINDOW, "--overshoot", NULL);
-}
-
-static void add_projections(struct chain *s)
-{
-	struct ct_chain *c = &s->c;
-
-	add_project(s, UP_PROJ);
-	ct_chain_words(c, s->file[UP], s->file[UP_PROJ], NULL);
-	add_project(s, LR_PROJ);
-	if (!s->follows) {
-		ct_chain_word(c, "--coarsen=%d", s->q.factor);
-		ct_chain_words(c, "--pixel=sinc", NULL);
-	}
-	ct_chain_words(c, s->file[s->follows ? LR : UP], s->file[LR_PROJ], NULL);
+	ct_chain_words(
+		c, "--window=" PAPER_WINDOW, "--overshoot", s->file[input], s->file[output], NULL);
 }
 
 static void add_seed(struct chain *s, uint64_t seed)
@@ -266,14 +173,9 @@ static void add_ddnm(struct chain *s, uint64_t seed)
 	ct_chain_add(c, true, s->file[SR_PROJ], "ct-ddnm");
 	ct_chain_word(c, "--prior=%s", s->prior);
 	add_seed(s, seed);
-	if (s->follows) {
-		ct_chain_word(c, "-x%d", s->q.factor);
-		ct_chain_word(c, "--steps=%d", PAPER_STEPS);
-		ct_chain_word(c, "--sigma-y=%g", sigma_y);
-	} else {
-		ct_chain_word(c, "--base-projections=%s", s->file[UP_PROJ]);
-		ct_chain_word(c, "--samples=%d", s->q.samples);
-	}
+	ct_chain_word(c, "-x%d", s->q.factor);
+	ct_chain_word(c, "--steps=%d", PAPER_STEPS);
+	ct_chain_word(c, "--sigma-y=%g", sigma_y);
 	ct_chain_words(c, s->file[LR_PROJ], s->file[SR_PROJ], NULL);
 }
 
@@ -286,13 +188,8 @@ static void add_fit(struct chain *s, uint64_t seed)
 	ct_chain_word(c, "--base-projections=%s", s->file[UP_PROJ]);
 	ct_chain_word(c, "--iterations=%d", s->q.iterations);
 	ct_chain_word(c, "--gaussians=%d", s->q.gaussians);
-	if (s->follows)
-		ct_chain_word(c, "--factor=%d", s->q.factor);
-	ct_chain_words(c,
-		s->p->paper     ? "--paper"
-		: s->p->release ? "--expert=r2-compat=yes"
-				: "--expert=rate=1,lambda-tv=0.2",
-		NULL);
+	ct_chain_word(c, "--factor=%d", s->q.factor);
+	ct_chain_words(c, s->p->paper ? "--paper" : "--expert=r2-compat=yes", NULL);
 	add_seed(s, seed);
 	ct_chain_words(c, s->file[SR_PROJ], s->file[RESIDUAL], NULL);
 }
@@ -300,8 +197,6 @@ static void add_fit(struct chain *s, uint64_t seed)
 static void add_compose(struct chain *s)
 {
 	ct_chain_add(&s->c, false, s->result, "ct-compose");
-	if (!s->follows)
-		ct_chain_word(&s->c, "--consistent=%s", s->file[LR]);
 	ct_chain_words(&s->c, s->file[UP], s->file[RESIDUAL], s->result, NULL);
 }
 
@@ -328,18 +223,14 @@ static int add_all(struct chain *s, const struct ct_env *env, struct ct_err *e)
 	struct ct_chain *c = &s->c;
 
 	ct_chain_source(c, s->in);
-	if (s->adds)
-		ct_chain_source(c, s->prior);
-	if (s->slices)
-		ct_chain_source(c, s->slices);
+	ct_chain_source(c, s->prior);
 	add_convert(s, env);
-	add_refine(s, s->adds ? s->file[UP] : s->result);
-	if (s->adds) {
-		add_projections(s);
-		add_ddnm(s, env->seed);
-		add_fit(s, env->seed);
-		add_compose(s);
-	}
+	add_refine(s);
+	add_project(s, UP, UP_PROJ);
+	add_project(s, LR, LR_PROJ);
+	add_ddnm(s, env->seed);
+	add_fit(s, env->seed);
+	add_compose(s);
 	if (s->result != s->out)
 		add_output(s);
 	if (s->p->report) {
@@ -371,7 +262,6 @@ static void chain_free(struct chain *s)
 	free(s->in);
 	free(s->out);
 	free(s->keep);
-	free(s->slices);
 	free(s->prior);
 	for (int i = 0; i < FILES; i++)
 		free(s->file[i]);
@@ -380,10 +270,9 @@ static void chain_free(struct chain *s)
 
 int sr_chain(const struct sr *p, const struct ct_env *env, struct ct_err *e)
 {
-	struct chain s = {.p = p, .c = {.folder.lock = -1}, .follows = p->paper || p->release};
+	struct chain s = {.p = p, .q = published, .c = {.folder.lock = -1}};
 	int rc = -1;
 
-	s.q = s.follows ? published : own;
 	s.q.views = p->views ? p->views : s.q.views;
 	s.q.iterations = p->iterations ? p->iterations : s.q.iterations;
 	s.q.gaussians = p->gaussians ? p->gaussians : s.q.gaussians;

@@ -16,7 +16,7 @@ struct sr {
 	const char *in, *out, *report, *confidence, *keep, *prior, *series, *memory, *sidecar;
 	struct said_opts said;
 	int quality, views, iterations, gaussians;
-	bool projections, paper, release, deid;
+	bool paper, release, deid;
 };
 
 /* Of projections, where nothing says a factor. */
@@ -24,7 +24,7 @@ struct sr {
 /* HU RMS, of the inversion. */
 #define SR_TOLERANCE 0.1
 
-/* By way of projections: the other commands, one after the other (sr-chain.c). Codes of these. */
+/* The published method: the other commands, one after the other (sr-chain.c). Codes of these. */
 int sr_chain(const struct sr *p, const struct ct_env *env, struct ct_err *e);
 
 #endif

@@ -128,8 +128,6 @@ static int name_run(struct train_loop_job *j, struct ct_err *e)
 		if (ct_resume_input(j->resume, name, &j->data->input[i], e))
 			return -1;
 	}
-	if (ct_resume_input(j->resume, "--refined", j->p->refined ? &j->data->refined : NULL, e))
-		return -1;
 	if (j->p->patience && (ct_resume_input(j->resume, "--validate", &j->data->held, e) ||
 				      ct_resume_value(j->resume, e, "--expert validate-every", "%d",
 					      j->p->validate_every) ||

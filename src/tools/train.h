@@ -7,14 +7,13 @@
 
 #define TRAIN_KIND_LIST(X)                                                                         \
 	X(TRAIN_PICTURES, "pictures")                                                              \
-	X(TRAIN_RESIDUAL, "residual")                                                              \
 	X(TRAIN_SLICES, "slices")
 enum train_kind { TRAIN_KIND_LIST(CT_WORD_VALUE) };
 
 struct train_params {
 	const char *out;
 	struct ct_list data;
-	const char *arch, *scales, *validate, *licence, *bytes, *window, *cache, *with, *refined;
+	const char *arch, *scales, *validate, *licence, *bytes, *window, *cache, *with;
 	int patch, batch, steps, warmup, validate_every, validate_pieces, patience,
 		checkpoint_every, log_every;
 	double lr, decay, ema, clip, minutes;

@@ -28,13 +28,6 @@ int train_data_hash(uint64_t bits[2], const void *data, size_t bytes, struct ct_
 	return 0;
 }
 
-int train_data_stack(struct ct_stack *s, const char *path, struct ct_err *e)
-{
-	if (ct_stack_read(path, s, e))
-		return -1;
-	return ct_stack_check_finite(s, e) ? ct_blame(e, path) : 0;
-}
-
 static int read_stack(struct ct_pictures *s, const char *path, struct ct_err *e)
 {
 	struct ct_stack stack = {0};
@@ -42,8 +35,12 @@ static int read_stack(struct ct_pictures *s, const char *path, struct ct_err *e)
 	size_t n, size;
 	int rc = -1;
 
-	if (train_data_stack(&stack, path, e))
+	if (ct_stack_read(path, &stack, e))
 		goto out;
+	if (ct_stack_check_finite(&stack, e)) {
+		ct_blame(e, path);
+		goto out;
+	}
 	n = ct_stack_count(&stack);
 	size = stack.h * stack.w;
 	for (size_t i = 0; i < n; i++)
@@ -60,7 +57,7 @@ static int read_stack(struct ct_pictures *s, const char *path, struct ct_err *e)
 			goto out;
 		for (size_t i = 0; i < size; i++)
 			px[i] = view[i] / max;
-		if (ct_pictures_add(s, 0, stack.h, stack.w, px, path, e))
+		if (ct_pictures_add(s, stack.h, stack.w, px, path, e))
 			goto out;
 	}
 	rc = 0;
@@ -81,7 +78,7 @@ static int read_picture(struct ct_pictures *s, const char *path, struct ct_err *
 		free(px);
 		return -1;
 	}
-	return ct_pictures_add(s, 0, h, w, px, path, e);
+	return ct_pictures_add(s, h, w, px, path, e);
 #else
 	(void)s;
 	return ct_fail(e, CT_EINPUT,

@@ -12,9 +12,6 @@
 int train_data_read(
 	struct ct_pictures *s, const char *path, struct ct_meta *meta, struct ct_err *e);
 
-/* A stack of finite values. CT_EINPUT, CT_ENUMERIC naming the file. */
-int train_data_stack(struct ct_stack *s, const char *path, struct ct_err *e);
-
 /* The 128 bits of a hash. CT_ENOMEM. */
 int train_data_hash(uint64_t bits[2], const void *data, size_t bytes, struct ct_err *e);
 

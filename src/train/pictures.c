@@ -1,10 +1,8 @@
-/* pictures.c: ct-train on pictures (a noise predictor for a sampler) and on pairs of
- * projections (the residual between a refined CT and the truth). */
+/* pictures.c: ct-train on pictures: a noise predictor for a sampler. */
 #include "config.h"
 #include "core/mem.h"
 #include "diffusion/prior.h"
 #include "train/data.h"
-#include "train/pairs.h"
 #include "train/train.h"
 
 #include <math.h>
@@ -16,38 +14,8 @@ struct train_pictures_job {
 	const struct train_pictures_rule *p;
 	struct ct_env env;
 	struct ct_pictures data, held;
-	struct train_pairs held_pairs;
-	struct ct_residual residual; /* of what lacks */
 	struct ct_train *train;
 };
-
-/* Reads the pairs and makes their pictures, scaled by the missing energy. */
-static int read_pairs(struct train_pictures_job *j, struct train_data *data, struct ct_err *e)
-{
-	const struct train_pictures_rule *p = j->p;
-	struct ct_residual *r = &j->residual;
-	struct train_pairs pairs = {0};
-	struct ct_meta held = {0};
-	int rc = 0;
-
-	*r = (struct ct_residual){.factor = p->factor, .sampled = 1, .aliased = 1};
-	for (size_t i = 0; rc == 0 && i < p->files.n; i++)
-		rc = train_pairs_read(
-			&pairs, p->files.v[i], p->refined, r->factor, &data->input[i], e);
-	if (rc == 0) {
-		r->missing = train_pairs_missing(&pairs);
-		rc = train_pairs_name(&pairs, 0, true, p->refined, &data->refined, e) ||
-		     train_pairs_pictures(&j->data, &pairs, r, e);
-	}
-	train_pairs_free(&pairs);
-	if (rc || !p->files.validate)
-		return rc ? -1 : 0;
-	rc = train_pairs_read(&j->held_pairs, p->files.validate, p->refined, r->factor, &held, e) ||
-	     train_pairs_pictures(&j->held, &j->held_pairs, r, e) ||
-	     ct_patches_check(&j->p->opts.patches, &j->held, p->files.validate, e);
-	ct_meta_free(&held);
-	return rc ? -1 : 0;
-}
 
 static int read_data(struct train_pictures_job *j, struct train_data *data, struct ct_err *e)
 {
@@ -86,34 +54,10 @@ static int restore(void *it, const struct ct_tensors *w, struct ct_err *e)
 	return ct_train_restore(((struct train_pictures_job *)it)->train, w, e);
 }
 
-/* Finds the weights of the prior after the last step. */
-static int weigh(const struct train_pictures_job *j, struct ct_residual *r, struct ct_err *e)
-{
-	struct ct_env env = j->env;
-	struct ct_tensors w = {0};
-	int rc;
-
-	env.verbose++; /* it is news, as the losses are */
-	if (!j->held_pairs.n || ct_train_steps(j->train) != j->p->opts.steps)
-		return 0;
-	rc = ct_train_result(j->train, &w, e) || ct_residual_put(r, &w.meta, e) ||
-	     train_pairs_weigh(r, &j->held_pairs, &w, &env, e);
-	ct_tensors_free(&w);
-	return rc ? -1 : 0;
-}
-
 static int result(const void *it, struct ct_tensors *w, struct ct_err *e)
 {
-	const struct train_pictures_job *j = it;
-	struct ct_residual r = j->residual;
-
-	if (!j->p->refined)
-		return ct_train_result(j->train, w, e) ||
-				       ct_meta_set(&w->meta, CT_META_INTENSITY_MAP, CT_PRIOR_MAP, e)
-			       ? -1
-			       : 0;
-	return weigh(j, &r, e) || ct_train_result(j->train, w, e) ||
-			       ct_residual_put(&r, &w->meta, e)
+	return ct_train_result(((const struct train_pictures_job *)it)->train, w, e) ||
+			       ct_meta_set(&w->meta, CT_META_INTENSITY_MAP, CT_PRIOR_MAP, e)
 		       ? -1
 		       : 0;
 }
@@ -145,7 +89,6 @@ static void done(void *it)
 	ct_train_free(j->train);
 	ct_pictures_free(&j->data);
 	ct_pictures_free(&j->held);
-	train_pairs_free(&j->held_pairs);
 	free(j);
 }
 
@@ -166,9 +109,8 @@ int train_pictures(struct train_subject *s, struct train_data *data,
 		.result = result,
 		.cost = cost,
 		.free = done};
-	return (p->refined ? read_pairs : read_data)(j, data, e) ||
-			       ct_train_alloc(
-				       &j->train, &j->p->arch, &j->p->opts, &j->data, &j->env, e)
+	return read_data(j, data, e) || ct_train_alloc(&j->train, &j->p->arch, &j->p->opts,
+						&j->data, &j->env, e)
 		       ? -1
 		       : 0;
 }

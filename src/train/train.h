@@ -38,20 +38,16 @@ struct train_files {
 /* The names and hashes of the inputs, which identify the run. */
 struct train_data {
 	size_t n;
-	struct ct_meta *input;  /* [n]: of each file; owned */
-	struct ct_meta with;    /* of the prior that OUT holds besides; owned */
-	struct ct_meta held;    /* of what is held out; owned */
-	struct ct_meta refined; /* of the projections of refined CTs; owned */
+	struct ct_meta *input; /* [n]: of each file; owned */
+	struct ct_meta with;   /* of the prior that OUT holds besides; owned */
+	struct ct_meta held;   /* of what is held out; owned */
 };
 
-/* A noise predictor of pictures; or, with `refined`, of what lacks between projections of refined
- * CTs, in that folder, and those of the truth. */
+/* A noise predictor of pictures. */
 struct train_pictures_rule {
 	struct train_files files;
-	const char *refined; /* NULL: none */
-	size_t factor;       /* with it */
-	size_t pieces;       /* to validate on */
-	bool half;           /* OUT is in half precision */
+	size_t pieces; /* to validate on */
+	bool half;     /* OUT is in half precision */
 	struct ct_unet_arch arch;
 	struct ct_train_opts opts;
 };

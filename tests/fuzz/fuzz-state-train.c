@@ -26,7 +26,7 @@ static struct ct_train *training(void)
 	ct_unet_arch_default(&a);
 	ct_train_default(&o);
 	if (!px || ct_unet_arch_set(&a, "channel_mult", "1", &e) ||
-		ct_pictures_add(&pictures, 0, SIDE, SIDE, px, "zeros", &e))
+		ct_pictures_add(&pictures, SIDE, SIDE, px, "zeros", &e))
 		exit(99);
 	a.image_size = o.patches.size = SIDE;
 	o.patches.scales = o.patches.scale[0] = o.batch = 1;

@@ -58,5 +58,5 @@ writer out/o.ply ct-nabgs -q -b hr-up.nii -n 40 -g 200 --expert max-gaussians=20
 writer out/o.nii ct-fuse -q -n 4 hr-up.nii hr-lr.nii hr.exr out/o.nii
 writer out/o.safetensors ct-train -q --arch model_channels=32,channel_mult=1 -p 8 --expert batch=2 -n 3 out/o.safetensors hr.exr
 writer out/o.nii ct-sr -q -x 4 -Q draft hr-lr4.nii out/o.nii
-writer out/o.nii ct-sr -q -x 4 --projections -Q draft --keep out/keep hr-lr4.nii out/o.nii
+writer out/o.nii ct-sr -q -x 4 --paper --expert views=2,iterations=2,gaussians=20 --keep out/keep hr-lr4.nii out/o.nii
 finish

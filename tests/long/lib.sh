@@ -49,8 +49,8 @@ said() { ct-info "$1" 2>/dev/null | sed -n 's/^hash *//p' | grep .; }
 content() { said "$1" || cksum <"$1"; }
 # Small inputs of every command, in the present folder.
 inputs() {
-	ct-phantom -q --size 24x24x24 --spacing 4 marks hr.nii
-	ct-phantom -q --size 24x24x24 --spacing 4 cube other.nii
+	ct-phantom -q -w -512:3071 --size 24x24x24 --spacing 4 marks hr.nii
+	ct-phantom -q -w -512:3071 --size 24x24x24 --spacing 4 cube other.nii
 	for v in hr other; do
 		ct-degrade -q -x 2 $v.nii $v-lr.nii
 		ct-degrade -q -x 4 $v.nii $v-lr4.nii
@@ -69,7 +69,7 @@ command_() {
 	ct-fuse) line="ct-fuse -q -t 2 -n 15 --checkpoint-every 1 $2-up.nii $2-lr.nii $2.exr $3" ;;
 	ct-train) line="ct-train -q -t 2 --arch model_channels=32,channel_mult=1 -p 8 --expert batch=2 -n 60 --checkpoint-every 10 $3 $2.exr" ;;
 	ct-upsample) line="ct-upsample -m prior -q -t 2 -x 2 $2-lr.nii $3" ;;
-	ct-sr) line="ct-sr -q -t 2 -x 4 --projections --expert views=8,iterations=50,gaussians=300 --keep $3.keep $2-lr4.nii $3" ;;
+	ct-sr) line="ct-sr -q -t 2 -x 4 --paper --expert views=8,iterations=50,gaussians=300 --keep $3.keep $2-lr4.nii $3" ;;
 	esac
 }
 # Those that take longest; ct-upsample keeps no state, so it begins again; ct-sr knows by --keep.

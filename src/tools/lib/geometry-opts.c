@@ -66,8 +66,7 @@ static int make_scan(struct ct_geometry *s, const struct ct_geometry_opts *o,
 	return 0;
 }
 
-/* The geometry of a stack that is there; of its metadata, what describes the scan. */
-static int make_like(struct ct_stack *out, const char *path, struct ct_err *e)
+int ct_geometry_opts_like(struct ct_stack *out, const char *path, struct ct_err *e)
 {
 	struct ct_meta all;
 
@@ -92,7 +91,7 @@ int ct_geometry_opts_make(struct ct_stack *out, const struct ct_geometry_opts *o
 	struct ct_geometry s;
 
 	if (o->like)
-		return make_like(out, o->like, e);
+		return ct_geometry_opts_like(out, o->like, e);
 	return make_scan(&s, o, grid, e) || ct_geometry_fill(out, &s, e) ? -1 : 0;
 }
 

@@ -23,51 +23,52 @@ struct ct_geometry_opts {
 		.sampling = (double)NAN                                                            \
 	}
 
-#define CT_GEOMETRY_IF(f, ...) CT_WHEN(CT_UNLESS(f.like), __VA_ARGS__)
-/* The rows for an option table of CT_PARAMS with a field f of this type; `if_` is a condition of
- * the whole, CT_IF(...) or CT_ALWAYS. */
-#define CT_GEOMETRY_OPTS(f, if_)                                                                              \
+#define CT_GEOMETRY_IF(f) CT_WHEN(CT_UNLESS(f.like))
+/* The rows for an option table of CT_PARAMS with a field f of this type. */
+#define CT_GEOMETRY_OPTS(f)                                                                                   \
 	CT_TEXT(f.beam, 0, "beam", CT_WORDS(CT_BEAM_LIST),                                                    \
-		"shape of the beam (cone if nothing says otherwise)", CT_GEOMETRY_IF(f, if_)),                \
+		"shape of the beam (cone if nothing says otherwise)", CT_GEOMETRY_IF(f)),                     \
 		CT_OPT(f.views, 'n', "views", "N", 0, CT_MAX_VIEWS,                                           \
 			"number of views; 0 stands for 100, or what --scanner says",                          \
-			CT_GEOMETRY_IF(f, if_)),                                                              \
+			CT_GEOMETRY_IF(f)),                                                                   \
 		CT_OPT(f.arc, 0, "arc", "DEG", -1e6, 1e6,                                                     \
 			"angle over which the views are spread, its end left out (180)",                      \
-			CT_GEOMETRY_IF(f, if_)),                                                              \
+			CT_GEOMETRY_IF(f)),                                                                   \
 		CT_EXPERT(f.start, "start", "DEG", -1e6, 1e6, "angle of the first view (0)",                  \
-			CT_GEOMETRY_IF(f, if_)),                                                              \
+			CT_GEOMETRY_IF(f)),                                                                   \
 		CT_EXPERT(f.dso, "dso", "MM", 1e-6, 1e8,                                                      \
 			"source to isocentre (1000 F/256, F the largest extent of the volume)",               \
-			CT_GEOMETRY_IF(f, if_)),                                                              \
+			CT_GEOMETRY_IF(f)),                                                                   \
 		CT_EXPERT(f.dsd, "dsd", "MM", 1e-6, 1e8, "source to detector (1500 F/256)",                   \
-			CT_GEOMETRY_IF(f, if_)),                                                              \
+			CT_GEOMETRY_IF(f)),                                                                   \
 		CT_TEXT(f.det, 0, "det", "WxH",                                                               \
 			"detector columns and rows; one number for both, or for the one row of a fan (the "   \
 			"largest dimension of the volume)",                                                   \
-			CT_WHEN(if_, CT_UNLESS(f.like), CT_UNLESS(f.sampling))),                              \
+			CT_WHEN(CT_UNLESS(f.like), CT_UNLESS(f.sampling))),                                   \
 		CT_OPT(f.sampling, 0, "sampling", "X", 0.01, 100,                                             \
 			"instead: X pixels a voxel of the largest dimension, rounded up to a multiple of 16", \
-			CT_WHEN(if_, CT_UNLESS(f.like), CT_UNLESS(f.det))),                                   \
+			CT_WHEN(CT_UNLESS(f.like), CT_UNLESS(f.det))),                                        \
 		CT_EXPERT(f.pitch, "pitch", "MM[,MM]", 0, 0,                                                  \
 			"size of a pixel along u and v (the detector's side over its pixels)",                \
-			CT_GEOMETRY_IF(f, if_)),                                                              \
+			CT_GEOMETRY_IF(f)),                                                                   \
 		CT_EXPERT(f.offset, "offset", "U,V", 0, 0,                                                    \
 			"shift of the detector centre along u and v, mm (0,0)",                               \
-			CT_GEOMETRY_IF(f, if_)),                                                              \
+			CT_GEOMETRY_IF(f)),                                                                   \
 		CT_FLAG(f.paper, 0, "paper",                                                                  \
 			"distances of 1000 and 1500 mm and a detector of 512 mm, whatever the volume",        \
-			CT_WHEN(if_, CT_UNLESS(f.like), CT_UNLESS(f.scanner))),                               \
+			CT_WHEN(CT_UNLESS(f.like), CT_UNLESS(f.scanner))),                                    \
 		CT_INPUT(f.scanner, 0, "scanner", "FILE",                                                     \
 			"JSON scanner file as of R2-Gaussian and TIGRE; other options override it",           \
-			CT_WHEN(if_, CT_UNLESS(f.like), CT_UNLESS(f.paper))),                                 \
-		CT_INPUT(f.like, 0, "like", "STACK", "take the whole geometry from this stack",               \
-			CT_WHEN(if_))
+			CT_WHEN(CT_UNLESS(f.like), CT_UNLESS(f.paper))),                                      \
+		CT_INPUT(f.like, 0, "like", "STACK", "take the whole geometry from this stack")
 
 /* Stack with the geometry that the options ask for around the grid, data uninitialised, metadata
  * keys scan.*. CT_EUSAGE for options, CT_EINPUT for files, CT_EGEOM. *out must be zero. */
 int ct_geometry_opts_make(struct ct_stack *out, const struct ct_geometry_opts *o,
 	const struct ct_vol *grid, struct ct_err *e);
+/* The geometry of the stack in this file, and the keys scan.* of its metadata. CT_EINPUT; *out must
+ * be zero. */
+int ct_geometry_opts_like(struct ct_stack *out, const char *path, struct ct_err *e);
 /* The density window: what the metadata says, else the option (NULL if not given), else -1024 to
  * 3071 HU. CT_EUSAGE if option and metadata contradict. m may be NULL. */
 int ct_geometry_opts_window(

@@ -5,9 +5,8 @@
 #include "restore/restore.h"
 #include "unet/arch.h"
 
-/* Of pictures and of what projections lack, for ct-ddnm, and of slices. */
+/* Of pictures, for ct-ddnm, and of slices. */
 #define PRIOR_PICTURES "prior.safetensors"
-#define PRIOR_RESIDUAL "residual.safetensors"
 #define PRIOR_SLICES "slices.safetensors"
 
 /* Path of the prior in use, to be freed: `given`, or if NULL the first file of that name beside
