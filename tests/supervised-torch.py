@@ -1,7 +1,9 @@
 """RDN and Omni-SR in PyTorch, for tests/t-supervised.sh: written from the papers.
 
-    supervised-torch.py make NET SIZE IN.pt     random weights, a picture and a target
-    supervised-torch.py compare NET SIZE IN.pt OUT.safetensors   both: the largest differences
+    supervised-torch.py make        NET-SIZE.pt: random weights, a picture and a target
+    supervised-torch.py compare     with what t-super-net answers, NET-SIZE.safetensors
+    supervised-torch.py stack NET NUMBERS...    with what ct-ddnm made of lr.exr by NET.safetensors, NET.exr;
+                                                NUMBERS are the arguments of the class but the last
 """
 import json
 import struct
@@ -215,7 +217,7 @@ class Omni(nn.Module):
 
 NETS = {
     ("rdn", "small"): (lambda: Rdn(2, 3, 6, 8, 6, 1), 1, 6, (9, 7)),
-    ("rdn", "published"): (lambda: Rdn(16, 8, 64, 64, 4, 3), 3, 4, (12, 16)),
+    ("rdn", "published"): (lambda: Rdn(16, 8, 64, 64, 4, 3), 3, 4, (6, 8)),
     ("omni", "small"): (lambda: Omni(2, 2, 16, 4, 4, 3, 1), 1, 3, (16, 24)),
     ("omni", "published"): (lambda: Omni(5, 1, 64, 4, 8, 4, 3), 3, 4, (24, 32)),
 }
@@ -240,21 +242,50 @@ def safetensors(path):
             yield k, torch.frombuffer(bytearray(data[8 + n + a:8 + n + b]), dtype=torch.float32).reshape(v["shape"])
 
 
-def main():
-    what, net, size, path = sys.argv[1:5]
+def compare(net, size):
     n, x, y = network(net, size)
-    if what == "make":
-        torch.save({**n.state_dict(), "io.x": x, "io.y": y}, path)
-        return
-    got = dict(safetensors(sys.argv[5]))
+    got = dict(safetensors(f"{net}-{size}.safetensors"))
     z = n(x)
     F.l1_loss(z, y).backward()
     forward = float((got.pop("y") - z).abs().max() / z.abs().max())
     grads = dict(n.named_parameters())
     assert grads.keys() == got.keys(), grads.keys() ^ got.keys()
     back = max(float((got[k] - p.grad).abs().max() / p.grad.abs().max().clamp_min(1e-12)) for k, p in grads.items())
-    print(f"{sum(p.numel() for p in n.parameters())} parameters, forward {forward:.2g}, gradients {back:.2g}")
-    sys.exit(not (forward < 1e-5 and (size == "published" or back < 1e-4)))
+    good = forward < 1e-5 and (size == "published" or back < 1e-4)
+    print(f"{'good' if good else 'bad'} {net} {size}: {sum(p.numel() for p in n.parameters())} parameters, "
+          f"forward {forward:.2g}, gradients {back:.2g}")
 
 
-main()
+def stack(net, *numbers):
+    """A view over the largest value, raised to 0, is mapped to [-1, 1]; its sides go on, reflected, to multiples."""
+    import exr
+    numbers = [int(v) for v in numbers]
+    n = (Rdn if net == "rdn" else Omni)(*numbers, 1)
+    n.load_state_dict(dict(safetensors(net + ".safetensors")))
+    low, high, factor = exr.read("lr.exr"), exr.read(net + ".exr"), numbers[-1]
+    most, worst = max(max(v) for v in low), 0
+    for a, b in zip(low, high):
+        side = round(len(a) ** 0.5)
+        x = torch.tensor(a).reshape(1, 1, side, side) / most
+        wide = side if net == "rdn" else -(-side // 16) * 16
+        at = [min(i, 2 * side - 1 - i) for i in range(wide)]
+        y = n(2 * x[:, :, at][:, :, :, at].clamp_min(0) - 1)[0, 0, :side * factor, :side * factor]
+        y = (0.5 * (y + 1)).clamp(0, 1.05)
+        worst = max(worst, float((y - torch.tensor(b).reshape(y.shape) / most).abs().max()))
+    print(f"{'good' if worst < 1e-5 else 'bad'} {net}: off by {worst:.2g} of the largest value")
+
+
+def main():
+    if sys.argv[1] == "stack":
+        stack(*sys.argv[2:])
+        return
+    for net, size in NETS:
+        if sys.argv[1] == "compare":
+            compare(net, size)
+            continue
+        n, x, y = network(net, size)
+        torch.save({**n.state_dict(), "io.x": x, "io.y": y}, f"{net}-{size}.pt")
+
+
+with torch.no_grad() if sys.argv[1] == "stack" else torch.enable_grad():
+    main()
