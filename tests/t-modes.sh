@@ -93,6 +93,7 @@ for o in --factor=3 --bytes=0:1 --with=none --cache=none; do
 	no ct-train $o
 done
 no ct-train --arch=model_channels=8 --kind slices
+no ct-train --expert=cubes=8 --kind superres
 no ct-train --patience=3
 echo ct-train --checkpoint-every >>tried
 exits 2 'ct-train to a stream' ct-train --checkpoint-every=3 - none

@@ -122,11 +122,11 @@ static int parse_net(struct ct_unet_arch *a, const struct train_params *p, const
 	struct ct_err *e)
 {
 	const bool superres = p->kind == TRAIN_SUPERRES;
-	const char *net = ct_meta_get(m, "net");
+	const char *net = ct_meta_get(m, CT_META_NET);
 
 	if (ct_meta_get(m, CT_META_FACTOR))
 		return ct_fail(e, CT_EUSAGE, "--arch factor: the option --factor states it");
-	if (ct_unet_arch_set(a, "net", net ? net : superres ? "rdn" : "unet", e))
+	if (ct_unet_arch_set(a, CT_META_NET, net ? net : superres ? "rdn" : "unet", e))
 		return -1;
 	if ((a->net != CT_NET_UNET) != superres)
 		return ct_fail(e, CT_EUSAGE, "--arch net=%s: not with --kind %s", net,

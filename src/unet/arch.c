@@ -167,7 +167,7 @@ static bool set_list(struct ct_unet_arch *a, const struct key *k, const char *va
 
 int ct_unet_arch_set(struct ct_unet_arch *a, const char *key, const char *value, struct ct_err *e)
 {
-	if (strcmp(key, "net") == 0)
+	if (strcmp(key, CT_META_NET) == 0)
 		return set_net(a, value, e);
 	for (size_t i = 0; i < KEYS; i++) {
 		const struct key *k = &keys[i];
@@ -185,7 +185,7 @@ int ct_unet_arch_set(struct ct_unet_arch *a, const char *key, const char *value,
 
 int ct_unet_arch_from_meta(struct ct_unet_arch *a, const struct ct_meta *meta, struct ct_err *e)
 {
-	const char *net = ct_meta_get(meta, "net");
+	const char *net = ct_meta_get(meta, CT_META_NET);
 
 	*a = (struct ct_unet_arch){.image_size = 64, .num_heads = 1, .conv_resample = true};
 	if (net && set_net(a, net, e))
@@ -221,7 +221,8 @@ static void list_text(char *text, size_t size, const struct ct_unet_arch *a, enu
 
 int ct_unet_arch_to_meta(const struct ct_unet_arch *a, struct ct_meta *meta, struct ct_err *e)
 {
-	if (a->net != CT_NET_UNET && ct_meta_set(meta, "net", CT_WORD(CT_NET_LIST, a->net), e))
+	if (a->net != CT_NET_UNET &&
+		ct_meta_set(meta, CT_META_NET, CT_WORD(CT_NET_LIST, a->net), e))
 		return -1;
 	for (size_t i = 0; i < KEYS; i++) {
 		const struct key *k = &keys[i];
@@ -419,7 +420,7 @@ static int from_tensors(struct ct_unet_arch *a, const struct ct_tensors *w, stru
 /* Does the metadata state all that a network cannot be built without? */
 static bool is_whole(const struct ct_meta *meta)
 {
-	const char *word = ct_meta_get(meta, "net");
+	const char *word = ct_meta_get(meta, CT_META_NET);
 	const int net = word ? ct_words_find(CT_WORDS(CT_NET_LIST), word) : CT_NET_UNET;
 
 	for (size_t i = 0; i < KEYS; i++)

@@ -70,7 +70,7 @@ int prior_arch_set(struct ct_unet_arch *a, const struct ct_meta *m, struct ct_er
 	for (size_t i = 0; i < m->n; i++) {
 		int rc;
 
-		if (strcmp(m->pair[i].key, "net") == 0) /* it is set */
+		if (strcmp(m->pair[i].key, CT_META_NET) == 0) /* it is set */
 			continue;
 		rc = ct_unet_arch_set(a, m->pair[i].key, m->pair[i].value, e);
 		if (rc > 0)
@@ -83,11 +83,11 @@ int prior_arch_set(struct ct_unet_arch *a, const struct ct_meta *m, struct ct_er
 
 int prior_arch_add(struct ct_meta *weights, const struct ct_meta *m, struct ct_err *e)
 {
-	const char *net = ct_meta_get(weights, "net");
+	const char *net = ct_meta_get(weights, CT_META_NET);
 	struct ct_unet_arch any = {0};
 
-	net = ct_meta_get(m, "net") ? ct_meta_get(m, "net") : net;
-	if (net && ct_unet_arch_set(&any, "net", net, e) < 0)
+	net = ct_meta_get(m, CT_META_NET) ? ct_meta_get(m, CT_META_NET) : net;
+	if (net && ct_unet_arch_set(&any, CT_META_NET, net, e) < 0)
 		return -1;
 	for (size_t i = 0; i < m->n; i++) {
 		const char *key = m->pair[i].key, *value = m->pair[i].value;
