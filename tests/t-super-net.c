@@ -6,6 +6,7 @@
  */
 #include "config.h"
 #include "core/rng.h"
+#include "diffusion/prior.h"
 #include "formats/format.h"
 #include "formats/io.h"
 #include "unet/unet.h"
@@ -108,6 +109,57 @@ static void test_plans(const char *net)
 	ct_unet_free(u);
 }
 
+/* A view as the sampler "once" makes it finer is what the network makes of it, between 0 and its
+ * norm; a value that is not finite is refused by the name of the view. */
+static void test_once(void)
+{
+	const struct ct_env env = {0};
+	const struct ct_unet_arch a = arch_of("rdn", 1, 2, 8);
+	const size_t h = 5, w = 6, n = h * w;
+	struct ct_superres p = ct_superres_default(4);
+	struct ct_stack in = {0}, out = {0};
+	struct ct_prior prior = {0};
+	struct ct_tensors t = {0};
+	struct ct_denoiser net;
+	float x[5 * 6], y[5 * 6 * 16];
+	bool done[2] = {false};
+	double off = 0;
+
+	must(ct_unet_init(&prior.unet, &a, 1, &err));
+	must(ct_unet_tensors(prior.unet, prior.unet->param, &t, &err));
+	ct_unet_free(prior.unet);
+	prior = (struct ct_prior){0};
+	must(ct_prior_alloc(&prior, &t, &err));
+	OK(prior.factor == 4 && prior.multiple == 4, "a prior of factor 4");
+	must(ct_prior_plan(&prior, 1, 4 * h, 4 * w, false, &err));
+	must(ct_stack_alloc(&in, 2, h, w, &err));
+	must(ct_stack_alloc(&out, 2, 4 * h, 4 * w, &err));
+	for (size_t i = 0; i < 2 * n; i++)
+		in.data[i] = 7 * (float)ct_rng_uniform(1, 1, i) - 1;
+	p.how = ct_sampler_default(CT_SAMPLER_ONCE);
+	p.steps = ct_sampler_steps(CT_SAMPLER_ONCE);
+	p.norm = 5;
+	net = ct_prior_denoiser(&prior);
+	must(ct_superres(&p, &net, &in, NULL, &out, NULL, done, &env, &err));
+	for (size_t i = 0; i < n; i++)
+		x[i] = 2 * fmaxf(in.data[n + i] / 5, 0) - 1;
+	must(ct_unet_forward(prior.plan[0], y, x, 0, &err));
+	for (size_t i = 0; i < 16 * n; i++)
+		off = fmax(off, fabs(fmin(fmax(2.5 * ((double)y[i] + 1), 0), 5.25) -
+					(double)out.data[16 * n + i]));
+	NEAR(off, 0, 2e-6, "once: what the network makes of the view");
+	OK(done[0] && done[1], "all views are done");
+	done[1] = false;
+	in.data[n] = (float)HUGE_VAL;
+	OK(ct_superres(&p, &net, &in, NULL, &out, NULL, done, &env, &err) &&
+			err.code == CT_ENUMERIC,
+		"%s", err.msg);
+	ct_stack_free(&in);
+	ct_stack_free(&out);
+	ct_prior_free(&prior);
+	ct_tensors_free(&t);
+}
+
 static int answer(const char *in, const char *path)
 {
 	struct ct_env env = {.force = true};
@@ -173,5 +225,6 @@ int main(int argc, char **argv)
 	test_limits();
 	test_plans("rdn");
 	test_plans("omni");
+	test_once();
 	return tap_done();
 }
