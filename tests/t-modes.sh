@@ -85,6 +85,8 @@ done
 no ct-ddnm @sigma-det=2 --expert operator=mean
 no ct-ddnm --arch=num_heads=1
 no ct-ddnm --class=1
+no ct-ddnm --init=none --sampler once
+no ct-ddnm --steps=9 --sampler once
 no ct-ddnm @t-start=9
 no ct-ddnm --std=sd.exr
 no ct-ddnm --std=sd.exr --samples 1
@@ -93,6 +95,7 @@ for o in --factor=3 --bytes=0:1 --with=none --cache=none; do
 	no ct-train $o
 done
 no ct-train --arch=model_channels=8 --kind slices
+no ct-train @cubes=8 --kind superres
 no ct-train --patience=3
 echo ct-train --checkpoint-every >>tried
 exits 2 'ct-train to a stream' ct-train --checkpoint-every=3 - none

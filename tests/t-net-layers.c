@@ -1,109 +1,9 @@
 /* Layers of the network: each fast backward against central differences, in double, of a plain
  * forward in double written from the formula; each fast forward against the same. */
 #include "config.h"
-#include "core/rng.h"
 #include "solve/adam.h"
-#include "unet/attention.h"
-#include "unet/conv.h"
 #include "unet/layers.h"
-#include "unet/norm.h"
-#include "tap.h"
-
-#include <stdlib.h>
-#include <string.h>
-
-enum { MOST = 6000, INPUTS = 5 };
-
-/* y[ny] from the inputs, each of n[i] numbers. */
-struct layer {
-	const char *name;
-	size_t ny, inputs, n[INPUTS];
-	void (*plain)(const struct layer *l, double *y, double *const *in);
-	struct ct_norm norm;
-	struct ct_attn attn;
-	struct ct_conv_shape conv;
-	size_t h, w, c, ca;
-};
-
-static double *in_d[INPUTS], y_d[MOST], y2_d[MOST], weight_d[MOST];
-static float *in_f[INPUTS], *grad_f[INPUTS], y_f[MOST], dy_f[MOST];
-
-static double worst; /* relative to the largest entry */
-
-static void compare(size_t n, const double *want, const float *got, double *most)
-{
-	double top = 1e-30;
-
-	for (size_t i = 0; i < n; i++)
-		top = fmax(top, fabs(want[i]));
-	for (size_t i = 0; i < n; i++) {
-		double d = fabs(want[i] - (double)got[i]) / top;
-
-		*most = d <= *most ? *most : d;
-	}
-}
-
-static void draw(const struct layer *l)
-{
-	for (size_t i = 0; i < l->inputs; i++) {
-		if (l->n[i] > MOST || l->ny > MOST)
-			abort();
-		for (size_t k = 0; k < l->n[i]; k++) {
-			in_f[i][k] = ct_rng_normal(1, i, k);
-			in_d[i][k] = (double)in_f[i][k];
-			grad_f[i][k] = 0;
-		}
-	}
-	for (size_t k = 0; k < l->ny; k++) {
-		dy_f[k] = ct_rng_normal(2, 0, k);
-		weight_d[k] = (double)dy_f[k];
-	}
-	l->plain(l, y_d, in_d);
-}
-
-/* Central differences of sum(weight y) against the gradients in grad_f. */
-static void differences(const struct layer *l)
-{
-	const double h = 1e-5;
-
-	worst = 0;
-	for (size_t i = 0; i < l->inputs; i++) {
-		double want[MOST];
-
-		for (size_t k = 0; k < l->n[i]; k++) {
-			const double was = in_d[i][k];
-			double sum = 0;
-
-			in_d[i][k] = was + h;
-			l->plain(l, y_d, in_d);
-			in_d[i][k] = was - h;
-			l->plain(l, y2_d, in_d);
-			in_d[i][k] = was;
-			for (size_t j = 0; j < l->ny; j++)
-				sum += weight_d[j] * (y_d[j] - y2_d[j]);
-			want[k] = sum / (2 * h);
-		}
-		compare(l->n[i], want, grad_f[i], &worst);
-	}
-}
-
-static void check_forward(const struct layer *l)
-{
-	double most = 0;
-
-	compare(l->ny, y_d, y_f, &most);
-	OK(most < 2e-6, "%s: forward", l->name);
-	if (!(most < 2e-6))
-		printf("# off by %g\n", most);
-}
-
-static void check_back(const struct layer *l)
-{
-	differences(l);
-	OK(worst < 2e-5, "%s: backward is the derivative", l->name);
-	if (!(worst < 2e-5))
-		printf("# off by %g\n", worst);
-}
+#include "differences.h"
 
 static double silu(double z)
 {
@@ -364,8 +264,9 @@ static void test_attention(const char *name, size_t tokens, bool legacy, bool ba
 static void conv_plain(const struct layer *l, double *y, double *const *in)
 {
 	const struct ct_conv_shape *s = &l->conv;
-	const size_t st = s->stride, wo = (s->w + st - 1) / st, ho = (s->h + st - 1) / st;
-	const ptrdiff_t edge = (ptrdiff_t)s->k / 2;
+	const size_t st = s->stride, lost = s->inside ? s->k - 1 : 0;
+	const size_t wo = (s->w - lost + st - 1) / st, ho = (s->h - lost + st - 1) / st;
+	const ptrdiff_t edge = s->inside ? 0 : (ptrdiff_t)s->k / 2;
 
 	for (size_t p = 0; p < ho * wo; p++)
 		for (size_t o = 0; o < s->co; o++) {
@@ -404,7 +305,9 @@ static int conv_run(struct ct_conv *c, const struct layer *l, void *scratch)
 
 static void test_conv(const char *name, struct ct_conv_shape s)
 {
-	const size_t ho = (s.h + s.stride - 1) / s.stride, wo = (s.w + s.stride - 1) / s.stride;
+	const size_t lost = s.inside ? s.k - 1 : 0;
+	const size_t ho = (s.h - lost + s.stride - 1) / s.stride,
+		     wo = (s.w - lost + s.stride - 1) / s.stride;
 	struct layer l = {.name = name,
 		.ny = ho * wo * s.co,
 		.inputs = s.add ? 4 : 3,
@@ -491,13 +394,7 @@ static void test_adam(void)
 
 int main(void)
 {
-	for (size_t i = 0; i < INPUTS; i++) {
-		in_d[i] = calloc(MOST, sizeof **in_d);
-		in_f[i] = aligned_alloc(64, (size_t)MOST * 64);
-		grad_f[i] = aligned_alloc(64, (size_t)MOST * 64);
-		if (!in_d[i] || !in_f[i] || !grad_f[i])
-			return 99;
-	}
+	begin();
 	test_silu_beyond();
 	test_embed();
 	test_adam();
@@ -513,19 +410,18 @@ int main(void)
 	test_attention("attention, legacy order", 20, true, true);
 	test_attention("attention, new order", 13, false, true);
 	test_attention("attention over blocks", 100, true, true);
-	test_conv("conv 3x3", (struct ct_conv_shape){5, 4, 32, 16, 3, 1, false});
-	test_conv("conv 3x3, added to", (struct ct_conv_shape){3, 4, 16, 32, 3, 1, true});
-	test_conv(
-		"conv 3x3, stride 2, odd size", (struct ct_conv_shape){5, 7, 16, 16, 3, 2, false});
-	test_conv("conv 3x3, stride 2, even", (struct ct_conv_shape){4, 6, 16, 16, 3, 2, false});
-	test_conv("conv 1x1", (struct ct_conv_shape){5, 3, 32, 48, 1, 1, false});
-	test_conv("conv 1x1, added to", (struct ct_conv_shape){5, 3, 32, 48, 1, 1, true});
-	test_conv("conv of one channel", (struct ct_conv_shape){6, 5, 1, 32, 3, 1, false});
-	test_conv("conv to two channels", (struct ct_conv_shape){6, 5, 32, 2, 3, 1, false});
-	for (size_t i = 0; i < INPUTS; i++) {
-		free(in_d[i]);
-		free(in_f[i]);
-		free(grad_f[i]);
-	}
+	test_conv("conv 3x3", (struct ct_conv_shape){5, 4, 32, 16, 3, 1, false, false});
+	test_conv("conv 3x3, added to", (struct ct_conv_shape){3, 4, 16, 32, 3, 1, true, false});
+	test_conv("conv 3x3, stride 2, odd size",
+		(struct ct_conv_shape){5, 7, 16, 16, 3, 2, false, false});
+	test_conv("conv 3x3, stride 2, even",
+		(struct ct_conv_shape){4, 6, 16, 16, 3, 2, false, false});
+	test_conv("conv 1x1", (struct ct_conv_shape){5, 3, 32, 48, 1, 1, false, false});
+	test_conv("conv 1x1, added to", (struct ct_conv_shape){5, 3, 32, 48, 1, 1, true, false});
+	test_conv("conv 3x3, stride 2, inside",
+		(struct ct_conv_shape){6, 7, 16, 16, 3, 2, false, true});
+	test_conv("conv of one channel", (struct ct_conv_shape){6, 5, 1, 32, 3, 1, false, false});
+	test_conv("conv to two channels", (struct ct_conv_shape){6, 5, 32, 2, 3, 1, false, false});
+	end();
 	return tap_done();
 }

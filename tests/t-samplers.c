@@ -511,7 +511,7 @@ static void test_none(void)
 
 static void test_calls(void)
 {
-	static const size_t steps[] = {50, 50, 50, 50, 50, 50, 1000, 10, 0};
+	static const size_t steps[] = {50, 50, 50, 50, 50, 50, 1000, 10, 1, 0};
 	struct ct_superres p = ct_superres_default(S);
 	size_t calls, gradients;
 

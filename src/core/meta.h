@@ -97,6 +97,8 @@ struct ct_env;
 #define CT_META_LICENCE "licence"
 /* text: from values to those that the network sees; ct-train */
 #define CT_META_INTENSITY_MAP "intensity_map"
+/* word of CT_NET_LIST (unet/arch.h): the network of a prior; a U-Net if it is not there */
+#define CT_META_NET "net"
 /* word: of the variances of a prior: linear; ct_train_result */
 #define CT_META_BETA_SCHEDULE "beta_schedule"
 /* integer: timesteps of a prior, 1000 if it is not there; those who publish one */

@@ -4,6 +4,8 @@
 #include "core/mem.h"
 
 #include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -90,4 +92,17 @@ struct ct_tensor *ct_tensors_find(const struct ct_tensors *w, const char *name)
 		if (strcmp(w->t[i].name, name) == 0)
 			return &w->t[i];
 	return NULL;
+}
+
+size_t ct_tensors_dim(const struct ct_tensors *w, size_t k, const char *fmt, ...)
+{
+	const struct ct_tensor *t;
+	char name[100];
+	va_list ap;
+
+	va_start(ap, fmt);
+	vsnprintf(name, sizeof name, fmt, ap);
+	va_end(ap);
+	t = ct_tensors_find(w, name);
+	return t && k < t->rank ? t->dim[k] : 0;
 }

@@ -34,6 +34,9 @@ int ct_tensors_put(struct ct_tensors *w, const char *name, size_t rank, const si
  * is no such tensor, CT_ENUMERIC if a value is not finite. */
 const float *ct_tensors_vector(
 	const struct ct_tensors *w, const char *name, size_t n, struct ct_err *e);
+/* Size k of the tensor of that name, 0 if there is none or it has no such dimension. */
+size_t ct_tensors_dim(const struct ct_tensors *w, size_t k, const char *fmt, ...)
+	__attribute__((format(printf, 3, 4)));
 /* By name, or NULL. */
 struct ct_tensor *ct_tensors_find(const struct ct_tensors *w, const char *name);
 

@@ -66,6 +66,7 @@ struct ct_ddim ct_ddim_weights(const struct ct_sampler *s, size_t k, bool known)
 	case CT_SAMPLER_PLUS:
 	case CT_SAMPLER_SIMPLE:
 	case CT_SAMPLER_BIRD:
+	case CT_SAMPLER_ONCE:
 	case CT_SAMPLER_NONE: break;
 	}
 	return single(s, k, 0);

@@ -58,7 +58,8 @@ int ct_prior_alloc(struct ct_prior *p, struct ct_tensors *w, struct ct_err *e)
 		check_channels(&a, e) || ct_unet_alloc(&p->unet, w, e))
 		return -1;
 	p->channels = a.in_channels;
-	p->multiple = (size_t)1 << (a.levels - 1);
+	p->factor = a.net == CT_NET_UNET ? 0 : a.factor;
+	p->multiple = p->factor ? ct_unet_arch_least(&a) * a.factor : ct_unet_arch_multiple(&a);
 	ct_schedule_default(&p->schedule);
 	return 0;
 }
@@ -100,6 +101,8 @@ static void drop_plans(struct ct_prior *p)
 int ct_prior_plan(
 	struct ct_prior *p, size_t workers, size_t high, size_t wide, bool back, struct ct_err *e)
 {
+	const size_t by = p->factor ? p->factor : 1;
+
 	drop_plans(p);
 	if (ct_alloc0(&p->plan, workers, sizeof *p->plan, e))
 		return -1;
@@ -107,7 +110,7 @@ int ct_prior_plan(
 	for (size_t k = 0; k < workers; k++) {
 		struct ct_unet_plan *plan;
 
-		if (ct_unet_plan_alloc(&plan, p->unet, high, wide, back, e))
+		if (ct_unet_plan_alloc(&plan, p->unet, high / by, wide / by, back, e))
 			return -1;
 		p->plan[k] = plan;
 	}

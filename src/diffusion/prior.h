@@ -1,4 +1,5 @@
-/* prior.h: a trained U-Net as the noise predictor of the sampler, one workspace a worker. */
+/* prior.h: a trained U-Net as the noise predictor of the sampler, or a network of super-resolution
+ * that is asked once (CT_SAMPLER_ONCE); one workspace a worker. */
 #ifndef CT_DIFFUSION_PRIOR_H
 #define CT_DIFFUSION_PRIOR_H
 #include "core/tensors.h"
@@ -12,6 +13,7 @@ struct ct_prior {
 	struct ct_unet *unet;
 	struct ct_schedule schedule;
 	size_t channels, multiple; /* of pictures; sides are multiples of the latter */
+	size_t factor;             /* times finer, of super-resolution; of a U-Net 0 */
 	size_t high, wide;         /* size the workspaces are made for */
 	size_t workers;
 	void **plan; /* [workers], each a struct ct_unet_plan */
@@ -25,7 +27,8 @@ struct ct_prior {
 int ct_prior_alloc(struct ct_prior *p, struct ct_tensors *w, struct ct_err *e);
 /* The class to predict for: CT_EUSAGE unless the prior is conditioned on more than that many. */
 int ct_prior_classify(struct ct_prior *p, size_t label, struct ct_err *e);
-/* Workspaces for pictures of high x wide, with `back` for the derivative too. CT_ENOMEM, CT_EGEOM.
+/* Workspaces for (fine) pictures of high x wide, with `back` for the derivative too. CT_ENOMEM,
+ * CT_EGEOM.
  */
 int ct_prior_plan(
 	struct ct_prior *p, size_t workers, size_t high, size_t wide, bool back, struct ct_err *e);

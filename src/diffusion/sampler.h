@@ -33,7 +33,8 @@
  *                      Favaro, NeurIPS 2024, of a known A: Adam on the noise that the deterministic
  *                      DDIM begins with, which stays on its sphere, until A x is y; x0 as it is
  *
- * And CT_SAMPLER_NONE, which asks no network and is no chain: superres.h.
+ * And two that are no chains: CT_SAMPLER_ONCE, what a network of super-resolution (unet/rdn.h,
+ * omni.h) gives in one call, not held to y; CT_SAMPLER_NONE, which asks no network: superres.h.
  *
  * Pictures are in [-1, 1], y too. Channels are restored together by the network and apart by A.
  */
@@ -54,6 +55,7 @@
 	X(CT_SAMPLER_DPM, "dpm-solver++")                                                          \
 	X(CT_SAMPLER_GDP, "gdp")                                                                   \
 	X(CT_SAMPLER_BIRD, "bird")                                                                 \
+	X(CT_SAMPLER_ONCE, "once")                                                                 \
 	X(CT_SAMPLER_NONE, "none")
 enum ct_sampler_rule { CT_SAMPLER_LIST(CT_WORD_VALUE) };
 
@@ -97,7 +99,8 @@ size_t ct_sampler_steps(enum ct_sampler_rule rule);
 /* x (channels, s h, s w) from y (channels, h, w). The chain begins at
  * timestep t[0] with pure noise, or, if init is not NULL, with init (as x) noised to that level. x
  * is not clipped. CT_ENUMERIC naming the timestep if the network gives a value that is not finite,
- * CT_ENOMEM, or what the callbacks return. Reentrant if they are. Not of NONE. */
+ * CT_ENOMEM, or what the callbacks return. Reentrant if they are. Not of ONCE
+ * and NONE. */
 int ct_sampler_draw(
 	const struct ct_sampler *s, float *x, const float *y, const float *init, struct ct_err *e);
 

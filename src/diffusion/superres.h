@@ -9,6 +9,9 @@
  * CT_MEASUREMENT_MEAN clamped to [0, 1.05], and multiplied by norm; their mean is the result. Noise
  * is a function of (seed, view, sample, move, channel, pixel) only.
  *
+ * CT_SAMPLER_ONCE is the same with one call of a network that makes the picture of a view s times
+ * finer, for the sampler; the result is not corrected.
+ *
  * CT_SAMPLER_NONE does nothing of that: its result is the start, init to the byte, or without init
  * the view on the finer grid (ct_superres_bilinear).
  */
@@ -25,8 +28,9 @@
 struct ct_denoiser {
 	const struct ct_schedule *schedule;
 	size_t channels;
-	size_t multiple; /* height and width must be multiples of this */
-	ct_eps_fn *eps;  /* for pictures of ct_superres_size() */
+	size_t multiple; /* height and width of the fine picture must be multiples of this */
+	ct_eps_fn
+		*eps; /* for pictures of ct_superres_size(); of ONCE from the coarse to the fine */
 	ct_eps_back_fn *back;
 	void *const *ctx; /* [ct_par_threads] */
 };

@@ -3,6 +3,7 @@
 #include "diffusion/train.h"
 #include "core/mem.h"
 #include "core/rng.h"
+#include "diffusion/measurement.h"
 #include "diffusion/schedule.h"
 
 #include <math.h>
@@ -16,6 +17,7 @@ enum draw { PIECE, TIME, NOISE, DRAWS }; /* streams of a sample */
 struct bench {
 	struct ct_unet_plan *train, *test;
 	float *x0, *xt, *z, *eps; /* one block at x0 */
+	double *t;                /* scratch of A */
 };
 
 struct ct_train {
@@ -24,6 +26,7 @@ struct ct_train {
 	const struct ct_pictures *data;
 	const struct ct_env *env;
 	struct ct_schedule schedule;
+	struct ct_measurement op; /* A, of super-resolution */
 	uint64_t step;
 	size_t n, pixels, groups, threads, chunks;
 	float *m, *v, *grads; /* [n], [n], [groups][n] */
@@ -54,9 +57,36 @@ void ct_train_default(struct ct_train_opts *o)
 	o->adam = ct_adamw_default();
 }
 
+static bool is_superres(const struct ct_train *t)
+{
+	return t->net->arch.net != CT_NET_UNET;
+}
+
 static uint64_t stream(uint64_t sample, enum draw d)
 {
 	return sample * DRAWS + (uint64_t)d;
+}
+
+/* As below, of super-resolution. */
+static int pair_loss(struct ct_train *t, struct bench *b, const struct pass *p, float *grads,
+	double *loss, struct ct_err *e)
+{
+	const struct ct_measurement *op = &t->op;
+	double sum = 0;
+
+	for (size_t c = 0; c < t->o.patches.channels; c++)
+		ct_measurement_forward(
+			op, b->xt + c * op->h * op->w, b->x0 + c * op->high * op->wide, b->t);
+	if (ct_unet_forward(p->test ? b->test : b->train, b->eps, b->xt, 0, e))
+		return -1;
+	for (size_t i = 0; i < t->pixels; i++) {
+		const double d = (double)b->eps[i] - (double)b->x0[i];
+
+		sum += fabs(d);
+		b->eps[i] = (float)((double)((d > 0) - (d < 0)) / (double)t->pixels);
+	}
+	*loss = sum / (double)t->pixels;
+	return grads ? ct_unet_backward(b->train, grads, NULL, b->eps, e) : 0;
 }
 
 /* Loss of one sample; with grads, its gradient is added. */
@@ -68,6 +98,8 @@ static int sample_loss(struct ct_train *t, struct bench *b, const struct pass *p
 	double sum = 0;
 
 	ct_patches_draw(&t->o.patches, p->data, b->x0, seed, stream(sample, PIECE));
+	if (is_superres(t))
+		return pair_loss(t, b, p, grads, loss, e);
 	ct_rng_normals(t->pixels, b->z, seed, stream(sample, NOISE), 0);
 	for (size_t i = 0; i < t->pixels; i++)
 		b->xt[i] = (float)(keep * (double)b->x0[i] + add * (double)b->z[i]);
@@ -218,14 +250,21 @@ int ct_train_step(struct ct_train *t, double *loss, struct ct_err *e)
 	return ct_unet_changed(t->net, t->env->par, e);
 }
 
+/* Edge of what the network is given. */
+static size_t input_size(const struct ct_train *t)
+{
+	return is_superres(t) ? t->o.patches.size / t->net->arch.factor : t->o.patches.size;
+}
+
 int ct_train_validate(struct ct_train *t, const struct ct_pictures *data, size_t n, double *loss,
 	struct ct_err *e)
 {
 	struct pass p = {.t = t, .data = data, .count = n, .groups = n, .test = true};
+	const size_t size = input_size(t);
 
 	for (size_t i = 0; i < t->threads; i++)
-		if (!t->bench[i].test && ct_unet_plan_alloc(&t->bench[i].test, t->ema,
-						 t->o.patches.size, t->o.patches.size, false, e))
+		if (!t->bench[i].test &&
+			ct_unet_plan_alloc(&t->bench[i].test, t->ema, size, size, false, e))
 			return -1;
 	if (t->ema_stale && ct_unet_changed(t->ema, t->env->par, e))
 		return -1;
@@ -235,9 +274,11 @@ int ct_train_validate(struct ct_train *t, const struct ct_pictures *data, size_t
 
 static int bench_alloc(struct ct_train *t, struct bench *b, struct ct_err *e)
 {
-	const size_t size = t->o.patches.size;
+	const size_t size = input_size(t);
 
-	if (ct_alloc(&b->x0, 4 * t->pixels, sizeof(float), e))
+	if (ct_alloc(&b->x0, 4 * t->pixels, sizeof(float), e) ||
+		ct_alloc(&b->t, is_superres(t) ? ct_measurement_scratch(&t->op) : 0, sizeof *b->t,
+			e))
 		return -1;
 	b->xt = b->x0 + t->pixels;
 	b->z = b->xt + t->pixels;
@@ -253,6 +294,10 @@ static int check_options(
 			"training predicts the noise of every channel: %zu in, "
 			"%zu out, pictures of %zu",
 			a->in_channels, a->out_channels, o->patches.channels);
+	if (a->net != CT_NET_UNET && o->patches.size % a->factor)
+		return ct_fail(e, CT_EUSAGE,
+			"a piece of %zu pixels is no multiple of the factor %zu", o->patches.size,
+			a->factor);
 	if (o->batch < 1 || !(o->ema >= 0 && o->ema < 1) || !(o->adam.lr >= 0))
 		return ct_fail(e, CT_EUSAGE, "batch %zu, ema %g, learning rate %g", o->batch,
 			o->ema, o->adam.lr);
@@ -276,6 +321,9 @@ int ct_train_alloc(struct ct_train **out, const struct ct_unet_arch *a,
 	t->pixels = o->patches.channels * o->patches.size * o->patches.size;
 	ct_schedule_default(&t->schedule);
 	if (ct_unet_init(&t->net, a, o->seed, e) || ct_unet_init(&t->ema, a, o->seed, e))
+		goto fail;
+	if (is_superres(t) && ct_measurement_alloc(&t->op, CT_MEASUREMENT_MEAN, input_size(t),
+				      input_size(t), a->factor, 0, e))
 		goto fail;
 	t->n = t->net->graph.count;
 	t->chunks = (t->n + CHUNK - 1) / CHUNK;
@@ -307,12 +355,14 @@ void ct_train_free(struct ct_train *t)
 		ct_unet_plan_free(b->train);
 		ct_unet_plan_free(b->test);
 		free(b->x0);
+		free(b->t);
 	}
 	free(t->bench);
 	free(t->m);
 	free(t->v);
 	free(t->grads);
 	free(t->norm);
+	ct_measurement_free(&t->op);
 	ct_unet_free(t->ema);
 	ct_unet_free(t->net);
 	free(t);
@@ -321,7 +371,12 @@ void ct_train_free(struct ct_train *t)
 int ct_train_result(const struct ct_train *t, struct ct_tensors *w, struct ct_err *e)
 {
 	return ct_unet_tensors(t->ema, t->ema->param, w, e) ||
-			       ct_meta_set(&w->meta, CT_META_BETA_SCHEDULE, "linear", e) ||
+			       (is_superres(t) ? ct_meta_set(&w->meta, CT_META_OPERATOR,
+							 CT_WORD(CT_MEASUREMENT_LIST,
+								 CT_MEASUREMENT_MEAN),
+							 e)
+					       : ct_meta_set(&w->meta, CT_META_BETA_SCHEDULE,
+							 "linear", e)) ||
 			       ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu",
 				       (unsigned long long)t->step) ||
 			       ct_meta_setf(&w->meta, e, CT_META_EMA, "%.10g", t->o.ema)

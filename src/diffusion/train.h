@@ -1,10 +1,12 @@
-/* train.h: training of a noise predictor (Ho et al., DDPM, 2020).
+/* train.h: training of a noise predictor (Ho et al., DDPM, 2020), or of a network of
+ * super-resolution.
  *
  * A sample of the batch is a piece x0 of a picture, a timestep t uniform over the schedule, and
  * noise z; x_t = sqrt(abar_t) x0 + sqrt(1 - abar_t) z, loss = mean (eps(x_t, t) - z)^2 over the
- * pixels. All draws are functions of (seed, step, sample). The batch is cut into a fixed number of
- * groups with an accumulator of gradients each, added in their order: any number of threads, and
- * any interruption, gives the same bytes.
+ * pixels. Of super-resolution it is a piece x0 and A x0, A the block means of measurement.h, which
+ * ct-ddnm takes projections for; loss = mean |net(A x0) - x0|. All draws are functions of (seed,
+ * step, sample). The batch is cut into a fixed number of groups with an accumulator of gradients
+ * each, added in their order: any number of threads, and any interruption, gives the same bytes.
  */
 #ifndef CT_DIFFUSION_TRAIN_H
 #define CT_DIFFUSION_TRAIN_H

@@ -47,6 +47,19 @@ static void normals(void *ctx, size_t draw, size_t n, float *z)
 	ct_superres_normals(s->w->env->seed, s->view, s->sample, draw, n, z);
 }
 
+/* What the network makes of y. */
+static int ask_once(struct ct_waves *w, struct ct_seat *s, struct ct_err *e)
+{
+	const size_t n = w->channels * w->op->high * w->op->wide;
+
+	if (predict(s, 0, s->y, s->x, e))
+		return -1;
+	for (size_t i = 0; i < n; i++)
+		if (!isfinite(s->x[i]))
+			return ct_fail(e, CT_ENUMERIC, "the network's output is not finite");
+	return 0;
+}
+
 static int draw(struct ct_waves *w, struct ct_seat *s, float *result, struct ct_err *e)
 {
 	struct ct_sampler d = {.schedule = w->net->schedule,
@@ -62,7 +75,8 @@ static int draw(struct ct_waves *w, struct ct_seat *s, float *result, struct ct_
 		.normals_ctx = s};
 
 	w->begin(w->ctx, s);
-	if (ct_sampler_draw(&d, s->x, s->y, s->init, e))
+	if (w->how.rule == CT_SAMPLER_ONCE ? ask_once(w, s, e)
+					   : ct_sampler_draw(&d, s->x, s->y, s->init, e))
 		return -1;
 	w->end(w->ctx, s, result);
 	return 0;

@@ -46,9 +46,12 @@ static const struct params defaults = {.label = -1,
 	.sigma_det = NAN};
 
 #define CT_PARAMS struct params
-/* Samplers that draw noise anew or not, that ask a network, and that are fitted. */
+/* Samplers that draw noise anew or not, that ask a network, that do so in a chain, that begin from
+ * a picture, and that are fitted. */
 #define STOCHASTIC (NOISY | CT_BIT(CT_SAMPLER_DDNM) | CT_BIT(CT_SAMPLER_DDIM))
 #define WITH_NETWORK CT_UNLESS_WORD(sampler, CT_BIT(CT_SAMPLER_NONE))
+#define CHAIN_OF CT_UNLESS_WORD(sampler, CT_BIT(CT_SAMPLER_ONCE) | CT_BIT(CT_SAMPLER_NONE))
+#define BEGUN CT_UNLESS_WORD(sampler, CT_BIT(CT_SAMPLER_ONCE))
 #define FITTED CT_WHEN(CT_IF_WORD(sampler, CT_BIT(CT_SAMPLER_BIRD)))
 /* Samplers that know noise, operators that may be one with a blur. */
 #define NOISY (CT_BIT(CT_SAMPLER_PLUS) | CT_BIT(CT_SAMPLER_SIMPLE))
@@ -61,9 +64,10 @@ static const struct ct_opt opts[] = {
 		"super-resolved projections, EXR, or -; of a picture also FILE.png"),
 	CT_OPT(scale, 'x', "factor", "S", 2, 64,
 		"times finer, along rows and columns; by default what IN says it was coarsened by, "
-		"else 4"),
+		"else what a network of super-resolution was trained for, else 4"),
 	CT_INPUT(prior, 'p', "prior", "FILE",
-		"diffusion prior, safetensors or PyTorch; by default the one that is installed",
+		"diffusion prior, or network of super-resolution, safetensors or PyTorch; by default "
+		"the prior that is installed",
 		CT_WHEN(WITH_NETWORK)),
 	CT_TEXT(arch, 'a', "arch", "KEY=VALUE,...",
 		"what the prior is, where its file does not say it, in the words of ct-train "
@@ -74,7 +78,7 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(CT_IF(prior))),
 	CT_OPT(steps, 'n', "steps", "N", 1, 1000,
 		"calls of the network a chain; by default 50, of gdp 1000 and of bird 10",
-		CT_WHEN(WITH_NETWORK)),
+		CT_WHEN(CHAIN_OF)),
 	CT_EXPERT(eta, "eta", "X", 0, 1,
 		"of the ddnm samplers the fraction of the noise that is drawn anew in every step "
 		"(0.99 unless given); of ddim the noise, ddpm having 1 (0 unless given)",
@@ -86,12 +90,13 @@ static const struct ct_opt opts[] = {
 		"what IN measures of the fine projections: what it says of its pixels, and else "
 		"mean; means of S x S pixels; or what a blur and the coarse grid leave of them "
 		"(see DESCRIPTION)",
-		CT_WHEN(WITH_NETWORK)),
+		CT_WHEN(CHAIN_OF)),
 	CT_EXPERT(sigma_det, "sigma-det", "PX", 0, 1000,
 		"blur of the matched operator, fine pixels; by default from the metadata of IN",
-		CT_WHEN(CT_IF_WORD(op, BLURRED), WITH_NETWORK)),
+		CT_WHEN(CT_IF_WORD(op, BLURRED), CHAIN_OF)),
 	CT_CHOICE(sampler, 0, "sampler", CT_WORDS(CT_SAMPLER_LIST),
-		"how the prior is drawn from, and held to IN (see SAMPLERS)"),
+		"how the prior is drawn from, and held to IN (see SAMPLERS); a network of "
+		"super-resolution is asked once"),
 	CT_EXPERT(guidance, "guidance", "X", 0, 1e9,
 		"of gdp: how far a step follows the gradient of the error, as published",
 		CT_WHEN(CT_IF_WORD(sampler, CT_BIT(CT_SAMPLER_GDP)))),
@@ -102,14 +107,15 @@ static const struct ct_opt opts[] = {
 	CT_EXPERT_CHOICE(gradient, "gradient", CT_WORDS(GRADIENTS),
 		"of bird: through the network too, or its output taken for constant", FITTED),
 	CT_INPUT(init, 'i', "init", "FILE",
-		"begin from these projections, of the geometry of OUT, instead of pure noise"),
+		"begin from these projections, of the geometry of OUT, instead of pure noise",
+		CT_WHEN(BEGUN)),
 	CT_EXPERT(t_start, "t-start", "T", -1, 999,
 		"noise level to begin from, a timestep of 1000; -1 takes 60",
-		CT_WHEN(CT_IF(init), WITH_NETWORK)),
+		CT_WHEN(CT_IF(init), CHAIN_OF)),
 	CT_EXPERT(travel, "travel", "L,R", 0, 0, "after every L steps go back, R times in all",
-		CT_WHEN(WITH_NETWORK)),
+		CT_WHEN(CHAIN_OF)),
 	CT_OPT(samples, 'k', "samples", "K", 1, 65535, "mean of K samples a view",
-		CT_WHEN(WITH_NETWORK)),
+		CT_WHEN(CHAIN_OF)),
 	CT_OUTPUT(std, 0, "std", "FILE", CT_ENDS_STACK,
 		"also write the standard deviation of the samples, EXR", CT_WHEN(CT_IF(samples))),
 	CT_EXPERT(norm, "norm", "X", 0, 1e30,
@@ -128,6 +134,7 @@ enum { PICTURES = 8 }; /* that a thread has in hand while it draws one */
 struct ddnm_job {
 	const struct params *p;
 	const struct ct_env *env;
+	enum ct_sampler_rule rule; /* --sampler, or once for a network of super-resolution */
 	struct ct_stack in, init, out, std;
 	struct ct_prior prior;
 	struct ct_meta prior_meta;
@@ -139,7 +146,21 @@ struct ddnm_job {
 
 static bool asks(const struct ddnm_job *j)
 {
-	return j->p->sampler != CT_SAMPLER_NONE;
+	return j->rule != CT_SAMPLER_NONE;
+}
+
+/* The factor: what IN, the option and a network of super-resolution say. */
+static int settle_scale(const struct ddnm_job *j, size_t *scale, struct ct_err *e)
+{
+	const int factor = (int)j->prior.factor;
+
+	if (ddnm_input_scale(scale, j->p->scale ? j->p->scale : factor, &j->in, j->p->in, e))
+		return -1;
+	return !factor || factor == (int)*scale
+		       ? 0
+		       : ct_fail(e, CT_EUSAGE,
+				 "--factor %zu: the network of %s makes %d times finer", *scale,
+				 j->p->prior, factor);
 }
 
 static int settle(struct ddnm_job *j, struct ct_err *e)
@@ -149,14 +170,16 @@ static int settle(struct ddnm_job *j, struct ct_err *e)
 	enum ct_measurement_kind op = CT_MEASUREMENT_MEAN;
 	size_t scale = 0;
 
-	if (ddnm_input_scale(&scale, p->scale, &j->in, p->in, e) ||
-		ddnm_input_operator(&op, p->op - FIRST_OPERATOR, &j->in, p->in, e))
+	if (settle_scale(j, &scale, e) ||
+		(j->rule != CT_SAMPLER_ONCE &&
+			ddnm_input_operator(&op, p->op - FIRST_OPERATOR, &j->in, p->in, e)))
 		return -1;
 	now.op = FIRST_OPERATOR + (int)op;
+	now.sampler = (int)j->rule;
 	if (ct_modes_check(j->env->given, &now, e))
 		return ct_blame(e, p->in);
 	j->s = ct_superres_default(scale);
-	j->s.how = ct_sampler_default((enum ct_sampler_rule)p->sampler);
+	j->s.how = ct_sampler_default(j->rule);
 	j->s.steps = p->steps ? (size_t)p->steps : ct_sampler_steps(j->s.how.rule);
 	j->s.samples = (size_t)p->samples;
 	j->s.start = p->init ? (p->t_start < 0 ? 60 : p->t_start) : -1;
@@ -191,14 +214,21 @@ static int settle(struct ddnm_job *j, struct ct_err *e)
 	return 0;
 }
 
-static int read_inputs(struct ddnm_job *j, struct ct_err *e)
+static int read_input(struct ddnm_job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
 
 	if (ddnm_picture_read(p->in, &j->in, e) || ddnm_picture_check(p->out, &j->in, e))
 		return -1;
-	if (ct_stack_check(&j->in, e) || ct_stack_check_finite(&j->in, e))
-		return ct_blame(e, p->in);
+	return ct_stack_check(&j->in, e) || ct_stack_check_finite(&j->in, e) ? ct_blame(e, p->in)
+									     : 0;
+}
+
+/* After IN and the prior. */
+static int read_others(struct ddnm_job *j, struct ct_err *e)
+{
+	const struct params *p = j->p;
+
 	if (settle(j, e) || ct_stack_like(&j->out, &j->in, (double)j->s.scale, e) ||
 		(p->std && ct_stack_like(&j->std, &j->in, (double)j->s.scale, e)))
 		return -1;
@@ -208,6 +238,23 @@ static int read_inputs(struct ddnm_job *j, struct ct_err *e)
 		return -1;
 	if (ct_stack_check_finite(&j->init, e) || ct_stack_same(&j->init, &j->out, e))
 		return ct_blame(e, p->init);
+	return 0;
+}
+
+/* The sampler is one for the network. */
+static int settle_rule(struct ddnm_job *j, struct ct_err *e)
+{
+	const bool given = ct_modes_given(j->env->given, "sampler");
+
+	if (!j->prior.factor && j->rule == CT_SAMPLER_ONCE)
+		return ct_fail(e, CT_EUSAGE,
+			"--sampler once: it is a diffusion prior, not a network of ct-train --kind superres");
+	if (j->prior.factor && given && j->rule != CT_SAMPLER_ONCE)
+		return ct_fail(e, CT_EUSAGE,
+			"--sampler %s: it is a network of super-resolution, not a diffusion prior: give "
+			"--sampler once",
+			CT_WORD(CT_SAMPLER_LIST, j->rule));
+	j->rule = j->prior.factor ? CT_SAMPLER_ONCE : j->rule;
 	return 0;
 }
 
@@ -225,7 +272,7 @@ static int read_prior(struct ddnm_job *j, struct ct_err *e)
 		ct_tensors_read(path, &w, e))
 		goto out;
 	if (prior_arch_add(&w.meta, &arch, e) || ct_prior_alloc(&j->prior, &w, e) ||
-		ct_meta_copy(&j->prior_meta, &w.meta, e) ||
+		ct_meta_copy(&j->prior_meta, &w.meta, e) || settle_rule(j, e) ||
 		ddnm_input_classify(&j->prior, j->p->label, e))
 		ct_blame(e, path);
 	else if (j->prior.channels == 1 && ct_modes_given(j->env->given, "channel-reduce"))
@@ -283,9 +330,10 @@ static int write_outputs(struct ddnm_job *j, struct ct_err *e)
 
 	ct_meta_drop(m, CT_META_COARSEN);
 	ct_meta_drop(m, CT_META_PIXEL);
-	if ((asks(j) && (ct_meta_setf(m, e, CT_META_NORM, "%.9g", j->s.norm) ||
-				ct_meta_set(m, CT_META_OPERATOR,
-					CT_WORD(CT_MEASUREMENT_LIST, j->s.op), e) ||
+	if ((asks(j) && ct_meta_setf(m, e, CT_META_NORM, "%.9g", j->s.norm)) ||
+		(asks(j) && j->rule != CT_SAMPLER_ONCE &&
+			(ct_meta_set(
+				 m, CT_META_OPERATOR, CT_WORD(CT_MEASUREMENT_LIST, j->s.op), e) ||
 				ct_meta_setf(m, e, CT_META_SEED, "%llu",
 					(unsigned long long)j->env->seed))) ||
 		ct_meta_step(m, j->env, j->init.data ? 3 : 2, in, e) ||
@@ -336,8 +384,10 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct ddnm_job j = {.p = params, .env = env, .program = ct_memory_held()};
 	int rc = -1;
 
+	j.rule = (enum ct_sampler_rule)j.p->sampler;
+
 	if (ct_resume_open(&j.resume, j.p->out, j.p->resume, opts, j.p, env, e) ||
-		read_inputs(&j, e) || read_prior(&j, e))
+		read_input(&j, e) || read_prior(&j, e) || read_others(&j, e))
 		goto out;
 	if (asks(&j))
 		ct_log(env, CT_INFO, "%zu views of %zux%zu, norm %g, operator of blur %g px",

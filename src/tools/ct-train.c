@@ -1,4 +1,5 @@
-/* ct-train: trains a prior of pictures, or of the slices of CTs. */
+/* ct-train: trains a prior of pictures, or of the slices of CTs, or a network that makes
+ * projections finer. */
 #include "config.h"
 #include "cli/cli.h"
 #include "core/mem.h"
@@ -31,7 +32,7 @@ static const struct train_params defaults = {
 #define CT_PARAMS struct train_params
 #define WITH(kinds) CT_WHEN(CT_IF_WORD(kind, kinds))
 #define SLICES WITH(CT_BIT(TRAIN_SLICES))
-#define NETWORK WITH(CT_BIT(TRAIN_PICTURES))
+#define NETWORK WITH(CT_BIT(TRAIN_PICTURES) | CT_BIT(TRAIN_SUPERRES))
 
 static const struct ct_opt opts[] = {
 	CT_ARG_OUT(out, CT_REWRITES, "OUT", CT_ENDS_TENSORS,
@@ -39,21 +40,26 @@ static const struct ct_opt opts[] = {
 	CT_ARG(data, CT_READS, "DATA",
 		"EXR projections, pictures, CTs (slices), or folders of them"),
 	CT_CHOICE(kind, 'k', "kind", CT_WORDS(TRAIN_KIND_LIST),
-		"what the prior is of: pictures or projections, or CT slices"),
+		"what the prior is of: pictures or projections, or CT slices; superres: a network "
+		"that makes projections finer in one step"),
 	CT_OPT(factor, 'x', "factor", "S", 2, 8,
-		"train for low-resolution voxels that are S voxels long", SLICES),
+		"train for low-resolution voxels or pixels that are S long",
+		WITH(CT_BIT(TRAIN_SLICES) | CT_BIT(TRAIN_SUPERRES))),
 	CT_TEXT(arch, 'a', "arch", "KEY=VALUE,...",
 		"set the network: model_channels=32, channel_mult=1:2:3:4, num_res_blocks=1, "
-		"attention_resolutions=8, in_channels, out_channels and more",
+		"attention_resolutions=8, in_channels, out_channels and more; of superres net=rdn "
+		"or omni, blocks, layers, features, growth, window, num_heads",
 		NETWORK),
 	CT_OPT(patch, 'p', "patch", "N", 4, 4096,
-		"train on pieces of N x N pixels (default: 64; for slices three times the factor)"),
+		"train on pieces of N x N pixels (default: 64; for slices three times the factor; "
+		"for superres 32 times)"),
 	CT_EXPERT(batch, "batch", "N", 1, 65536,
 		"use N pieces in a step (default: 16; for slices 1024)"),
 	CT_OPT(steps, 'n', "steps", "N", 0, 2e9, "stop after N steps in all", CT_IDLE),
 	CT_OPT(minutes, 'm', "minutes", "M", 0, 1e6, "stop after M minutes; 0 sets no limit",
 		CT_IDLE),
-	CT_EXPERT(lr, "lr", "X", 0, 1, "learning rate (default: 1e-4; for slices 1e-3)"),
+	CT_EXPERT(lr, "lr", "X", 0, 1,
+		"learning rate (default: 1e-4; of net=omni 5e-4; for slices 1e-3)"),
 	CT_EXPERT(ema, "ema", "X", 0, 0.9999999,
 		"rate of the running average of the weights, which is the prior (default: 0.9999; "
 		"for slices 0.999)"),
@@ -111,10 +117,29 @@ static const struct ct_opt opts[] = {
 	CT_OPT_END,
 };
 
-static int parse_arch(struct ct_unet_arch *a, const char *text, struct ct_err *e)
+/* A network of super-resolution is of the kind superres, an RDN unless said. */
+static int parse_net(struct ct_unet_arch *a, const struct train_params *p, const struct ct_meta *m,
+	struct ct_err *e)
+{
+	const bool superres = p->kind == TRAIN_SUPERRES;
+	const char *net = ct_meta_get(m, CT_META_NET);
+
+	if (ct_meta_get(m, CT_META_FACTOR))
+		return ct_fail(e, CT_EUSAGE, "--arch factor: the option --factor states it");
+	if (ct_unet_arch_set(a, CT_META_NET, net ? net : superres ? "rdn" : "unet", e))
+		return -1;
+	if ((a->net != CT_NET_UNET) != superres)
+		return ct_fail(e, CT_EUSAGE, "--arch net=%s: not with --kind %s", net,
+			CT_WORD(TRAIN_KIND_LIST, p->kind));
+	if (superres)
+		a->factor = (size_t)p->factor;
+	return prior_arch_set(a, m, e);
+}
+
+static int parse_arch(struct ct_unet_arch *a, const struct train_params *p, struct ct_err *e)
 {
 	struct ct_meta m = {0};
-	int rc = prior_arch_parse(&m, text, e) || prior_arch_set(a, &m, e) ? -1 : 0;
+	int rc = prior_arch_parse(&m, p->arch, e) || parse_net(a, p, &m, e) ? -1 : 0;
 
 	ct_meta_free(&m);
 	if (rc == 0 && a->num_classes)
@@ -159,11 +184,13 @@ static int begin_pictures(struct train_subject *s, struct train_data *data,
 	ct_unet_arch_default(&r->arch);
 	r->arch.image_size = p->patch ? (size_t)p->patch : 64;
 	ct_train_default(o);
-	if (parse_arch(&r->arch, p->arch, e) || parse_scales(&o->patches, p->scales, e))
+	if (parse_arch(&r->arch, p, e) || parse_scales(&o->patches, p->scales, e))
 		return -1;
 	o->patches.size = r->arch.image_size;
+	if (p->kind == TRAIN_SUPERRES)
+		o->patches.size = p->patch ? (size_t)p->patch : 32 * r->arch.factor;
 	o->patches.channels = r->arch.in_channels;
-	o->adam.lr = isnan(p->lr) ? 1e-4 : p->lr;
+	o->adam.lr = !isnan(p->lr) ? p->lr : r->arch.net == CT_NET_OMNI ? 5e-4 : 1e-4;
 	o->adam.decay = isnan(p->decay) ? 0 : p->decay;
 	o->batch = p->batch ? (size_t)p->batch : 16;
 	o->steps = (uint64_t)p->steps;
@@ -242,5 +269,6 @@ out:
 	return rc;
 }
 
-CT_CLI_MAIN("ct-train", "Train a prior of projections or radiographs, or of CT slices.",
+CT_CLI_MAIN("ct-train",
+	"Train a prior of projections or radiographs, or of CT slices, or a network that makes them finer.",
 	CT_SEEDED | CT_LONG)

@@ -7,6 +7,7 @@
 
 #define TRAIN_KIND_LIST(X)                                                                         \
 	X(TRAIN_PICTURES, "pictures")                                                              \
+	X(TRAIN_SUPERRES, "superres")                                                              \
 	X(TRAIN_SLICES, "slices")
 enum train_kind { TRAIN_KIND_LIST(CT_WORD_VALUE) };
 

@@ -1,4 +1,5 @@
-/* pictures.c: ct-train on pictures: a noise predictor for a sampler. */
+/* pictures.c: ct-train on pictures: a noise predictor for a sampler, or a network of
+ * super-resolution. */
 #include "config.h"
 #include "core/mem.h"
 #include "diffusion/prior.h"
@@ -65,12 +66,12 @@ static int result(const void *it, struct ct_tensors *w, struct ct_err *e)
 static int cost(const void *it, double seconds, struct ct_cost *c, struct ct_err *e)
 {
 	const struct train_pictures_job *j = it;
-	const size_t size = j->p->opts.patches.size;
+	const struct ct_unet_arch *a = &j->p->arch;
+	const size_t size = j->p->opts.patches.size / (a->net == CT_NET_UNET ? 1 : a->factor);
 	double flops;
 	size_t n;
 
-	if (ct_unet_param_count(&j->p->arch, &n, e) ||
-		ct_unet_flops(&j->p->arch, size, size, &flops, e))
+	if (ct_unet_param_count(a, &n, e) || ct_unet_flops(a, size, size, &flops, e))
 		return -1;
 	c->memory = ct_train_bytes(j->train);
 	c->disk = (double)n * (j->p->half ? 2 : 4);

@@ -43,7 +43,7 @@ struct train_data {
 	struct ct_meta held;   /* of what is held out; owned */
 };
 
-/* A noise predictor of pictures. */
+/* A noise predictor of pictures, or a network of super-resolution. */
 struct train_pictures_rule {
 	struct train_files files;
 	size_t pieces; /* to validate on */

@@ -1,36 +1,48 @@
 /* arch.c: see arch.h. */
 #include "config.h"
 #include "unet/arch.h"
+#include "unet/omni.h"
+#include "unet/rdn.h"
 
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum kind { COUNT, TRUTH, MULTS, FACTORS, HEADS };
+/* whose key it is */
+enum { UNET = 1 << CT_NET_UNET, RDN = 1 << CT_NET_RDN, OMNI = 1 << CT_NET_OMNI };
 
 static const struct key {
 	const char *name;
 	enum kind kind;
 	size_t at;
-	bool needed; /* a file that lacks it is not a U-Net */
+	bool needed; /* a file that lacks it is not of such a network */
+	int nets;    /* UNET | RDN | OMNI */
 } keys[] = {
-	{"image_size", COUNT, offsetof(struct ct_unet_arch, image_size), false},
-	{"in_channels", COUNT, offsetof(struct ct_unet_arch, in_channels), true},
-	{"model_channels", COUNT, offsetof(struct ct_unet_arch, model_channels), true},
-	{"out_channels", COUNT, offsetof(struct ct_unet_arch, out_channels), true},
-	{"num_res_blocks", COUNT, offsetof(struct ct_unet_arch, num_res_blocks), true},
-	{"attention_resolutions", FACTORS, 0, true},
-	{"channel_mult", MULTS, 0, true},
-	{"num_head_channels", HEADS, offsetof(struct ct_unet_arch, num_head_channels), false},
-	{"num_heads", COUNT, offsetof(struct ct_unet_arch, num_heads), false},
-	{"use_scale_shift_norm", TRUTH, offsetof(struct ct_unet_arch, use_scale_shift_norm), true},
-	{"resblock_updown", TRUTH, offsetof(struct ct_unet_arch, resblock_updown), true},
+	{"image_size", COUNT, offsetof(struct ct_unet_arch, image_size), false, UNET},
+	{"in_channels", COUNT, offsetof(struct ct_unet_arch, in_channels), true, UNET | RDN | OMNI},
+	{"model_channels", COUNT, offsetof(struct ct_unet_arch, model_channels), true, UNET},
+	{"out_channels", COUNT, offsetof(struct ct_unet_arch, out_channels), true,
+		UNET | RDN | OMNI},
+	{"num_res_blocks", COUNT, offsetof(struct ct_unet_arch, num_res_blocks), true, UNET},
+	{"attention_resolutions", FACTORS, 0, true, UNET},
+	{"channel_mult", MULTS, 0, true, UNET},
+	{"num_head_channels", HEADS, offsetof(struct ct_unet_arch, num_head_channels), false, UNET},
+	{"num_heads", COUNT, offsetof(struct ct_unet_arch, num_heads), false, UNET | OMNI},
+	{"use_scale_shift_norm", TRUTH, offsetof(struct ct_unet_arch, use_scale_shift_norm), true,
+		UNET},
+	{"resblock_updown", TRUTH, offsetof(struct ct_unet_arch, resblock_updown), true, UNET},
 	{"use_new_attention_order", TRUTH, offsetof(struct ct_unet_arch, use_new_attention_order),
-		true},
-	{"conv_resample", TRUTH, offsetof(struct ct_unet_arch, conv_resample), false},
-	{"num_classes", COUNT, offsetof(struct ct_unet_arch, num_classes), false},
+		true, UNET},
+	{"conv_resample", TRUTH, offsetof(struct ct_unet_arch, conv_resample), false, UNET},
+	{"num_classes", COUNT, offsetof(struct ct_unet_arch, num_classes), false, UNET},
+	{"factor", COUNT, offsetof(struct ct_unet_arch, factor), true, RDN | OMNI},
+	{"features", COUNT, offsetof(struct ct_unet_arch, features), true, RDN | OMNI},
+	{"blocks", COUNT, offsetof(struct ct_unet_arch, blocks), true, RDN | OMNI},
+	{"layers", COUNT, offsetof(struct ct_unet_arch, layers), true, RDN | OMNI},
+	{"growth", COUNT, offsetof(struct ct_unet_arch, growth), true, RDN},
+	{"window", COUNT, offsetof(struct ct_unet_arch, window), true, OMNI},
 };
 
 enum { KEYS = sizeof keys / sizeof *keys };
@@ -51,6 +63,32 @@ void ct_unet_arch_default(struct ct_unet_arch *a)
 		.resblock_updown = true,
 		.conv_resample = true,
 	};
+}
+
+/* Does a network of this kind have the key? */
+static bool has(enum ct_net net, const struct key *k)
+{
+	return k->nets >> net & 1;
+}
+
+/* The network of that name, as published. */
+static int set_net(struct ct_unet_arch *a, const char *value, struct ct_err *e)
+{
+	const int net = ct_words_find(CT_WORDS(CT_NET_LIST), value);
+
+	if (net < 0)
+		return ct_fail(e, CT_EINPUT, "architecture: net is \"%.100s\"", value);
+	if (net == CT_NET_RDN)
+		*a = (struct ct_unet_arch){.blocks = 16, .layers = 8, .growth = 64};
+	if (net == CT_NET_OMNI)
+		*a = (struct ct_unet_arch){.blocks = 5, .layers = 1, .window = 8, .num_heads = 4};
+	if (net != CT_NET_UNET) {
+		a->in_channels = a->out_channels = 1;
+		a->features = 64;
+		a->factor = 4;
+	}
+	a->net = (enum ct_net)net;
+	return 0;
 }
 
 /* Numbers of "[1, 2]", "1,2" or "1:2" into v, at most `max`; false if it is none. */
@@ -129,11 +167,13 @@ static bool set_list(struct ct_unet_arch *a, const struct key *k, const char *va
 
 int ct_unet_arch_set(struct ct_unet_arch *a, const char *key, const char *value, struct ct_err *e)
 {
+	if (strcmp(key, CT_META_NET) == 0)
+		return set_net(a, value, e);
 	for (size_t i = 0; i < KEYS; i++) {
 		const struct key *k = &keys[i];
 		bool ok;
 
-		if (strcmp(key, k->name) != 0)
+		if (strcmp(key, k->name) != 0 || !has(a->net, k))
 			continue;
 		ok = k->kind == TRUTH                       ? set_truth(a, k, value)
 		     : k->kind == COUNT || k->kind == HEADS ? set_count(a, k, value)
@@ -145,10 +185,16 @@ int ct_unet_arch_set(struct ct_unet_arch *a, const char *key, const char *value,
 
 int ct_unet_arch_from_meta(struct ct_unet_arch *a, const struct ct_meta *meta, struct ct_err *e)
 {
+	const char *net = ct_meta_get(meta, CT_META_NET);
+
 	*a = (struct ct_unet_arch){.image_size = 64, .num_heads = 1, .conv_resample = true};
+	if (net && set_net(a, net, e))
+		return -1;
 	for (size_t i = 0; i < KEYS; i++) {
 		const char *value = ct_meta_get(meta, keys[i].name);
 
+		if (!has(a->net, &keys[i]))
+			continue;
 		if (!value && keys[i].needed)
 			return ct_fail(e, CT_EINPUT, "not a diffusion prior: no metadata \"%s\"",
 				keys[i].name);
@@ -175,6 +221,9 @@ static void list_text(char *text, size_t size, const struct ct_unet_arch *a, enu
 
 int ct_unet_arch_to_meta(const struct ct_unet_arch *a, struct ct_meta *meta, struct ct_err *e)
 {
+	if (a->net != CT_NET_UNET &&
+		ct_meta_set(meta, CT_META_NET, CT_WORD(CT_NET_LIST, a->net), e))
+		return -1;
 	for (size_t i = 0; i < KEYS; i++) {
 		const struct key *k = &keys[i];
 		const char *field = (const char *)a + k->at;
@@ -182,6 +231,8 @@ int ct_unet_arch_to_meta(const struct ct_unet_arch *a, struct ct_meta *meta, str
 		size_t count;
 		bool truth;
 
+		if (!has(a->net, k))
+			continue;
 		if (k->kind == TRUTH) {
 			memcpy(&truth, field, sizeof truth);
 			snprintf(text, sizeof text, "%s", truth ? "True" : "False");
@@ -237,8 +288,56 @@ static int check_level(const struct ct_unet_arch *a, size_t level, struct ct_err
 	return 0;
 }
 
+static bool within(size_t v, size_t least, size_t most)
+{
+	return v >= least && v <= most;
+}
+
+static int check_superres(const struct ct_unet_arch *a, struct ct_err *e)
+{
+	const bool omni = a->net == CT_NET_OMNI;
+	const size_t heads = omni ? a->num_heads : 1;
+
+	if (!within(a->in_channels, 1, 64) || a->out_channels != a->in_channels)
+		return ct_fail(e, CT_EINPUT, "architecture: %zu channels in, %zu out",
+			a->in_channels, a->out_channels);
+	if (!within(a->factor, 2, CT_NET_FACTOR) || !within(a->features, 4, CT_NET_FEATURES) ||
+		!within(a->blocks, 1, CT_NET_BLOCKS) || !within(a->layers, 1, CT_NET_BLOCKS))
+		return ct_fail(e, CT_EINPUT,
+			"architecture: factor %zu, %zu features, %zu blocks of %zu layers: one is out of range",
+			a->factor, a->features, a->blocks, a->layers);
+	if (omni ? !within(a->window, 2, CT_NET_WINDOW) : !within(a->growth, 1, CT_NET_FEATURES))
+		return ct_fail(e, CT_EINPUT, "architecture: %s is %zu", omni ? "window" : "growth",
+			omni ? a->window : a->growth);
+	return heads && a->features % heads == 0
+		       ? 0
+		       : ct_fail(e, CT_EINPUT,
+				 "architecture: num_heads %zu does not divide %zu features", heads,
+				 a->features);
+}
+
+size_t ct_unet_arch_multiple(const struct ct_unet_arch *a)
+{
+	switch (a->net) {
+	case CT_NET_RDN: return 1;
+	case CT_NET_OMNI: return a->window;
+	case CT_NET_UNET: break;
+	}
+	return (size_t)1 << (a->levels - 1);
+}
+
+size_t ct_unet_arch_least(const struct ct_unet_arch *a)
+{
+	enum { SEEN = 15 }; /* by one value that Omni-SR's attention over space pools */
+	const size_t unit = ct_unet_arch_multiple(a);
+
+	return a->net == CT_NET_OMNI ? (SEEN + unit - 1) / unit * unit : unit;
+}
+
 int ct_unet_arch_check(const struct ct_unet_arch *a, struct ct_err *e)
 {
+	if (a->net != CT_NET_UNET)
+		return check_superres(a, e);
 	if (a->levels < 1 || a->levels > CT_UNET_LEVELS)
 		return ct_fail(e, CT_EINPUT, "architecture: channel_mult has no level");
 	if (a->model_channels < 2 || a->model_channels > CT_UNET_MAX_CHANNELS)
@@ -257,21 +356,6 @@ int ct_unet_arch_check(const struct ct_unet_arch *a, struct ct_err *e)
 	return 0;
 }
 
-/* Size k of the tensor of this name, 0 if there is none. */
-__attribute__((format(printf, 3, 4))) static size_t dim(
-	const struct ct_tensors *w, size_t k, const char *fmt, ...)
-{
-	const struct ct_tensor *t;
-	char name[100];
-	va_list ap;
-
-	va_start(ap, fmt);
-	vsnprintf(name, sizeof name, fmt, ap);
-	va_end(ap);
-	t = ct_tensors_find(w, name);
-	return t && k < t->rank ? t->dim[k] : 0;
-}
-
 /* Blocks of a level: after so many the way up doubles its image for the first time. Where that is
  * done without any weights, the way down has an entry without tensors there. */
 static size_t blocks(struct ct_unet_arch *a, const struct ct_tensors *w, size_t entries)
@@ -281,12 +365,14 @@ static size_t blocks(struct ct_unet_arch *a, const struct ct_tensors *w, size_t 
 	for (r = 0; r < entries; r++)
 		for (size_t sub = 1; sub < 3; sub++) {
 			a->resblock_updown =
-				dim(w, 0, "output_blocks.%zu.%zu.in_layers.2.weight", r, sub) > 0;
+				ct_tensors_dim(w, 0, "output_blocks.%zu.%zu.in_layers.2.weight", r,
+					sub) > 0;
 			if (a->resblock_updown ||
-				dim(w, 0, "output_blocks.%zu.%zu.conv.weight", r, sub))
+				ct_tensors_dim(w, 0, "output_blocks.%zu.%zu.conv.weight", r, sub))
 				return r;
 		}
-	for (r = 1; r < entries && dim(w, 0, "input_blocks.%zu.0.in_layers.2.weight", r); r++)
+	for (r = 1; r < entries && ct_tensors_dim(w, 0, "input_blocks.%zu.0.in_layers.2.weight", r);
+		r++)
 		;
 	a->conv_resample = r == entries;
 	return r - 1;
@@ -297,10 +383,10 @@ static void levels(struct ct_unet_arch *a, const struct ct_tensors *w)
 	for (size_t l = 0; l < a->levels; l++) {
 		const size_t entry = 1 + l * (a->num_res_blocks + 1);
 
-		a->channel_mult[l] =
-			(double)dim(w, 0, "input_blocks.%zu.0.out_layers.3.weight", entry) /
-			(double)a->model_channels;
-		if (dim(w, 0, "input_blocks.%zu.1.qkv.weight", entry))
+		a->channel_mult[l] = (double)ct_tensors_dim(w, 0,
+					     "input_blocks.%zu.0.out_layers.3.weight", entry) /
+				     (double)a->model_channels;
+		if (ct_tensors_dim(w, 0, "input_blocks.%zu.1.qkv.weight", entry))
 			a->attention[a->attentions++] = (size_t)1 << l;
 	}
 }
@@ -311,11 +397,11 @@ static int from_tensors(struct ct_unet_arch *a, const struct ct_tensors *w, stru
 
 	*a = (struct ct_unet_arch){.image_size = 64,
 		.conv_resample = true,
-		.model_channels = dim(w, 1, "time_embed.0.weight"),
-		.in_channels = dim(w, 1, "input_blocks.0.0.weight"),
-		.out_channels = dim(w, 0, "out.2.weight"),
-		.num_classes = dim(w, 0, "label_emb.weight")};
-	while (dim(w, 0, "output_blocks.%zu.0.in_layers.2.weight", entries))
+		.model_channels = ct_tensors_dim(w, 1, "time_embed.0.weight"),
+		.in_channels = ct_tensors_dim(w, 1, "input_blocks.0.0.weight"),
+		.out_channels = ct_tensors_dim(w, 0, "out.2.weight"),
+		.num_classes = ct_tensors_dim(w, 0, "label_emb.weight")};
+	while (ct_tensors_dim(w, 0, "output_blocks.%zu.0.in_layers.2.weight", entries))
 		entries++;
 	if (a->model_channels == 0 || entries == 0)
 		return ct_fail(e, CT_EINPUT,
@@ -326,16 +412,20 @@ static int from_tensors(struct ct_unet_arch *a, const struct ct_tensors *w, stru
 	if (a->levels > CT_UNET_LEVELS)
 		return ct_fail(e, CT_EINPUT, "architecture: tensors of %zu levels", a->levels);
 	levels(a, w);
-	a->use_scale_shift_norm = dim(w, 0, "input_blocks.1.0.emb_layers.1.weight") >
-				  dim(w, 0, "input_blocks.1.0.out_layers.3.weight");
+	a->use_scale_shift_norm = ct_tensors_dim(w, 0, "input_blocks.1.0.emb_layers.1.weight") >
+				  ct_tensors_dim(w, 0, "input_blocks.1.0.out_layers.3.weight");
 	return 0;
 }
 
 /* Does the metadata state all that a network cannot be built without? */
 static bool is_whole(const struct ct_meta *meta)
 {
+	const char *word = ct_meta_get(meta, CT_META_NET);
+	const int net = word ? ct_words_find(CT_WORDS(CT_NET_LIST), word) : CT_NET_UNET;
+
 	for (size_t i = 0; i < KEYS; i++)
-		if (keys[i].needed && !ct_meta_get(meta, keys[i].name))
+		if (net >= 0 && has((enum ct_net)net, &keys[i]) && keys[i].needed &&
+			!ct_meta_get(meta, keys[i].name))
 			return false;
 	return true;
 }
@@ -344,6 +434,9 @@ int ct_unet_arch_of(struct ct_unet_arch *a, const struct ct_tensors *w, struct c
 {
 	if (is_whole(&w->meta))
 		return ct_unet_arch_from_meta(a, &w->meta, e);
+	*a = (struct ct_unet_arch){0};
+	if (ct_rdn_of(a, w) || ct_omni_of(a, w))
+		return ct_unet_arch_check(a, e);
 	if (from_tensors(a, w, e))
 		return -1;
 	for (size_t i = 0; i < w->meta.n; i++)

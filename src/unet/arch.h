@@ -1,16 +1,27 @@
-/* arch.h: the shape of a U-Net of guided diffusion (Dhariwal and Nichol 2021). */
+/* arch.h: the shape of a network: a U-Net of guided diffusion (Dhariwal and Nichol 2021), or one of
+ * super-resolution (rdn.h, omni.h). */
 #ifndef CT_UNET_ARCH_H
 #define CT_UNET_ARCH_H
 #include "core/err.h"
 #include "core/meta.h"
 #include "core/tensors.h"
+#include "core/words.h"
 
 #include <stdbool.h>
 #include <stddef.h>
 
 enum { CT_UNET_LEVELS = 10, CT_UNET_MAX_CHANNELS = 16384 };
+/* Largest values of the networks of super-resolution. */
+enum { CT_NET_FACTOR = 64, CT_NET_WINDOW = 64, CT_NET_BLOCKS = 100, CT_NET_FEATURES = 1024 };
+
+#define CT_NET_LIST(X)                                                                             \
+	X(CT_NET_UNET, "unet")                                                                     \
+	X(CT_NET_RDN, "rdn")                                                                       \
+	X(CT_NET_OMNI, "omni")
+enum ct_net { CT_NET_LIST(CT_WORD_VALUE) };
 
 struct ct_unet_arch {
+	enum ct_net net;
 	size_t image_size; /* what it was made for; other sizes run too */
 	size_t in_channels, out_channels;
 	size_t model_channels; /* D: the time embedding has D and 4D */
@@ -23,6 +34,11 @@ struct ct_unet_arch {
 	size_t num_head_channels;
 	size_t num_classes; /* that it is conditioned on; 0: it is not */
 	bool use_scale_shift_norm, resblock_updown, use_new_attention_order, conv_resample;
+	/* of the networks of super-resolution, which have channels and num_heads besides */
+	size_t factor; /* times finer */
+	size_t features, blocks, layers;
+	size_t growth; /* RDN */
+	size_t window; /* Omni-SR: pixels */
 };
 
 /* D 32, multipliers 1,2,3,4, one block a level, attention in the middle only, 1 channel. */
@@ -31,18 +47,24 @@ void ct_unet_arch_default(struct ct_unet_arch *a);
  * "model_channels", "out_channels", "num_res_blocks", "attention_resolutions" (downsampling
  * factors), "channel_mult", "num_heads", "num_head_channels" (-1: use num_heads),
  * "use_scale_shift_norm", "resblock_updown", "use_new_attention_order", "conv_resample",
- * "num_classes" (0: not conditioned). Lists are "[1, 2]", "1,2" or "1:2"; truths True or False.
- * CT_EINPUT naming the key. */
+ * "num_classes" (0: not conditioned). With "net" (CT_NET_LIST; without it a U-Net) another one,
+ * which has instead "in_channels", "out_channels", "factor", "features", "blocks", "layers",
+ * and "growth" or "num_heads" and "window". Lists are "[1, 2]", "1,2" or "1:2"; truths True or
+ * False. CT_EINPUT naming the key. */
 int ct_unet_arch_from_meta(struct ct_unet_arch *a, const struct ct_meta *meta, struct ct_err *e);
 int ct_unet_arch_to_meta(const struct ct_unet_arch *a, struct ct_meta *meta, struct ct_err *e);
 /* The same of a network, and what its metadata do not state from the names and shapes of its
  * tensors, which tell all but the heads of attention (without num_heads and num_head_channels it is
  * CT_EINPUT) and the order of their channels (taken for guided diffusion's default). */
 int ct_unet_arch_of(struct ct_unet_arch *a, const struct ct_tensors *w, struct ct_err *e);
-/* One key as above, from its words: the command line's way. 1 if there is no such key. */
+/* One key as above, from its words: the command line's way. 1 if the network has no such key. "net"
+ * makes it the network as published, of one channel, but a U-Net, which stays as it is. */
 int ct_unet_arch_set(struct ct_unet_arch *a, const char *key, const char *value, struct ct_err *e);
+/* Both sides of a picture are multiples of the first, and no less than the second. */
+size_t ct_unet_arch_multiple(const struct ct_unet_arch *a);
+size_t ct_unet_arch_least(const struct ct_unet_arch *a);
 /* CT_EINPUT unless every channel count is a multiple of 32 within the limits and the heads divide
- * the channels that have attention. */
+ * the channels that have attention; of super-resolution, unless all is within the limits above. */
 int ct_unet_arch_check(const struct ct_unet_arch *a, struct ct_err *e);
 /* Channels of a level. */
 size_t ct_unet_arch_channels(const struct ct_unet_arch *a, size_t level);

@@ -33,7 +33,8 @@ struct ct_conv {
 static int conv_desc(dnnl_primitive_desc_t *pd, const struct ct_conv *c, enum direction dir,
 	bool train, dnnl_primitive_desc_t hint, dnnl_primitive_attr_t attr, struct ct_err *e)
 {
-	const dnnl_dim_t step = (dnnl_dim_t)c->s.stride, edge = (dnnl_dim_t)c->s.k / 2;
+	const dnnl_dim_t step = (dnnl_dim_t)c->s.stride,
+			 edge = c->s.inside ? 0 : (dnnl_dim_t)c->s.k / 2;
 	/* with stride 2 an even image ends one pixel before the padding */
 	const dnnl_dim_t endh = edge - (step == 2 && c->s.h % 2 == 0 && edge);
 	const dnnl_dim_t endw = edge - (step == 2 && c->s.w % 2 == 0 && edge);
@@ -188,7 +189,8 @@ int ct_conv_alloc(struct ct_conv **out, struct ct_dnn *d, const struct ct_conv_s
 	const dnnl_dim_t h = (dnnl_dim_t)s->h, w = (dnnl_dim_t)s->w, step = (dnnl_dim_t)s->stride;
 	const dnnl_dim_t ci = (dnnl_dim_t)s->ci, co = (dnnl_dim_t)s->co, k = (dnnl_dim_t)s->k;
 	const dnnl_dims_t src = {1, ci, h, w};
-	const dnnl_dims_t dst = {1, co, (h + step - 1) / step, (w + step - 1) / step};
+	const dnnl_dim_t lost = s->inside ? k - 1 : 0; /* pixels of a line */
+	const dnnl_dims_t dst = {1, co, (h - lost + step - 1) / step, (w - lost + step - 1) / step};
 	const dnnl_dims_t wd = {co, ci, k, k}, bd = {co};
 	struct ct_conv *c;
 	int was = ct_dnn_enter(), rc = -1;

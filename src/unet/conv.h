@@ -1,7 +1,7 @@
 /* conv.h: convolutions by oneDNN, forward and backward.
  *
  * Activations are [h][w][c] (channels last) float, one image a call; weights and their gradients
- * are plain [co][ci][k][k], cross-correlation, zero padding k/2. For threads see dnn.h.
+ * are plain [co][ci][k][k], cross-correlation, zero padding k/2 unless said. For threads see dnn.h.
  */
 #ifndef CT_UNET_CONV_H
 #define CT_UNET_CONV_H
@@ -15,6 +15,7 @@ struct ct_conv_shape {
 	size_t k;      /* 1 or 3 */
 	size_t stride; /* 1 or 2 */
 	bool add;      /* another image is added to the output */
+	bool inside;   /* no padding: the output is (h - k) / stride + 1 ... */
 };
 
 /* `weight`, called `key` in *d, is borrowed for the life of *d if ct_dnn_refresh is to

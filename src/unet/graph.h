@@ -1,7 +1,7 @@
-/* graph.h: a U-Net as a list of operations on images, and the list of its parameters.
+/* graph.h: a network as a list of operations on images, and the list of its parameters.
  *
  * Operations are in the order of the forward pass; each writes one image that is read by later
- * ones. Parameters are in the order of guided diffusion's state dictionary, so offset[] is also
+ * ones. Parameters are in the order of the authors' state dictionary, so offset[] is also
  * the order of a flat vector of weights, gradients or moments.
  */
 #ifndef CT_UNET_GRAPH_H
@@ -21,6 +21,20 @@ enum ct_graph_kind {
 	CT_GRAPH_DOWN,   /* mean of 2 x 2 */
 	CT_GRAPH_CONCAT, /* channels of a, then of b */
 	CT_GRAPH_ATTN,   /* a: qkv */
+	/* those of networks of super-resolution */
+	CT_GRAPH_RELU,
+	CT_GRAPH_GELU,
+	CT_GRAPH_SIGMOID,
+	CT_GRAPH_GATE,     /* GELU of the first half of a's channels, times the second */
+	CT_GRAPH_TIMES,    /* a times b, which has one pixel or as many as a */
+	CT_GRAPH_SHUFFLE,  /* k x k pixels of every k k channels */
+	CT_GRAPH_DEPTH,    /* 3 x 3, every channel alone; param: weight, bias */
+	CT_GRAPH_LAYER,    /* normalised over the channels of a pixel; param: gamma, beta */
+	CT_GRAPH_MEAN,     /* of all pixels */
+	CT_GRAPH_POOL,     /* largest of k x k, every `stride` */
+	CT_GRAPH_STRETCH,  /* bilinear, to another size */
+	CT_GRAPH_WINDOW,   /* attention in windows; a: qkv; param: bias of the places */
+	CT_GRAPH_CHANNELS, /* attention of channels in windows; a: qkv; param: temperature */
 };
 
 struct ct_image {
@@ -33,11 +47,16 @@ struct ct_graph_op {
 	size_t param;     /* first of two, or the only one, or CT_NONE */
 	size_t k, stride; /* convolution */
 	size_t heads;     /* attention */
+	size_t window;    /* its pixels along an edge */
 	bool silu;        /* normalisation */
+	bool bare;        /* convolution: no bias, and one parameter */
+	bool inside;      /* convolution: no padding */
+	bool spread;      /* attention: pixels far apart, not neighbours (window.h) */
+	double eps;       /* of CT_GRAPH_LAYER */
 };
 
 struct ct_param {
-	char name[64];
+	char name[112];
 	size_t rank, dim[4], count, offset;
 	size_t fan_in; /* inputs of one output: the scale of the initialisation; 0 for gamma, beta
 			*/
@@ -55,7 +74,7 @@ struct ct_graph {
 };
 
 /* For an input of h x w pixels; *g must be zero. CT_EGEOM unless both are multiples of
- * 2^(levels - 1). */
+ * ct_unet_arch_multiple and at least ct_unet_arch_least. */
 int ct_graph_build(
 	struct ct_graph *g, const struct ct_unet_arch *a, size_t h, size_t w, struct ct_err *e);
 void ct_graph_free(struct ct_graph *g);

@@ -12,6 +12,7 @@
 #include "unet/conv.h"
 #include "unet/layers.h"
 #include "unet/norm.h"
+#include "unet/ops.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -35,13 +36,21 @@ struct ct_unet_plan {
 	float *act, *grad, *scratch;
 	double *sum;
 	size_t scratch_count;
+	float *none; /* [2][wide]: zeros for a bias that there is none of; its gradient */
+	size_t wide;
 };
+
+/* Is it one of ops.h? */
+static bool is_other(const struct ct_graph_op *o)
+{
+	return o->kind >= CT_GRAPH_RELU;
+}
 
 /* The first (which 0) or second parameter of an operation that has them. */
 static const float *param_of(
 	const struct ct_unet_plan *p, const struct ct_graph_op *o, size_t which)
 {
-	return p->net->at[o->param + which];
+	return which && o->bare ? p->none : p->net->at[o->param + which];
 }
 
 /* Where the row of the class begins. */
@@ -178,19 +187,12 @@ static size_t scratch_of(const struct ct_unet_plan *p, size_t i)
 	const struct ct_graph_op *o = &p->g.op[i];
 	const struct ct_image *out = &p->g.image[o->out];
 
-	switch (o->kind) {
+	switch ((int)o->kind) {
 	case CT_GRAPH_CONV: return ct_conv_scratch(p->conv[i]) / sizeof(float) + 1;
 	case CT_GRAPH_NORM: return ct_norm_scratch(out->c);
 	case CT_GRAPH_ATTN: return ct_attn_scratch(out->h * out->w, p->train);
-	case CT_GRAPH_EMBED:
-	case CT_GRAPH_LINEAR:
-	case CT_GRAPH_SILU:
-	case CT_GRAPH_LABEL:
-	case CT_GRAPH_UP:
-	case CT_GRAPH_DOWN:
-	case CT_GRAPH_CONCAT: break;
+	default: return is_other(o) ? ct_ops_scratch(o, *input_of(p, o), *out) : 0;
 	}
-	return 0;
 }
 
 /* The convolutions, the places of the sums, and the largest scratch. */
@@ -203,7 +205,7 @@ static int prepare(struct ct_unet_plan *p, struct ct_err *e)
 
 		if (o->kind == CT_GRAPH_CONV) {
 			const struct ct_conv_shape s = {in->h, in->w, in->c, p->g.image[o->out].c,
-				o->k, o->stride, o->b != CT_NONE};
+				o->k, o->stride, o->b != CT_NONE, o->inside};
 
 			if (ct_conv_alloc(&p->conv[i], p->net->dnn, &s, o->param, param_of(p, o, 0),
 				    p->train, e))
@@ -217,6 +219,8 @@ static int prepare(struct ct_unet_plan *p, struct ct_err *e)
 			p->sum_at[i] = p->sums;
 			p->sums += 2 * in->c;
 		}
+		n = p->g.image[o->out].c;
+		p->wide = o->bare && n > p->wide ? n : p->wide;
 		n = scratch_of(p, i);
 		p->scratch_count = n > p->scratch_count ? n : p->scratch_count;
 	}
@@ -242,7 +246,8 @@ int ct_unet_plan_alloc(struct ct_unet_plan **out, struct ct_unet *net, size_t h,
 		ct_alloc(&p->act, p->acts, sizeof *p->act, e) ||
 		ct_alloc(&p->sum, p->sums, sizeof *p->sum, e) ||
 		ct_alloc(&p->grad, p->grads, sizeof *p->grad, e) ||
-		ct_alloc(&p->scratch, p->scratch_count, sizeof *p->scratch, e)) {
+		ct_alloc(&p->scratch, p->scratch_count, sizeof *p->scratch, e) ||
+		ct_alloc0(&p->none, p->wide, 2 * sizeof *p->none, e)) {
 		ct_unet_plan_free(p);
 		return -1;
 	}
@@ -265,6 +270,7 @@ void ct_unet_plan_free(struct ct_unet_plan *p)
 	free(p->sum);
 	free(p->grad);
 	free(p->scratch);
+	free(p->none);
 	ct_graph_free(&p->g);
 	free(p);
 }
@@ -279,6 +285,23 @@ static float *image_at(const struct ct_unet_plan *p, size_t image)
 	return image == CT_NONE ? NULL : p->act + p->at[image];
 }
 
+/* Of an operation of ops.h; its parameters and gradients are set apart. */
+static struct ct_ops other_of(const struct ct_unet_plan *p, const struct ct_graph_op *o)
+{
+	const bool norm = o->kind == CT_GRAPH_LAYER || o->kind == CT_GRAPH_DEPTH;
+
+	return (struct ct_ops){.op = o,
+		.in = *input_of(p, o),
+		.out = p->g.image[o->out],
+		.one = o->b != CT_NONE && p->g.image[o->b].h * p->g.image[o->b].w == 1,
+		.x = image_at(p, o->a),
+		.b = image_at(p, o->b),
+		.param = {o->param == CT_NONE ? NULL : param_of(p, o, 0),
+			norm ? param_of(p, o, 1) : NULL},
+		.y = image_at(p, o->out),
+		.scratch = p->scratch};
+}
+
 static int forward_op(const struct ct_unet_plan *p, size_t i, double t, struct ct_err *e)
 {
 	const struct ct_graph_op *o = &p->g.op[i];
@@ -288,8 +311,9 @@ static int forward_op(const struct ct_unet_plan *p, size_t i, double t, struct c
 	float *y = image_at(p, o->out);
 	struct ct_norm norm;
 	struct ct_attn attn;
+	struct ct_ops other;
 
-	switch (o->kind) {
+	switch ((int)o->kind) {
 	case CT_GRAPH_EMBED: CT_SIMD(ct_layer_embed)(s->c, y, t); break;
 	case CT_GRAPH_LINEAR:
 		CT_SIMD(ct_layer_linear_forward)
@@ -315,6 +339,7 @@ static int forward_op(const struct ct_unet_plan *p, size_t i, double t, struct c
 	case CT_GRAPH_ATTN:
 		attn = attn_of(p, o);
 		return ct_attn_forward(&attn, y, x, p->scratch, e);
+	default: other = other_of(p, o); return ct_ops_forward(&other, e);
 	}
 	return 0;
 }
@@ -342,7 +367,25 @@ static float *grad_of(const struct ct_unet_plan *p, size_t image)
 static float *param_grad(
 	const struct ct_unet_plan *p, float *grads, const struct ct_graph_op *o, size_t which)
 {
+	if (grads && which && o->bare)
+		return p->none + p->wide;
 	return grads ? grads + p->g.param[o->param + which].offset : NULL;
+}
+
+static int other_back(
+	const struct ct_unet_plan *p, const struct ct_graph_op *o, float *grads, struct ct_err *e)
+{
+	const struct flow *f = &p->flow[o - p->g.op];
+	struct ct_ops other = other_of(p, o);
+
+	for (size_t k = 0; k < 2; k++)
+		other.dparam[k] = other.param[k] ? param_grad(p, grads, o, k) : NULL;
+	other.dx = grad_of(p, o->a);
+	other.db = grad_of(p, o->b);
+	other.dy = grad_of(p, o->out);
+	other.acc = f->acc_a;
+	other.acc_b = f->acc_b;
+	return ct_ops_back(&other, e);
 }
 
 /* Weights first: afterwards dy may become the gradient of what was added. */
@@ -391,9 +434,10 @@ static int backward_op(const struct ct_unet_plan *p, size_t i, float *grads, str
 	struct ct_attn attn;
 
 	/* the path of the timestep has no part in the gradient to the picture */
-	if (!grads && (o->kind == CT_GRAPH_LINEAR || o->kind == CT_GRAPH_SILU))
+	if (!grads && p->net->arch.net == CT_NET_UNET &&
+		(o->kind == CT_GRAPH_LINEAR || o->kind == CT_GRAPH_SILU))
 		return 0;
-	switch (o->kind) {
+	switch ((int)o->kind) {
 	case CT_GRAPH_EMBED: break;
 	case CT_GRAPH_LINEAR:
 		CT_SIMD(ct_layer_linear_back)
@@ -421,6 +465,7 @@ static int backward_op(const struct ct_unet_plan *p, size_t i, float *grads, str
 	case CT_GRAPH_ATTN:
 		attn = attn_of(p, o);
 		return ct_attn_back(&attn, dx, dy, x, p->scratch, e);
+	default: return other_back(p, o, grads, e);
 	}
 	return 0;
 }

@@ -13,12 +13,12 @@
 /* The smallest image that the network takes: enough to list its parameters. */
 static int list_parameters(struct ct_graph *g, const struct ct_unet_arch *a, struct ct_err *e)
 {
-	size_t unit;
+	size_t least;
 
 	if (ct_unet_arch_check(a, e))
 		return -1;
-	unit = (size_t)1 << (a->levels - 1);
-	return ct_graph_build(g, a, unit, unit, e);
+	least = ct_unet_arch_least(a);
+	return ct_graph_build(g, a, least, least, e);
 }
 
 int ct_unet_param_count(const struct ct_unet_arch *a, size_t *n, struct ct_err *e)
@@ -46,8 +46,14 @@ int ct_unet_flops(const struct ct_unet_arch *a, size_t h, size_t w, double *flop
 
 		if (o->kind == CT_GRAPH_CONV || o->kind == CT_GRAPH_LINEAR)
 			*flops += 2 * n * (double)g.param[o->param].count;
+		if (o->kind == CT_GRAPH_DEPTH)
+			*flops += 2 * n * (double)g.param[o->param].count;
 		if (o->kind == CT_GRAPH_ATTN)
 			*flops += 4 * n * n * (double)out->c;
+		if (o->kind == CT_GRAPH_WINDOW)
+			*flops += 4 * n * (double)(o->window * o->window * out->c);
+		if (o->kind == CT_GRAPH_CHANNELS)
+			*flops += 4 * n * (double)(out->c / o->heads * out->c);
 	}
 	ct_graph_free(&g);
 	return 0;
@@ -118,7 +124,7 @@ int ct_unet_alloc(struct ct_unet **out, struct ct_tensors *w, struct ct_err *e)
 
 	if (ct_unet_arch_of(&a, w, e))
 		return -1;
-	if (a.num_classes == 0 && ct_tensors_find(w, "label_emb.weight"))
+	if (a.net == CT_NET_UNET && a.num_classes == 0 && ct_tensors_find(w, "label_emb.weight"))
 		return ct_fail(e, CT_EINPUT,
 			"tensor label_emb.weight: the architecture of the metadata has no classes");
 	if (unet_new(&n, &a, e))

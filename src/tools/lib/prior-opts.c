@@ -68,8 +68,11 @@ int prior_arch_parse(struct ct_meta *m, const char *text, struct ct_err *e)
 int prior_arch_set(struct ct_unet_arch *a, const struct ct_meta *m, struct ct_err *e)
 {
 	for (size_t i = 0; i < m->n; i++) {
-		int rc = ct_unet_arch_set(a, m->pair[i].key, m->pair[i].value, e);
+		int rc;
 
+		if (strcmp(m->pair[i].key, CT_META_NET) == 0) /* it is set */
+			continue;
+		rc = ct_unet_arch_set(a, m->pair[i].key, m->pair[i].value, e);
 		if (rc > 0)
 			return ct_fail(e, CT_EUSAGE, "--arch: there is no \"%s\"", m->pair[i].key);
 		if (rc)
@@ -80,10 +83,15 @@ int prior_arch_set(struct ct_unet_arch *a, const struct ct_meta *m, struct ct_er
 
 int prior_arch_add(struct ct_meta *weights, const struct ct_meta *m, struct ct_err *e)
 {
+	const char *net = ct_meta_get(weights, CT_META_NET);
+	struct ct_unet_arch any = {0};
+
+	net = ct_meta_get(m, CT_META_NET) ? ct_meta_get(m, CT_META_NET) : net;
+	if (net && ct_unet_arch_set(&any, CT_META_NET, net, e) < 0)
+		return -1;
 	for (size_t i = 0; i < m->n; i++) {
 		const char *key = m->pair[i].key, *value = m->pair[i].value;
 		const char *is = ct_meta_get(weights, key);
-		struct ct_unet_arch any = {0};
 		int rc = ct_unet_arch_set(&any, key, value, e);
 
 		if (rc < 0)

@@ -1,0 +1,69 @@
+#!/bin/sh
+# RDN and Omni-SR: the numbers of PyTorch; ct-train --kind superres, and ct-ddnm, which asks such a network once.
+. "$srcdir/tests/tap.sh"
+net=$builddir/tests/t-super-net twin=$srcdir/tests/supervised-torch.py
+if python_with torch; then
+	"$PY" "$twin" make && for n in rdn-small rdn-published omni-small omni-published; do
+		"$net" answer $n.pt $n.safetensors || break
+	done && "$PY" "$twin" compare >same
+	[ "$(grep -c ^good same)" = 4 ]; ok $? 'networks of PyTorch: values and gradients'
+	sed 's/^/# /' same
+else
+	skip 'the networks of PyTorch' 'no PyTorch'
+fi
+
+ct-phantom -q ellipsoids --size 32x32x32 --spacing 4 hr.nii && ct-project -q --views 6 --det 48 hr.nii hr.exr &&
+	ct-project -q --views 6 --det 48 --coarsen 3 --pixel mean hr.nii lr.exr
+ok $? 'projections'
+rdn=net=rdn,blocks=1,layers=2,features=8,growth=6
+omni=net=omni,blocks=1,features=8,num_heads=2,window=4
+opts='--kind superres -x 3 -p 48 --expert batch=5,lr=1e-3'
+for n in rdn omni; do
+	eval "arch=\$$n"
+	# shellcheck disable=SC2154
+	exits 0 "$n: trains" ct-train -q $opts --arch "$arch" -n 4 $n.safetensors hr.exr
+	ct-train -q $opts --arch "$arch" -n 2 -t 1 b.safetensors hr.exr &&
+		ct-train -q $opts --arch "$arch" -n 4 -t 3 --resume -f b.safetensors hr.exr &&
+		cmp $n.safetensors.state b.safetensors.state
+	ok $? "$n: interrupted, resumed, other threads: same bytes"
+	rm -f b.safetensors b.safetensors.state
+	exits 0 "$n: makes projections finer" ct-ddnm -q -t 1 --prior $n.safetensors lr.exr $n.exr
+	for k in 1 3; do
+		CT_THREADS=$k ct-ddnm -q --prior $n.safetensors lr.exr - >$k.exr
+	done
+	cmp 1.exr 3.exr; ok $? "$n: other threads: same bytes"
+done
+exits 0 'the loss falls' ct-train $opts --arch $rdn -n 60 --expert log-every=20,ema=0.9 --validate hr.exr \
+	l.safetensors hr.exr
+awk '/step 20: loss/{a=$5} /step 60: loss/{b=$5} /step 60: held/{c=$6} END{exit !(b+0 < 0.8*(a+0) && c+0 > 0 && c+0 < a+0)}' err
+ok $? 'by a fifth'
+if python_with torch; then
+	cp "$srcdir/tests/exr.py" .
+	PYTHONPATH=. "$PY" "$twin" stack rdn 1 2 6 8 3 >same && PYTHONPATH=. "$PY" "$twin" stack omni 1 1 8 2 4 3 >>same
+	[ "$(grep -c ^good same)" = 2 ]; ok $? 'what PyTorch makes of a stack'
+	sed 's/^/# /' same
+fi
+ct-info omni.safetensors >info && has info 'net.*omni' 'the file names its network'
+
+exits 2 'another factor' ct-ddnm -q -x 2 --prior rdn.safetensors hr.exr x.exr
+has err 'rdn.safetensors makes 3 times finer' 'and says which'
+ct-project -q --views 2 --det 16 --coarsen 2 --pixel mean hr.nii two.exr
+exits 2 'projections of another factor' ct-ddnm -q --prior rdn.safetensors two.exr x.exr
+exits 0 'the factor is that of the network' ct-ddnm -q --sampler once --prior rdn.safetensors hr.exr x.exr
+ct-info x.exr >info && has info '^size  *144 144' 'three times finer'
+exits 2 'a chain of such a network' ct-ddnm -q --sampler ddim --prior rdn.safetensors lr.exr y.exr
+has err 'not a diffusion prior: give --sampler once' 'and says what to do'
+exits 2 'a diffusion prior once' ct-ddnm -q --sampler once lr.exr y.exr
+has err 'ct-train --kind superres' 'and says which'
+exits 2 'no steps' ct-ddnm -q --steps 5 --prior rdn.safetensors lr.exr y.exr
+has err 'steps' 'and says so'
+exits 2 'no start' ct-ddnm -q --init hr.exr --prior rdn.safetensors lr.exr y.exr
+exits 2 'a U-Net is no network of super-resolution' ct-train -q $opts --arch net=unet y.safetensors hr.exr
+exits 2 'nor the reverse' ct-train -q --arch net=rdn y.safetensors hr.exr
+has err 'not with --kind pictures' 'and says so'
+exits 2 'a piece of no whole pixels' ct-train -q $opts -p 50 --arch $rdn y.safetensors hr.exr
+exits 5 'nor of whole windows' ct-train -q $opts -p 36 --arch $omni y.safetensors hr.exr
+has err 'multiples of 4 from 16' 'and says which'
+exits 0 'the cost of one' ct-ddnm --dry-run --prior omni.safetensors lr.exr y.exr
+has out '6 calls' 'a call a view'
+done_testing
