@@ -513,15 +513,15 @@ int main(void)
 	test_attention("attention, legacy order", 20, true, true);
 	test_attention("attention, new order", 13, false, true);
 	test_attention("attention over blocks", 100, true, true);
-	test_conv("conv 3x3", (struct ct_conv_shape){5, 4, 32, 16, 3, 1, false});
-	test_conv("conv 3x3, added to", (struct ct_conv_shape){3, 4, 16, 32, 3, 1, true});
+	test_conv("conv 3x3", (struct ct_conv_shape){5, 4, 32, 16, 3, 1, false, 0});
+	test_conv("conv 3x3, added to", (struct ct_conv_shape){3, 4, 16, 32, 3, 1, true, 0});
 	test_conv(
-		"conv 3x3, stride 2, odd size", (struct ct_conv_shape){5, 7, 16, 16, 3, 2, false});
-	test_conv("conv 3x3, stride 2, even", (struct ct_conv_shape){4, 6, 16, 16, 3, 2, false});
-	test_conv("conv 1x1", (struct ct_conv_shape){5, 3, 32, 48, 1, 1, false});
-	test_conv("conv 1x1, added to", (struct ct_conv_shape){5, 3, 32, 48, 1, 1, true});
-	test_conv("conv of one channel", (struct ct_conv_shape){6, 5, 1, 32, 3, 1, false});
-	test_conv("conv to two channels", (struct ct_conv_shape){6, 5, 32, 2, 3, 1, false});
+		"conv 3x3, stride 2, odd size", (struct ct_conv_shape){5, 7, 16, 16, 3, 2, false, 0});
+	test_conv("conv 3x3, stride 2, even", (struct ct_conv_shape){4, 6, 16, 16, 3, 2, false, 0});
+	test_conv("conv 1x1", (struct ct_conv_shape){5, 3, 32, 48, 1, 1, false, 0});
+	test_conv("conv 1x1, added to", (struct ct_conv_shape){5, 3, 32, 48, 1, 1, true, 0});
+	test_conv("conv of one channel", (struct ct_conv_shape){6, 5, 1, 32, 3, 1, false, 0});
+	test_conv("conv to two channels", (struct ct_conv_shape){6, 5, 32, 2, 3, 1, false, 0});
 	for (size_t i = 0; i < INPUTS; i++) {
 		free(in_d[i]);
 		free(in_f[i]);
