@@ -316,3 +316,5 @@ check_PROGRAMS += tests/t-ctsr
 tests_t_ctsr_SOURCES = tests/t-ctsr.c
 tests_t_ctsr_LDADD = libctsr.a $(CT_LIBS)
 dist_check_SCRIPTS += tests/t-library.sh
+check_PROGRAMS += tests/t-arssr
+tests_t_arssr_SOURCES = tests/t-arssr.c tests/numbers.h

@@ -50,8 +50,8 @@ static int conv_desc(dnnl_primitive_desc_t *pd, const struct ct_conv *c, enum di
 		s = dnnl_convolution_forward_primitive_desc_create(pd, eng, kind, alg, c->src,
 			c->weights, c->bias, c->dst, by[0], none, by[1], by[2], attr);
 	else if (dir == BACK_DATA)
-		s = dnnl_convolution_backward_data_primitive_desc_create(
-			pd, eng, alg, c->src, c->weights, c->dst, by[0], none, by[1], by[2], hint, attr);
+		s = dnnl_convolution_backward_data_primitive_desc_create(pd, eng, alg, c->src,
+			c->weights, c->dst, by[0], none, by[1], by[2], hint, attr);
 	else
 		s = dnnl_convolution_backward_weights_primitive_desc_create(pd, eng, alg, c->src,
 			c->weights, c->bias, c->dst, by[0], none, by[1], by[2], hint, attr);
@@ -59,8 +59,8 @@ static int conv_desc(dnnl_primitive_desc_t *pd, const struct ct_conv *c, enum di
 	dnnl_convolution_desc_t d;
 
 	if (dir == FORWARD)
-		s = dnnl_dilated_convolution_forward_desc_init(
-			&d, kind, alg, c->src, c->weights, c->bias, c->dst, by[0], none, by[1], by[2]);
+		s = dnnl_dilated_convolution_forward_desc_init(&d, kind, alg, c->src, c->weights,
+			c->bias, c->dst, by[0], none, by[1], by[2]);
 	else if (dir == BACK_DATA)
 		s = dnnl_dilated_convolution_backward_data_desc_init(
 			&d, alg, c->src, c->weights, c->dst, by[0], none, by[1], by[2]);
@@ -188,7 +188,8 @@ int ct_conv_alloc(struct ct_conv **out, struct ct_dnn *d, const struct ct_conv_s
 {
 	const dnnl_dim_t h = (dnnl_dim_t)s->h, w = (dnnl_dim_t)s->w, step = (dnnl_dim_t)s->stride;
 	const dnnl_dim_t ci = (dnnl_dim_t)s->ci, co = (dnnl_dim_t)s->co, k = (dnnl_dim_t)s->k;
-	const dnnl_dim_t d3 = (dnnl_dim_t)s->d, ho = (h + step - 1) / step, wo = (w + step - 1) / step;
+	const dnnl_dim_t d3 = (dnnl_dim_t)s->d, ho = (h + step - 1) / step,
+			 wo = (w + step - 1) / step;
 	const dnnl_dims_t image[] = {{1, ci, h, w}, {1, co, ho, wo}, {co, ci, k, k}};
 	const dnnl_dims_t planes[] = {
 		{1, ci, d3, h, w}, {1, co, d3 - k + 1, ho, wo}, {co, ci, k, k, k}};
