@@ -524,7 +524,7 @@ int main(void)
 	test_conv("conv 3x3, stride 2, odd size",
 		(struct ct_conv_shape){5, 7, 16, 16, 3, 2, false, 0});
 	test_conv("conv 3x3, stride 2, even", (struct ct_conv_shape){4, 6, 16, 16, 3, 2, false, 0});
-	test_conv("conv 3x3x3", (struct ct_conv_shape){5, 4, 16, 32, 3, 1, false, 6});
+	test_conv("conv 3x3x3", (struct ct_conv_shape){5, 4, 8, 16, 3, 1, false, 6});
 	test_conv("conv 3x3x3 of one channel", (struct ct_conv_shape){4, 3, 1, 16, 3, 1, true, 3});
 	test_conv("conv 1x1", (struct ct_conv_shape){5, 3, 32, 48, 1, 1, false, 0});
 	test_conv("conv 1x1, added to", (struct ct_conv_shape){5, 3, 32, 48, 1, 1, true, 0});

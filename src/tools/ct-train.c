@@ -41,8 +41,8 @@ static const struct ct_opt opts[] = {
 	CT_ARG(data, CT_READS, "DATA",
 		"EXR projections, pictures, CTs (slices, volumes), or folders of them"),
 	CT_CHOICE(kind, 'k', "kind", CT_WORDS(TRAIN_KIND_LIST),
-		"what the prior is of: pictures or projections, what refined projections lack, or "
-		"CT slices, or CT volumes (ArSSR)"),
+		"what the prior is of: pictures or projections, what refined projections lack, "
+		"CT slices or volumes"),
 	CT_OPT(factor, 'x', "factor", "S", 2, 8,
 		"train for low-resolution voxels that are S voxels long",
 		WITH(CT_BIT(TRAIN_SLICES) | CT_BIT(TRAIN_RESIDUAL))),
@@ -52,7 +52,7 @@ static const struct ct_opt opts[] = {
 		WITH(CT_BIT(TRAIN_RESIDUAL))),
 	CT_TEXT(arch, 'a', "arch", "KEY=VALUE,...",
 		"set the network: model_channels=32, channel_mult=1:2:3:4, num_res_blocks=1, "
-		"attention_resolutions=8, in_channels, out_channels and more; of volumes "
+		"attention_resolutions=8, and more; of volumes "
 		"features=64, blocks=8, layers=3, growth=64, out=128, width=256",
 		NETWORK),
 	CT_OPT(patch, 'p', "patch", "N", 4, 4096,

@@ -45,7 +45,7 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(rule.method, 'm', "method", CT_WORDS(CT_REFINE_LIST),
 		"interpolate (linear to sinc), or invert blur and sampling: dc, tv (least total "
 		"variation), htv (least second-order variation). prior adds detail that a network "
-		"predicts. arssr reads the volume from a network of the whole CT. auto takes tv, htv for aliased points and texture, and bspline if the "
+		"predicts. arssr is a network of the whole CT. auto takes tv, htv for aliased points and texture, and bspline if the "
 		"operator is not known"),
 	SAID_OPTS(said,
 		"refine every axis S times, or the axes X, Y, Z times; need not be whole; default: "
