@@ -33,6 +33,25 @@ static void network(struct ct_arssr *a, const struct ct_arssr_shape *shape)
 	ct_arssr_begin(a, 7);
 }
 
+/* Weights at random are small: what is far away hardly counts. */
+static void strengthen(struct ct_arssr *a)
+{
+	for (size_t k = 0; k < a->layers; k++)
+		for (size_t i = a->layer[k].weight; i < a->layer[k].bias; i++)
+			a->all[i] *= 2;
+}
+
+static double spread(size_t n, const float *x)
+{
+	double sum = 0, square = 0;
+
+	for (size_t i = 0; i < n; i++) {
+		sum += (double)x[i];
+		square += (double)x[i] * (double)x[i];
+	}
+	return sqrt(square / (double)n - sum / (double)n * (sum / (double)n));
+}
+
 static struct ct_arssr_train *training(const struct ct_vol *v, size_t n,
 	const struct ct_arssr_shape *shape, size_t side, struct ct_par *par)
 {
@@ -76,6 +95,7 @@ static void test_gradient(void)
 	for (size_t i = 0; i < p.points; i++)
 		p.want[i] = -0.5f;
 	must(ct_alloc0(&grad, t->net.n, sizeof *grad, &err));
+	strengthen(&t->net);
 	loss_of(t, &p, grad);
 	for (size_t k = 0; k < t->net.layers; k++) {
 		const struct ct_arssr_layer *l = &t->net.layer[k];
@@ -144,13 +164,14 @@ static void test_volume(void)
 
 	volume(&v, 9, 10, 28);
 	network(&net, &small);
+	strengthen(&net);
 	a = of(&net, &v);
 	n = a.n[0] * a.n[1] * a.n[2];
 	must(ct_alloc(&one, n, sizeof *one, &err) || ct_alloc(&other, n, sizeof *other, &err));
 	must(ct_arssr_volume_plan(&a, 1e9, 1, &err));
 	OK(a.tiles[0] * a.tiles[1] * a.tiles[2] == 1, "what fits is one tile");
 	run(&a, one, 1);
-	OK(rms(n, one, NULL) > 1 && maxdiff(n, one, NULL) < 4000, "values are HU");
+	OK(spread(n, one) > 10, "the values vary (%.3g HU)", spread(n, one));
 	run(&a, other, 3);
 	OK(memcmp(one, other, n * sizeof *one) == 0, "three threads: the same bytes");
 	a.tiles[0] = 2;
