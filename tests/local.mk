@@ -324,3 +324,7 @@ check_PROGRAMS += tests/t-field-network
 tests_t_field_network_SOURCES = tests/t-field-network.c tests/field-plain.h
 dist_check_SCRIPTS += tests/t-field-torch.sh
 EXTRA_DIST += tests/field-torch.py
+check_PROGRAMS += tests/t-arssr
+tests_t_arssr_SOURCES = tests/t-arssr.c tests/numbers.h
+dist_check_SCRIPTS += tests/t-arssr.sh
+EXTRA_DIST += tests/arssr-torch.py

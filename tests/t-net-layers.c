@@ -260,30 +260,34 @@ static void test_attention(const char *name, size_t tokens, bool legacy, bool ba
 	free(scratch);
 }
 
-/* inputs: x[h][w][ci], w[co][ci][k][k], b[co], what is added */
+/* inputs: x[h][w][ci], w[co][ci][k][k], b[co], what is added; of a volume x[d][h][w][ci] and
+ * w[co][ci][k][k][k] */
 static void conv_plain(const struct layer *l, double *y, double *const *in)
 {
 	const struct ct_conv_shape *s = &l->conv;
 	const size_t st = s->stride, lost = s->inside ? s->k - 1 : 0;
 	const size_t wo = (s->w - lost + st - 1) / st, ho = (s->h - lost + st - 1) / st;
 	const ptrdiff_t edge = s->inside ? 0 : (ptrdiff_t)s->k / 2;
+	const size_t deep = s->d ? s->k : 1, kk = s->k * s->k;
 
-	for (size_t p = 0; p < ho * wo; p++)
-		for (size_t o = 0; o < s->co; o++) {
-			double sum = in[2][o] + (s->add ? in[3][p * s->co + o] : 0);
+	for (size_t p = 0; p < l->ny; p++) {
+		const size_t o = p % s->co, at = p / s->co % (ho * wo), z = p / s->co / ho / wo;
+		double sum = in[2][o] + (s->add ? in[3][p] : 0);
 
-			for (size_t t = 0; t < s->k * s->k; t++) {
-				ptrdiff_t i = (ptrdiff_t)(p / wo * st + t / s->k) - edge;
-				ptrdiff_t j = (ptrdiff_t)(p % wo * st + t % s->k) - edge;
+		for (size_t t = 0; t < deep * kk; t++) {
+			ptrdiff_t i = (ptrdiff_t)(at / wo * st + t % kk / s->k) - edge;
+			ptrdiff_t j = (ptrdiff_t)(at % wo * st + t % s->k) - edge;
+			size_t from;
 
-				if (i < 0 || j < 0 || i >= (ptrdiff_t)s->h || j >= (ptrdiff_t)s->w)
-					continue;
-				for (size_t c = 0; c < s->ci; c++)
-					sum += in[0][((size_t)i * s->w + (size_t)j) * s->ci + c] *
-					       in[1][(o * s->ci + c) * s->k * s->k + t];
-			}
-			y[p * s->co + o] = sum;
+			if (i < 0 || j < 0 || i >= (ptrdiff_t)s->h || j >= (ptrdiff_t)s->w)
+				continue;
+			from = ((z + t / kk) * s->h + (size_t)i) * s->w + (size_t)j;
+			for (size_t c = 0; c < s->ci; c++)
+				sum += in[0][from * s->ci + c] *
+				       in[1][(o * s->ci + c) * deep * kk + t];
 		}
+		y[p] = sum;
+	}
 }
 
 static int conv_run(struct ct_conv *c, const struct layer *l, void *scratch)
@@ -308,10 +312,12 @@ static void test_conv(const char *name, struct ct_conv_shape s)
 	const size_t lost = s.inside ? s.k - 1 : 0;
 	const size_t ho = (s.h - lost + s.stride - 1) / s.stride,
 		     wo = (s.w - lost + s.stride - 1) / s.stride;
+	const size_t planes = s.d ? s.d : 1, out = s.d ? s.d + 1 - s.k : 1, deep = s.d ? s.k : 1;
 	struct layer l = {.name = name,
-		.ny = ho * wo * s.co,
+		.ny = out * ho * wo * s.co,
 		.inputs = s.add ? 4 : 3,
-		.n = {s.h * s.w * s.ci, s.co * s.ci * s.k * s.k, s.co, ho * wo * s.co},
+		.n = {planes * s.h * s.w * s.ci, s.co * s.ci * deep * s.k * s.k, s.co,
+			out * ho * wo * s.co},
 		.plain = conv_plain,
 		.conv = s};
 	struct ct_dnn *d = NULL;
@@ -410,18 +416,23 @@ int main(void)
 	test_attention("attention, legacy order", 20, true, true);
 	test_attention("attention, new order", 13, false, true);
 	test_attention("attention over blocks", 100, true, true);
-	test_conv("conv 3x3", (struct ct_conv_shape){5, 4, 32, 16, 3, 1, false, false});
-	test_conv("conv 3x3, added to", (struct ct_conv_shape){3, 4, 16, 32, 3, 1, true, false});
+	test_conv("conv 3x3", (struct ct_conv_shape){5, 4, 32, 16, 3, 1, false, false, 0});
+	test_conv("conv 3x3, added to", (struct ct_conv_shape){3, 4, 16, 32, 3, 1, true, false, 0});
 	test_conv("conv 3x3, stride 2, odd size",
-		(struct ct_conv_shape){5, 7, 16, 16, 3, 2, false, false});
+		(struct ct_conv_shape){5, 7, 16, 16, 3, 2, false, false, 0});
 	test_conv("conv 3x3, stride 2, even",
-		(struct ct_conv_shape){4, 6, 16, 16, 3, 2, false, false});
-	test_conv("conv 1x1", (struct ct_conv_shape){5, 3, 32, 48, 1, 1, false, false});
-	test_conv("conv 1x1, added to", (struct ct_conv_shape){5, 3, 32, 48, 1, 1, true, false});
+		(struct ct_conv_shape){4, 6, 16, 16, 3, 2, false, false, 0});
+	test_conv("conv 1x1", (struct ct_conv_shape){5, 3, 32, 48, 1, 1, false, false, 0});
+	test_conv("conv 1x1, added to", (struct ct_conv_shape){5, 3, 32, 48, 1, 1, true, false, 0});
 	test_conv("conv 3x3, stride 2, inside",
-		(struct ct_conv_shape){6, 7, 16, 16, 3, 2, false, true});
-	test_conv("conv of one channel", (struct ct_conv_shape){6, 5, 1, 32, 3, 1, false, false});
-	test_conv("conv to two channels", (struct ct_conv_shape){6, 5, 32, 2, 3, 1, false, false});
+		(struct ct_conv_shape){6, 7, 16, 16, 3, 2, false, true, 0});
+	test_conv(
+		"conv of one channel", (struct ct_conv_shape){6, 5, 1, 32, 3, 1, false, false, 0});
+	test_conv(
+		"conv to two channels", (struct ct_conv_shape){6, 5, 32, 2, 3, 1, false, false, 0});
+	test_conv("conv 3x3x3", (struct ct_conv_shape){5, 4, 8, 16, 3, 1, false, false, 6});
+	test_conv("conv 3x3x3 of one channel",
+		(struct ct_conv_shape){4, 3, 1, 16, 3, 1, true, false, 3});
 	end();
 	return tap_done();
 }

@@ -27,7 +27,7 @@ struct ct_env;
 /* word: what the values are, CT_QUANTITY_...; none: HU, or line integrals; every command that
  * makes another */
 #define CT_META_QUANTITY "quantity"
-/* "LO:HI", HU: that map to density 0 and 1; ct_window_put */
+/* "LO:HI", HU: that map to density 0 and 1; ct_window_put; of a network of volumes ct_arssr_put */
 #define CT_META_WINDOW "window"
 /* integer: of the last step that drew numbers; ct-phantom, ct-project, ct-ddnm, ct-nabgs */
 #define CT_META_SEED "seed"

@@ -264,6 +264,8 @@ int ct_refine_cost(double *cpu, const struct ct_refine *r, const struct ct_vol *
 	quiet.log = NULL;
 	quiet.progress = NULL;
 	*cpu = 0;
+	if (r->rule.method == CT_REFINE_ARSSR)
+		return ct_refine_arssr_cost(cpu, r, in, &quiet, e);
 	if (r->inverts && inversion(cpu, r, in, &quiet, e))
 		return -1;
 	return r->adds ? prior(cpu, r, in, &quiet, e) : 0;

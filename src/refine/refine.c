@@ -277,6 +277,8 @@ int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const
 		r->n[a] = ct_degrade_cover(in->n[a], r->is.by.factor[a]);
 	if (check_start(r, in, e))
 		return -1;
+	if (rule->method == CT_REFINE_ARSSR)
+		return ct_refine_arssr_plan(r, in, env, e);
 	if (prior && plan_prior(r, in, env, e))
 		return -1;
 	if (choose_method(r, in, env, e) || choose_slabs(r, in, e))

@@ -13,15 +13,17 @@
  */
 #ifndef CT_REFINE_REFINE_H
 #define CT_REFINE_REFINE_H
+#include "arssr/arssr-volume.h"
 #include "refine/operator.h"
 #include "resolution/upsample.h"
 #include "restore/restore.h"
 
-/* As enum ct_upsample, and then the prior on top of auto. */
+/* As enum ct_upsample, then the prior on top of auto, and the network of ArSSR. */
 #define CT_REFINE_LIST(X)                                                                          \
 	CT_UPSAMPLE_LIST(X)                                                                        \
-	X(CT_REFINE_PRIOR, "prior")
-enum ct_refine_method { CT_REFINE_PRIOR = CT_UPSAMPLE_METHODS };
+	X(CT_REFINE_PRIOR, "prior")                                                                \
+	X(CT_REFINE_ARSSR, "arssr")
+enum ct_refine_method { CT_REFINE_PRIOR = CT_UPSAMPLE_METHODS, CT_REFINE_ARSSR };
 
 struct ct_refine_rule {
 	int method; /* of CT_REFINE_LIST */
@@ -38,7 +40,8 @@ struct ct_refine_rule {
 	/* NaN: what was found best for the operator (restore/confidence.c). A weight takes all
 	 * corrections with the same confidence. */
 	double weight, doubt, gate, cap, steps;
-	bool error;    /* also the predicted error */
+	const struct ct_arssr *arssr; /* the network of that method, borrowed */
+	bool error;                   /* also the predicted error */
 	double memory; /* bytes that all of it may take, CT and result included; 0: no bound */
 };
 /* What no caller has to say. */
@@ -60,10 +63,11 @@ struct ct_refine {
 	bool adds;               /* the prior does */
 	char why_not[160];       /* ... and if it was asked and does not, why */
 	struct ct_restore_rule restore;
-	double texture, spread; /* of the whole CT, HU */
-	double whole;           /* bytes if it is refined as a whole */
-	double need;            /* bytes in `slabs` slabs */
-	size_t slabs;           /* 1: as a whole */
+	double texture, spread;        /* of the whole CT, HU */
+	struct ct_arssr_volume volume; /* of the network of ArSSR */
+	double whole;                  /* bytes if it is refined as a whole */
+	double need;                   /* bytes in `slabs` slabs */
+	size_t slabs;                  /* 1: as a whole */
 	/* After ct_refine_run: */
 	struct ct_upsample_report did;
 	double added, residual; /* HU RMS: of what the prior added; of D x - y, the worst slab's */
@@ -85,7 +89,18 @@ int ct_refine_cost(double *cpu, const struct ct_refine *r, const struct ct_vol *
 /* "tv", or why: words for a report. */
 const char *ct_refine_why(const struct ct_refine *r);
 
-/* For cost.c. */
+/* The word of CT_REFINE_LIST for what makes the volume, or made it if `did`. */
+const char *ct_refine_name(const struct ct_refine *r, bool did);
+
+/* For cost.c, run.c. */
+/* ArSSR: its tiles and memory; its work; CPU seconds that this will take. Codes of arssr-volume.h.
+ */
+int ct_refine_arssr_plan(
+	struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e);
+int ct_refine_arssr_run(struct ct_refine *r, struct ct_vol *out, const struct ct_vol *in,
+	const struct ct_env *env, struct ct_err *e);
+int ct_refine_arssr_cost(double *cpu, const struct ct_refine *r, const struct ct_vol *in,
+	const struct ct_env *env, struct ct_err *e);
 /* The rule of the inversion. */
 struct ct_upsample_rule ct_refine_inversion(const struct ct_refine *r);
 

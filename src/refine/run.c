@@ -175,8 +175,9 @@ static int run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	if (r->inverts && r->is.known && ct_slab_axis(&r->is.by, in->n) >= 0 &&
 		ct_pilot_run(&pilot, in, &rule, r->slabs > 1, env, e))
 		goto out;
-	rc = r->slabs > 1 ? in_slabs(r, out, error, in, &pilot, env, e)
-			  : refine(r, out, error, in, r->rule.start, &pilot, env, e);
+	rc = r->rule.method == CT_REFINE_ARSSR ? ct_refine_arssr_run(r, out, in, env, e)
+	     : r->slabs > 1                    ? in_slabs(r, out, error, in, &pilot, env, e)
+			    : refine(r, out, error, in, r->rule.start, &pilot, env, e);
 	rc = rc || ct_check_stop(env, e) || describe(r, out, in, e) ? -1 : 0;
 out:
 	ct_pilot_free(&pilot);

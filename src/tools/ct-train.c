@@ -1,4 +1,4 @@
-/* ct-train: trains a prior of pictures, or of the slices of CTs, or a network that makes
+/* ct-train: trains a prior of pictures, or of the slices or volumes of CTs, or a network that makes
  * projections finer. */
 #include "config.h"
 #include "cli/cli.h"
@@ -32,29 +32,32 @@ static const struct train_params defaults = {
 #define CT_PARAMS struct train_params
 #define WITH(kinds) CT_WHEN(CT_IF_WORD(kind, kinds))
 #define SLICES WITH(CT_BIT(TRAIN_SLICES))
-#define NETWORK WITH(CT_BIT(TRAIN_PICTURES) | CT_BIT(TRAIN_SUPERRES))
+#define CTS WITH(CT_BIT(TRAIN_SLICES) | CT_BIT(TRAIN_VOLUMES))
+#define IMAGES WITH(CT_BIT(TRAIN_PICTURES) | CT_BIT(TRAIN_SUPERRES))
+#define NETWORK WITH(CT_BIT(TRAIN_PICTURES) | CT_BIT(TRAIN_SUPERRES) | CT_BIT(TRAIN_VOLUMES))
 
 static const struct ct_opt opts[] = {
 	CT_ARG_OUT(out, CT_REWRITES, "OUT", CT_ENDS_TENSORS,
 		"the prior (safetensors); its training state is OUT.state"),
 	CT_ARG(data, CT_READS, "DATA",
-		"EXR projections, pictures, CTs (slices), or folders of them"),
+		"EXR projections, pictures, CTs (slices, volumes), or folders of them"),
 	CT_CHOICE(kind, 'k', "kind", CT_WORDS(TRAIN_KIND_LIST),
-		"what the prior is of: pictures or projections, or CT slices; superres: a network "
-		"that makes projections finer in one step"),
+		"what the prior is of: pictures or projections, CT slices or volumes; superres: a "
+		"network that makes projections finer in one step"),
 	CT_OPT(factor, 'x', "factor", "S", 2, 8,
 		"train for low-resolution voxels or pixels that are S long",
 		WITH(CT_BIT(TRAIN_SLICES) | CT_BIT(TRAIN_SUPERRES))),
 	CT_TEXT(arch, 'a', "arch", "KEY=VALUE,...",
 		"set the network: model_channels=32, channel_mult=1:2:3:4, num_res_blocks=1, "
 		"attention_resolutions=8, in_channels, out_channels and more; of superres net=rdn "
-		"or omni, blocks, layers, features, growth, window, num_heads",
+		"or omni, blocks, layers, features, growth, window, num_heads; of volumes features, "
+		"blocks, layers, growth, out, width",
 		NETWORK),
 	CT_OPT(patch, 'p', "patch", "N", 4, 4096,
 		"train on pieces of N x N pixels (default: 64; for slices three times the factor; "
-		"for superres 32 times)"),
+		"for superres 32 times; for volumes 10: cubes of low-resolution voxels)"),
 	CT_EXPERT(batch, "batch", "N", 1, 65536,
-		"use N pieces in a step (default: 16; for slices 1024)"),
+		"use N pieces in a step (default: 16; for slices 1024, for volumes 15)"),
 	CT_OPT(steps, 'n', "steps", "N", 0, 2e9, "stop after N steps in all", CT_IDLE),
 	CT_OPT(minutes, 'm', "minutes", "M", 0, 1e6, "stop after M minutes; 0 sets no limit",
 		CT_IDLE),
@@ -62,7 +65,7 @@ static const struct ct_opt opts[] = {
 		"learning rate (default: 1e-4; of net=omni 5e-4; for slices 1e-3)"),
 	CT_EXPERT(ema, "ema", "X", 0, 0.9999999,
 		"rate of the running average of the weights, which is the prior (default: 0.9999; "
-		"for slices 0.999)"),
+		"for slices and volumes 0.999)"),
 	CT_INPUT_IDLE(
 		validate, 0, "validate", "DATA", "report the loss on data that are not trained on"),
 	CT_OPT(patience, 0, "patience", "N", 0, 1e6,
@@ -77,7 +80,7 @@ static const struct ct_opt opts[] = {
 	CT_TEXT(licence, 0, "licence", "TEXT", "write the licence of the prior into its metadata",
 		CT_IDLE),
 	CT_TEXT(bytes, 0, "bytes", "A:B", "map volumes of bytes to HU: 0 is A HU, 255 is B HU",
-		SLICES),
+		CTS),
 	CT_INPUT_IDLE(with, 0, "with", "FILE",
 		"also write the networks of this slice prior, for other factors, to OUT", SLICES),
 	CT_TEXT(cache, 0, "cache", "DIR",
@@ -92,7 +95,9 @@ static const struct ct_opt opts[] = {
 		cube, "cube", "N", 24, 512, "examples have at most N voxels along an axis", SLICES),
 	CT_EXPERT(noise, "noise", "HU", 0, 1000, "add noise of up to HU to half of the examples",
 		SLICES),
-	CT_EXPERT(window, "window", "LO:HI", 0, 0, "clip half of the examples to LO:HI HU", SLICES),
+	CT_EXPERT(window, "window", "LO:HI", 0, 0,
+		"clip half of the examples to LO:HI HU; for volumes all (default: -1024:3071)",
+		CTS),
 	CT_EXPERT(depth, "depth", "N", 1, 8,
 		"slices of a patch: so many as of a cell, and an even number more", SLICES),
 	CT_EXPERT(slices, "slices", "N", 1, 4, "slices of a cell", SLICES),
@@ -100,15 +105,15 @@ static const struct ct_opt opts[] = {
 		components, "components", "N", 1, 4096, "principal components of a patch", SLICES),
 	CT_EXPERT(width, "width", "N", 1, 8192, "neurons of a hidden layer", SLICES),
 	CT_EXPERT(scales, "scales", "A,B,...", 0, 0,
-		"cut pieces from pictures reduced A, B, ... times, at random", NETWORK),
+		"cut pieces from pictures reduced A, B, ... times, at random", IMAGES),
 	CT_EXPERT(warmup, "warmup", "N", 0, 1e9, "raise the learning rate from 0 over N steps",
-		NETWORK),
+		IMAGES),
 	CT_EXPERT(cosine, "cosine", "yes", 0, 0, "lower the learning rate to 0 along a half cosine",
 		NETWORK),
 	CT_EXPERT(
 		decay, "decay", "X", 0, 10, "weight decay of AdamW (default: 0; for slices 0.01)"),
 	CT_EXPERT(
-		clip, "clip", "X", 0, 1e9, "limit the norm of the gradient (0: no limit)", NETWORK),
+		clip, "clip", "X", 0, 1e9, "limit the norm of the gradient (0: no limit)", IMAGES),
 	CT_EXPERT(validate_every, "validate-every", "N", 1, 2e9, "validate every N steps",
 		CT_WHEN(CT_IF(validate)), CT_IDLE),
 	CT_EXPERT(validate_pieces, "validate-pieces", "N", 1, 65536, "validate on N pieces",
@@ -240,11 +245,56 @@ static int begin_slices(struct train_subject *s, struct train_data *data,
 	return train_slices(s, data, r, env, e);
 }
 
+static int parse_shape(struct ct_arssr_shape *s, const char *text, struct ct_err *e)
+{
+	struct ct_meta m = {0};
+	int rc = prior_arch_parse(&m, text, e);
+
+	for (size_t i = 0; i < m.n && rc == 0; i++) {
+		rc = ct_arssr_shape_set(s, m.pair[i].key, m.pair[i].value, e);
+		if (rc > 0)
+			ct_fail(e, CT_EUSAGE, "there is no \"%s\"", m.pair[i].key);
+		if (rc)
+			ct_blame(e, "--arch");
+	}
+	ct_meta_free(&m);
+	return rc ? -1 : 0;
+}
+
+static int begin_volumes(struct train_subject *s, struct train_data *data,
+	struct train_volumes_rule *r, const struct train_params *p, const struct ct_env *env,
+	struct ct_err *e)
+{
+	*r = (struct train_volumes_rule){.files = files_of(p),
+		.pieces = (size_t)p->validate_pieces,
+		.half = p->half,
+		.bytes = {(double)NAN},
+		.network = {.shape = CT_ARSSR_PUBLISHED, .window = {-1024, 3071}},
+		.train = {.piece = {.seed = env->seed,
+				  .side = p->patch ? (size_t)p->patch : CT_ARSSR_PIECE_SIDE,
+				  .factor = CT_ARSSR_PIECE_FACTORS},
+			.steps = (uint64_t)p->steps,
+			.batch = p->batch ? (size_t)p->batch : CT_ARSSR_TRAIN_BATCH,
+			.rate = isnan(p->lr) ? 1e-4 : p->lr,
+			.decay = isnan(p->decay) ? 0 : p->decay,
+			.average = isnan(p->ema) ? 0.999 : p->ema,
+			.cosine = p->cosine}};
+	return parse_shape(&r->network.shape, p->arch, e) ||
+			       (p->bytes && ct_cli_numbers("bytes", p->bytes, ':', 2, false,
+						    r->bytes, e)) ||
+			       (p->window && ct_cli_range("expert window", p->window,
+						     r->network.window, e)) ||
+			       train_volumes(s, data, r, env, e)
+		       ? -1
+		       : 0;
+}
+
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct train_params *p = params;
 	struct train_pictures_rule pictures;
 	struct train_slices_rule slices;
+	struct train_volumes_rule volumes;
 	struct train_subject subject = {0};
 	struct train_data data = {.n = p->data.n};
 	struct ct_resume resume = {0};
@@ -253,8 +303,9 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (ct_resume_open(&resume, p->out, p->resume, opts, p, env, e) ||
 		ct_alloc0(&data.input, data.n, sizeof *data.input, e))
 		goto out;
-	if (p->kind == TRAIN_SLICES ? begin_slices(&subject, &data, &slices, p, env, e)
-				    : begin_pictures(&subject, &data, &pictures, p, env, e))
+	if (p->kind == TRAIN_SLICES        ? begin_slices(&subject, &data, &slices, p, env, e)
+		: p->kind == TRAIN_VOLUMES ? begin_volumes(&subject, &data, &volumes, p, env, e)
+					   : begin_pictures(&subject, &data, &pictures, p, env, e))
 		goto out;
 	rc = train_loop(&subject, &data, &resume, p, env, e);
 out:
@@ -270,5 +321,5 @@ out:
 }
 
 CT_CLI_MAIN("ct-train",
-	"Train a prior of projections or radiographs, or of CT slices, or a network that makes them finer.",
+	"Train a prior of projections or radiographs, of CT slices or volumes, or a network that makes projections finer.",
 	CT_SEEDED | CT_LONG)

@@ -30,6 +30,7 @@ static const struct params defaults = {
 
 /* Methods that invert the operator, that may come to iterate, and that have a prior. */
 #define PRIOR CT_BIT(CT_REFINE_PRIOR)
+#define ARSSR CT_BIT(CT_REFINE_ARSSR)
 #define ITERATES                                                                                   \
 	(PRIOR | CT_BIT(CT_UPSAMPLE_AUTO) | CT_BIT(CT_UPSAMPLE_TV) | CT_BIT(CT_UPSAMPLE_HTV))
 #define INVERTS (ITERATES | CT_BIT(CT_UPSAMPLE_DC))
@@ -44,7 +45,7 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(rule.method, 'm', "method", CT_WORDS(CT_REFINE_LIST),
 		"interpolate (linear to sinc), or invert blur and sampling: dc, tv (least total "
 		"variation), htv (least second-order variation). prior adds detail that a network "
-		"predicts. auto takes tv, htv for aliased points and texture, and bspline if the "
+		"predicts. arssr is a network of the whole CT. auto takes tv, htv for aliased points and texture, and bspline if the "
 		"operator is not known"),
 	SAID_OPTS(said,
 		"refine every axis S times, or the axes X, Y, Z times; need not be whole; default: "
@@ -65,7 +66,9 @@ static const struct ct_opt opts[] = {
 		WITH(CT_BIT(CT_UPSAMPLE_AUTO) | PRIOR)),
 	CT_MEMORY(memory),
 	CT_INPUT(prior, 'p', "prior", "FILE",
-		"slice prior, safetensors; default: the installed slices.safetensors", WITH_PRIOR),
+		"slice prior, safetensors (default: the installed slices.safetensors), or the "
+		"network of arssr",
+		WITH(PRIOR | ARSSR)),
 	CT_CHOICE(preset, 'Q', "preset", CT_WORDS(PRESETS),
 		"fast uses slices across one axis, balanced across all, best makes a second pass",
 		WITH_PRIOR),
@@ -98,8 +101,26 @@ static int rule_of(struct ct_refine_rule *r, const struct params *p, struct ct_e
 struct files {
 	struct ct_vol in, start, out, std;
 	struct ct_slice_prior prior;
+	struct ct_arssr arssr;
 	struct ct_meta prior_meta;
 };
+
+static int read_arssr(struct files *f, const char *path, struct ct_err *e)
+{
+	struct ct_tensors w = {0};
+	int rc;
+
+	if (!path)
+		return ct_fail(e, CT_EUSAGE,
+			"-m arssr: needs --prior: no network of volumes is installed, ct-train makes one");
+	rc = ct_tensors_read(path, &w, e);
+	if (rc == 0 && ct_arssr_get(&f->arssr, &w, e))
+		rc = ct_blame(e, path);
+	f->prior_meta = w.meta;
+	w.meta = (struct ct_meta){0};
+	ct_tensors_free(&w);
+	return rc;
+}
 
 static int read_all(struct files *f, struct ct_refine_rule *rule, const struct params *p,
 	const struct ct_env *env, struct ct_err *e)
@@ -107,7 +128,10 @@ static int read_all(struct files *f, struct ct_refine_rule *rule, const struct p
 	if (p->rule.method == CT_REFINE_PRIOR &&
 		prior_file_read(&f->prior, &f->prior_meta, p->prior, e))
 		return -1;
+	if (p->rule.method == CT_REFINE_ARSSR && read_arssr(f, p->prior, e))
+		return -1;
 	rule->prior = &f->prior;
+	rule->arssr = &f->arssr;
 	rule->start = p->start ? &f->start : NULL;
 	return scan_read(&f->in, p->in, NULL, NULL, env, e) ||
 			       (p->start && ct_vol_read_hu(p->start, &f->start, env, e))
@@ -148,7 +172,7 @@ static int refine(struct ct_refine *r, struct files *f, const struct params *p,
 	if (ct_refine_run(r, &f->out, p->std ? &f->std : NULL, &f->in, env, e))
 		return ct_blame(e, p->in);
 	ct_log(env, CT_INFO, "%zux%zux%zu to %zux%zux%zu, %s, %.1f s", f->in.n[0], f->in.n[1],
-		f->in.n[2], f->out.n[0], f->out.n[1], f->out.n[2], ct_upsample_name(r->did.method),
+		f->in.n[2], f->out.n[0], f->out.n[1], f->out.n[2], ct_refine_name(r, true),
 		ct_clock_wall() - begin);
 	return write_all(f, p, env, e);
 }
@@ -178,6 +202,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	const int rc = work(&f, params, env, e);
 
 	ct_slice_prior_free(&f.prior);
+	ct_arssr_free(&f.arssr);
 	ct_meta_free(&f.prior_meta);
 	ct_vol_free(&f.in);
 	ct_vol_free(&f.start);

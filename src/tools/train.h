@@ -8,7 +8,8 @@
 #define TRAIN_KIND_LIST(X)                                                                         \
 	X(TRAIN_PICTURES, "pictures")                                                              \
 	X(TRAIN_SUPERRES, "superres")                                                              \
-	X(TRAIN_SLICES, "slices")
+	X(TRAIN_SLICES, "slices")                                                                  \
+	X(TRAIN_VOLUMES, "volumes")
 enum train_kind { TRAIN_KIND_LIST(CT_WORD_VALUE) };
 
 struct train_params {

@@ -6,11 +6,13 @@
 #include "formats/format.h"
 #include "formats/hash.h"
 #include "formats/io.h"
+#include "formats/units.h"
 #ifdef HAVE_OIIO
 #include "shim/image.h"
 #endif
 
 #include <dirent.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -26,6 +28,31 @@ int train_data_hash(uint64_t bits[2], const void *data, size_t bytes, struct ct_
 	ct_hash_digest(hash, bits);
 	free(hash);
 	return 0;
+}
+
+int train_data_hu(struct ct_vol *v, const char *path, const double map[static 2], struct ct_err *e)
+{
+	const size_t n = ct_vol_count(v);
+	float least = INFINITY, most = -INFINITY;
+	bool bytes = true;
+
+	for (size_t i = 0; i < n; i++) {
+		least = fminf(least, v->data[i]);
+		most = fmaxf(most, v->data[i]);
+		bytes = bytes && v->data[i] == floorf(v->data[i]);
+	}
+	bytes = bytes && least >= 0 && most <= 255;
+	if (!(most > least))
+		return ct_fail(
+			e, CT_EINPUT, "%s: every voxel is %g: expected a CT", path, (double)least);
+	for (size_t i = 0; i < n && bytes && !isnan(map[0]); i++)
+		v->data[i] = (float)(map[0] + (double)v->data[i] / 255 * (map[1] - map[0]));
+	if (bytes && !isnan(map[0]))
+		return 0;
+	if (least >= 0 && !ct_meta_get(&v->meta, CT_META_QUANTITY))
+		return ct_fail(e, CT_EINPUT, "%s: values from %g to %g are not HU%s", path,
+			(double)least, (double)most, bytes ? ": give --bytes" : "");
+	return ct_units_check(v, "ct-convert --units", e) ? ct_blame(e, path) : 0;
 }
 
 static int read_stack(struct ct_pictures *s, const char *path, struct ct_err *e)

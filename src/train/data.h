@@ -4,6 +4,7 @@
 #include "core/err.h"
 #include "core/meta.h"
 #include "core/stack.h"
+#include "core/vol.h"
 #include "diffusion/patches.h"
 
 /* Add what `path` names to the set: an EXR stack, divided by its largest value; a picture; or all
@@ -11,6 +12,10 @@
  * the name and a hash of it all. CT_EINPUT, CT_ENUMERIC naming the file. */
 int train_data_read(
 	struct ct_pictures *s, const char *path, struct ct_meta *meta, struct ct_err *e);
+
+/* Maps a volume of bytes to HU: 0 and 255 are map[0] and map[1], unless that is NaN. CT_EINPUT
+ * naming the file for values that cannot be HU. */
+int train_data_hu(struct ct_vol *v, const char *path, const double map[static 2], struct ct_err *e);
 
 /* The 128 bits of a hash. CT_ENOMEM. */
 int train_data_hash(uint64_t bits[2], const void *data, size_t bytes, struct ct_err *e);

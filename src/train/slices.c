@@ -5,7 +5,6 @@
 #include "formats/format.h"
 #include "formats/hash.h"
 #include "formats/io.h"
-#include "formats/units.h"
 #include "restore/example.h"
 #include "restore/learn.h"
 #include "restore/restore.h"
@@ -34,34 +33,6 @@ struct train_slices_job {
 	struct ct_learn *learn;
 	char name[40]; /* of the slice network */
 };
-
-/* Maps bytes to HU. Values that cannot be HU are refused. */
-static int to_hu(
-	const struct train_slices_job *j, struct ct_vol *v, const char *path, struct ct_err *e)
-{
-	const size_t n = ct_vol_count(v);
-	float least = INFINITY, most = -INFINITY;
-	bool bytes = true;
-
-	for (size_t i = 0; i < n; i++) {
-		least = fminf(least, v->data[i]);
-		most = fmaxf(most, v->data[i]);
-		bytes = bytes && v->data[i] == floorf(v->data[i]);
-	}
-	bytes = bytes && least >= 0 && most <= 255;
-	if (!(most > least))
-		return ct_fail(
-			e, CT_EINPUT, "%s: every voxel is %g: expected a CT", path, (double)least);
-	for (size_t i = 0; i < n && bytes && !isnan(j->p->bytes[0]); i++)
-		v->data[i] = (float)(j->p->bytes[0] +
-				     (double)v->data[i] / 255 * (j->p->bytes[1] - j->p->bytes[0]));
-	if (bytes && !isnan(j->p->bytes[0]))
-		return 0;
-	if (least >= 0 && !ct_meta_get(&v->meta, CT_META_QUANTITY))
-		return ct_fail(e, CT_EINPUT, "%s: values from %g to %g are not HU%s", path,
-			(double)least, (double)most, bytes ? ": give --bytes" : "");
-	return ct_units_check(v, "ct-convert --units", e) ? ct_blame(e, path) : 0;
-}
 
 /* The examples of one volume, which threads make together. */
 struct group {
@@ -122,7 +93,8 @@ static int learn_file(struct train_slices_job *j, struct lessons *l, const char 
 {
 	struct ct_vol v = {0};
 	uint64_t bits[2];
-	int rc = ct_vol_read(path, &v, e) || ct_vol_check_finite(&v, e) || to_hu(j, &v, path, e) ||
+	int rc = ct_vol_read(path, &v, e) || ct_vol_check_finite(&v, e) ||
+				 train_data_hu(&v, path, j->p->bytes, e) ||
 				 train_data_hash(
 					 bits, v.data, ct_vol_count(&v) * sizeof *v.data, e) ||
 				 add(j, l, &v, bits[0] >> 32 << 20, j->p->cubes, e)

@@ -1,7 +1,9 @@
-/* train.h: networks in training, of pictures or of slices, with the data that they learn from.
+/* train.h: networks in training, of pictures, slices or volumes, with the data that they learn
+ * from.
  */
 #ifndef CT_TRAIN_TRAIN_H
 #define CT_TRAIN_TRAIN_H
+#include "arssr/arssr-train.h"
 #include "core/cost.h"
 #include "core/env.h"
 #include "core/meta.h"
@@ -10,7 +12,7 @@
 #include "restore/example.h"
 #include "restore/learn.h"
 
-/* A network in training: pictures.c, slices.c. */
+/* A network in training: pictures.c, slices.c, volumes.c. */
 struct train_subject {
 	void *it;
 	uint64_t steps; /* done; of the loop */
@@ -64,10 +66,22 @@ struct train_slices_rule {
 	struct ct_learn_rule learn;
 };
 
+/* ArSSR. */
+struct train_volumes_rule {
+	struct train_files files;
+	size_t pieces;           /* to validate on */
+	bool half;               /* OUT is in half precision */
+	double bytes[2];         /* HU of the bytes 0 and 255; NaN: volumes are of HU */
+	struct ct_arssr network; /* its shape and window */
+	struct ct_arssr_train_rule train;
+};
+
 /* Read the data and make the subject, before its first step. The rule must stay as it is. */
 int train_pictures(struct train_subject *s, struct train_data *data,
 	const struct train_pictures_rule *p, const struct ct_env *env, struct ct_err *e);
 int train_slices(struct train_subject *s, struct train_data *data,
 	const struct train_slices_rule *p, const struct ct_env *env, struct ct_err *e);
+int train_volumes(struct train_subject *s, struct train_data *data,
+	const struct train_volumes_rule *p, const struct ct_env *env, struct ct_err *e);
 
 #endif

@@ -38,8 +38,9 @@ static int conv_desc(dnnl_primitive_desc_t *pd, const struct ct_conv *c, enum di
 	/* with stride 2 an even image ends one pixel before the padding */
 	const dnnl_dim_t endh = edge - (step == 2 && c->s.h % 2 == 0 && edge);
 	const dnnl_dim_t endw = edge - (step == 2 && c->s.w % 2 == 0 && edge);
-	const dnnl_dims_t stride = {step, step}, none = {0, 0}, pl = {edge, edge},
-			  pr = {endh, endw};
+	const dnnl_dims_t image[] = {{step, step}, {edge, edge}, {endh, endw}};
+	const dnnl_dims_t planes[] = {{step, step, step}, {0, edge, edge}, {0, endh, endw}};
+	const dnnl_dims_t none = {0}, *by = c->s.d ? planes : image;
 	const dnnl_alg_kind_t alg = dnnl_convolution_direct;
 	const dnnl_prop_kind_t kind = train ? dnnl_forward_training : dnnl_forward_inference;
 	dnnl_engine_t eng = c->dnn->engine;
@@ -48,25 +49,25 @@ static int conv_desc(dnnl_primitive_desc_t *pd, const struct ct_conv *c, enum di
 #if DNNL_VERSION_MAJOR >= 3
 	if (dir == FORWARD)
 		s = dnnl_convolution_forward_primitive_desc_create(pd, eng, kind, alg, c->src,
-			c->weights, c->bias, c->dst, stride, none, pl, pr, attr);
+			c->weights, c->bias, c->dst, by[0], none, by[1], by[2], attr);
 	else if (dir == BACK_DATA)
-		s = dnnl_convolution_backward_data_primitive_desc_create(
-			pd, eng, alg, c->src, c->weights, c->dst, stride, none, pl, pr, hint, attr);
+		s = dnnl_convolution_backward_data_primitive_desc_create(pd, eng, alg, c->src,
+			c->weights, c->dst, by[0], none, by[1], by[2], hint, attr);
 	else
 		s = dnnl_convolution_backward_weights_primitive_desc_create(pd, eng, alg, c->src,
-			c->weights, c->bias, c->dst, stride, none, pl, pr, hint, attr);
+			c->weights, c->bias, c->dst, by[0], none, by[1], by[2], hint, attr);
 #else
 	dnnl_convolution_desc_t d;
 
 	if (dir == FORWARD)
-		s = dnnl_dilated_convolution_forward_desc_init(
-			&d, kind, alg, c->src, c->weights, c->bias, c->dst, stride, none, pl, pr);
+		s = dnnl_dilated_convolution_forward_desc_init(&d, kind, alg, c->src, c->weights,
+			c->bias, c->dst, by[0], none, by[1], by[2]);
 	else if (dir == BACK_DATA)
 		s = dnnl_dilated_convolution_backward_data_desc_init(
-			&d, alg, c->src, c->weights, c->dst, stride, none, pl, pr);
+			&d, alg, c->src, c->weights, c->dst, by[0], none, by[1], by[2]);
 	else
 		s = dnnl_dilated_convolution_backward_weights_desc_init(
-			&d, alg, c->src, c->weights, c->bias, c->dst, stride, none, pl, pr);
+			&d, alg, c->src, c->weights, c->bias, c->dst, by[0], none, by[1], by[2]);
 	if (s == dnnl_success)
 		s = dnnl_primitive_desc_create(pd, &d, attr, eng, hint);
 #endif
@@ -188,10 +189,14 @@ int ct_conv_alloc(struct ct_conv **out, struct ct_dnn *d, const struct ct_conv_s
 {
 	const dnnl_dim_t h = (dnnl_dim_t)s->h, w = (dnnl_dim_t)s->w, step = (dnnl_dim_t)s->stride;
 	const dnnl_dim_t ci = (dnnl_dim_t)s->ci, co = (dnnl_dim_t)s->co, k = (dnnl_dim_t)s->k;
-	const dnnl_dims_t src = {1, ci, h, w};
-	const dnnl_dim_t lost = s->inside ? k - 1 : 0; /* pixels of a line */
-	const dnnl_dims_t dst = {1, co, (h - lost + step - 1) / step, (w - lost + step - 1) / step};
-	const dnnl_dims_t wd = {co, ci, k, k}, bd = {co};
+	const dnnl_dim_t d3 = (dnnl_dim_t)s->d, lost = s->inside ? k - 1 : 0; /* pixels of a line */
+	const dnnl_dim_t ho = (h - lost + step - 1) / step, wo = (w - lost + step - 1) / step;
+	const dnnl_dims_t image[] = {{1, ci, h, w}, {1, co, ho, wo}, {co, ci, k, k}};
+	const dnnl_dims_t planes[] = {
+		{1, ci, d3, h, w}, {1, co, d3 - k + 1, ho, wo}, {co, ci, k, k, k}};
+	const dnnl_dims_t *of = s->d ? planes : image, bd = {co};
+	const dnnl_format_tag_t last = s->d ? dnnl_ndhwc : dnnl_nhwc;
+	const int rank = s->d ? 5 : 4;
 	struct ct_conv *c;
 	int was = ct_dnn_enter(), rc = -1;
 
@@ -199,10 +204,10 @@ int ct_conv_alloc(struct ct_conv **out, struct ct_dnn *d, const struct ct_conv_s
 		goto out;
 	c->dnn = d;
 	c->s = *s;
-	rc = ct_dnn_desc_new(&c->src, 4, src, dnnl_f32, dnnl_nhwc, e) ||
-	     ct_dnn_desc_new(&c->dst, 4, dst, dnnl_f32, dnnl_nhwc, e) ||
-	     ct_dnn_desc_new(&c->weights, 4, wd, dnnl_f32, dnnl_format_tag_any, e) ||
-	     ct_dnn_desc_new(&c->plain, 4, wd, dnnl_f32, dnnl_oihw, e) ||
+	rc = ct_dnn_desc_new(&c->src, rank, of[0], dnnl_f32, last, e) ||
+	     ct_dnn_desc_new(&c->dst, rank, of[1], dnnl_f32, last, e) ||
+	     ct_dnn_desc_new(&c->weights, rank, of[2], dnnl_f32, dnnl_format_tag_any, e) ||
+	     ct_dnn_desc_new(&c->plain, rank, of[2], dnnl_f32, s->d ? dnnl_oidhw : dnnl_oihw, e) ||
 	     ct_dnn_desc_new(&c->bias, 1, bd, dnnl_f32, dnnl_a, e) ||
 	     conv_build(c, key, weight, train, e);
 	if (rc) {

@@ -1,7 +1,10 @@
 /* conv.h: convolutions by oneDNN, forward and backward.
  *
  * Activations are [h][w][c] (channels last) float, one image a call; weights and their gradients
- * are plain [co][ci][k][k], cross-correlation, zero padding k/2 unless said. For threads see dnn.h.
+ * are plain [co][ci][k][k], cross-correlation, zero padding k/2
+ * unless said. Of a volume they are [d][h][w][c]
+ * and [co][ci][k][k][k]; along d there is no padding: the caller has k/2 planes more at each end,
+ * zero or of the neighbours, and the result has k - 1 planes fewer. For threads see dnn.h.
  */
 #ifndef CT_UNET_CONV_H
 #define CT_UNET_CONV_H
@@ -13,9 +16,10 @@ struct ct_conv_shape {
 	size_t h, w; /* of the input; the output is ceil(h/stride) x ceil(w/stride) */
 	size_t ci, co;
 	size_t k;      /* 1 or 3 */
-	size_t stride; /* 1 or 2 */
+	size_t stride; /* 1 or 2; of a volume 1 */
 	bool add;      /* another image is added to the output */
-	bool inside;   /* no padding: the output is (h - k) / stride + 1 ... */
+	bool inside;   /* of an image: no padding, the output is (h - k) / stride + 1 ... */
+	size_t d;      /* planes of the input of a volume, k at least; 0: an image */
 };
 
 /* `weight`, called `key` in *d, is borrowed for the life of *d if ct_dnn_refresh is to

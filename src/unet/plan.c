@@ -205,7 +205,7 @@ static int prepare(struct ct_unet_plan *p, struct ct_err *e)
 
 		if (o->kind == CT_GRAPH_CONV) {
 			const struct ct_conv_shape s = {in->h, in->w, in->c, p->g.image[o->out].c,
-				o->k, o->stride, o->b != CT_NONE, o->inside};
+				o->k, o->stride, o->b != CT_NONE, o->inside, 0};
 
 			if (ct_conv_alloc(&p->conv[i], p->net->dnn, &s, o->param, param_of(p, o, 0),
 				    p->train, e))

@@ -84,7 +84,7 @@ int ahead_tell(const struct ct_refine *r, const struct ct_vol *in, const char *o
 		cost.disk += files[i].path ? files[i].bytes : 0;
 	if (r->slabs > 1)
 		snprintf(slabs, sizeof slabs, " in %zu slabs", r->slabs);
-	snprintf(cost.work, sizeof cost.work, "%s%s of %.0f voxels%s", ct_upsample_name(r->method),
+	snprintf(cost.work, sizeof cost.work, "%s%s of %.0f voxels%s", ct_refine_name(r, false),
 		r->adds ? " and the prior" : "", voxels, slabs);
 	if (env->dry_run)
 		return ct_cost_print(&cost, env, e);

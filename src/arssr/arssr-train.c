@@ -1,0 +1,300 @@
+/* arssr-train.c: see arssr-train.h. */
+#include "config.h"
+#include "arssr/arssr-train.h"
+#include "core/mem.h"
+#include "solve/adam.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define HELD ((uint64_t)1 << 40) /* numbers of the cubes of a validation */
+
+/* Of a thread. */
+struct ct_arssr_train_side {
+	struct ct_arssr_piece piece;
+	struct ct_encoder encoder;
+	struct ct_decoder decoder;
+	float *d; /* gradient of the features; owned */
+};
+
+/* Points [first, first + n) of a piece: loss and, with grad, gradients. */
+static int points(struct ct_arssr_train_side *s, const struct ct_arssr_piece *p, size_t first,
+	size_t n, double *loss, float *grad, struct ct_err *e)
+{
+	const struct ct_encoder *c = &s->encoder;
+	const struct ct_decoder_field f = {.features = c->to,
+		.whole = {c->n[0], c->n[1], c->n[2]},
+		.n = {c->n[0], c->n[1], c->n[2]}};
+	float dy[CT_DECODER_ROWS];
+
+	for (size_t i = 0; i < n; i++)
+		ct_decoder_point(&s->decoder, i, &f, p->at[first + i]);
+	if (ct_decoder_run(&s->decoder, n, e))
+		return -1;
+	for (size_t i = 0; i < n; i++) {
+		const float miss = s->decoder.h[9][i] - p->want[first + i];
+
+		*loss += fabs((double)miss);
+		dy[i] = miss > 0 ? 1 : miss < 0 ? -1 : 0;
+	}
+	return grad ? ct_decoder_back(&s->decoder, n, grad, s->d, dy, e) : 0;
+}
+
+int ct_arssr_train_piece(struct ct_arssr_train *t, size_t side, const struct ct_arssr_piece *p,
+	double *loss, float *grad, struct ct_err *e)
+{
+	struct ct_arssr_train_side *s = &t->side[side];
+	const struct ct_env alone = {.stop = t->env.stop};
+	const size_t n = t->rule.piece.side;
+	const int was = ct_dnn_enter();
+	int rc = ct_encoder_run(&s->encoder, p->lo, &alone, e);
+
+	*loss = 0;
+	memset(s->d, 0, n * n * n * t->net.shape.out * sizeof *s->d);
+	for (size_t i = 0; i < p->points && rc == 0; i += CT_DECODER_ROWS) {
+		const size_t left = p->points - i;
+
+		rc = points(
+			s, p, i, left < CT_DECODER_ROWS ? left : CT_DECODER_ROWS, loss, grad, e);
+	}
+	if (rc == 0 && grad)
+		rc = ct_encoder_back(&s->encoder, grad, s->d, p->lo, e);
+	ct_dnn_leave(was);
+	return rc;
+}
+
+struct pass {
+	struct ct_arssr_train *t;
+	const struct ct_vol *v;
+	size_t n;
+	uint64_t first;
+	bool learns;
+};
+
+static void one(void *arg, size_t i, size_t worker)
+{
+	const struct pass *p = arg;
+	struct ct_arssr_train *t = p->t;
+	struct ct_arssr_piece *piece = &t->side[worker].piece;
+	float *grad = p->learns ? t->grad + i * t->net.n : NULL;
+	struct ct_err *e = &t->failed[i];
+
+	if (ct_arssr_piece_draw(piece, &t->rule.piece, p->v, p->n, p->first + i, e))
+		return;
+	if (grad)
+		memset(grad, 0, t->net.n * sizeof *grad);
+	(void)ct_arssr_train_piece(t, worker, piece, &t->loss[i], grad, e);
+}
+
+/* The summed loss of so many cubes, at most a batch. */
+static int go(double *sum, const struct pass *p, size_t pieces, struct ct_err *e)
+{
+	struct ct_arssr_train *t = p->t;
+	struct pass own = *p;
+
+	memset(t->failed, 0, pieces * sizeof *t->failed);
+	ct_par_for(t->env.par, pieces, one, &own);
+	if (ct_check_stop(&t->env, e))
+		return -1;
+	for (size_t i = 0; i < pieces; i++) {
+		if (t->failed[i].code) {
+			*e = t->failed[i];
+			return -1;
+		}
+		*sum += t->loss[i];
+	}
+	return 0;
+}
+
+int ct_arssr_train_step(struct ct_arssr_train *t, double *loss, struct ct_err *e)
+{
+	const struct ct_arssr_train_rule *r = &t->rule;
+	const struct pass p = {t, t->v, t->volumes, t->steps * r->batch, true};
+	const double scale = 1 / (double)(r->batch * t->side->piece.points);
+	const size_t n = t->net.n;
+	struct ct_adamw adam = ct_adamw_default();
+	double sum = 0, square;
+
+	if (go(&sum, &p, r->batch, e))
+		return -1;
+	*loss = sum * scale;
+	square = CT_SIMD(ct_adam_gradient)(n, t->grad, r->batch, n, (float)scale);
+	if (!isfinite(*loss) || !isfinite(square))
+		return ct_fail(e, CT_ENUMERIC, "the training diverged at step %llu",
+			(unsigned long long)t->steps + 1);
+	adam.lr = r->rate;
+	if (r->cosine)
+		adam.lr *= 0.5 * (1 + cos(M_PI * (double)t->steps / (double)r->steps));
+	adam.decay = r->decay;
+	t->steps++;
+	CT_SIMD(ct_adamw_step)(&adam, t->steps, n, t->net.all, t->moment, t->moment + n, t->grad);
+	CT_SIMD(ct_adam_average)
+	(fmin(r->average, (1 + (double)t->steps) / (10 + (double)t->steps)), n, t->mean,
+		t->net.all);
+	return ct_dnn_refresh(t->dnn, t->env.par, e);
+}
+
+/* The average of the weights and those in training change places. */
+static int swap(struct ct_arssr_train *t, struct ct_err *e)
+{
+	for (size_t i = 0; i < t->net.n; i++) {
+		const float was = t->net.all[i];
+
+		t->net.all[i] = t->mean[i];
+		t->mean[i] = was;
+	}
+	return ct_dnn_refresh(t->dnn, t->env.par, e);
+}
+
+int ct_arssr_train_held(struct ct_arssr_train *t, const struct ct_vol *v, size_t n, size_t pieces,
+	double *loss, struct ct_err *e)
+{
+	struct ct_err later;
+	double sum = 0;
+	int rc = swap(t, e);
+
+	for (size_t i = 0; i < pieces && rc == 0; i += t->rule.batch) {
+		const struct pass p = {t, v, n, HELD + i, false};
+
+		rc = go(&sum, &p, pieces - i < t->rule.batch ? pieces - i : t->rule.batch, e);
+	}
+	*loss = sum / (double)(pieces * t->side->piece.points);
+	return swap(t, rc ? &later : e) || rc ? -1 : 0;
+}
+
+static int side_alloc(
+	struct ct_arssr_train_side *s, const struct ct_arssr_train *t, struct ct_err *e)
+{
+	const size_t side = t->rule.piece.side, n[3] = {side, side, side};
+
+	return ct_arssr_piece_alloc(&s->piece, &t->rule.piece, e) ||
+			       ct_encoder_alloc(&s->encoder, t->dnn, &t->net, n, 1, true, e) ||
+			       ct_decoder_alloc(&s->decoder, &t->net, true, e) ||
+			       ct_alloc(&s->d, side * side * side * t->net.shape.out, sizeof *s->d,
+				       e)
+		       ? -1
+		       : 0;
+}
+
+static int alloc(struct ct_arssr_train *t, struct ct_err *e)
+{
+	const size_t threads = ct_par_threads(t->env.par), batch = t->rule.batch;
+	const size_t sides = threads < batch ? threads : batch;
+	size_t n, grads;
+
+	if (ct_arssr_alloc(&t->net, e))
+		return -1;
+	n = t->net.n;
+	if (ct_size_mul(&grads, 3 + batch, n, "gradients", e) ||
+		ct_alloc0(&t->mean, grads, sizeof *t->mean, e) ||
+		ct_alloc0(&t->side, sides, sizeof *t->side, e) ||
+		ct_alloc0(&t->loss, batch, sizeof *t->loss, e) ||
+		ct_alloc0(&t->failed, batch, sizeof *t->failed, e) || ct_dnn_alloc(&t->dnn, e))
+		return -1;
+	t->moment = t->mean + n;
+	t->grad = t->moment + 2 * n;
+	ct_arssr_begin(&t->net, t->rule.piece.seed);
+	memcpy(t->mean, t->net.all, n * sizeof *t->mean);
+	t->sides = sides;
+	for (size_t i = 0; i < sides; i++)
+		if (side_alloc(&t->side[i], t, e))
+			return -1;
+	return 0;
+}
+
+int ct_arssr_train_alloc(struct ct_arssr_train **out, const struct ct_arssr *net,
+	const struct ct_arssr_train_rule *rule, const struct ct_vol *v, size_t n,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_arssr_train *t;
+
+	if (n < 1 || rule->batch < 1)
+		return ct_fail(e, CT_EINPUT, "no volume to learn from");
+	if (ct_alloc0(&t, 1, sizeof *t, e))
+		return -1;
+	t->rule = *rule;
+	t->env = *env;
+	t->v = v;
+	t->volumes = n;
+	t->net.shape = net->shape;
+	memcpy(t->net.window, net->window, sizeof net->window);
+	memcpy(t->rule.piece.window, net->window, sizeof net->window);
+	if (alloc(t, e)) {
+		ct_arssr_train_free(t);
+		return -1;
+	}
+	*out = t;
+	return 0;
+}
+
+void ct_arssr_train_free(struct ct_arssr_train *t)
+{
+	if (!t)
+		return;
+	for (size_t i = 0; i < t->sides; i++) {
+		ct_arssr_piece_free(&t->side[i].piece);
+		ct_encoder_free(&t->side[i].encoder);
+		ct_decoder_free(&t->side[i].decoder);
+		free(t->side[i].d);
+	}
+	ct_dnn_free(t->dnn);
+	ct_arssr_free(&t->net);
+	free(t->mean);
+	free(t->side);
+	free(t->loss);
+	free(t->failed);
+	free(t);
+}
+
+double ct_arssr_train_bytes(const struct ct_arssr_train *t)
+{
+	const double voxels = pow((double)t->rule.piece.side, 3);
+	const struct ct_arssr_shape *s = &t->net.shape;
+	const double wide = (double)(s->features + s->layers * s->growth + s->out);
+
+	return 4 * ((9 + (double)t->rule.batch) * (double)t->net.n +
+			   (double)t->sides * voxels * wide * (8 + (double)s->blocks));
+}
+
+int ct_arssr_train_save(const struct ct_arssr_train *t, struct ct_tensors *w, struct ct_err *e)
+{
+	const size_t n = t->net.n, moments = 2 * n;
+
+	return ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu", (unsigned long long)t->steps) ||
+			       ct_arssr_put(&t->net, t->mean, w, e) ||
+			       ct_tensors_put(w, "weights", 1, &n, t->net.all, e) ||
+			       ct_tensors_put(w, "moments", 1, &moments, t->moment, e)
+		       ? -1
+		       : 0;
+}
+
+int ct_arssr_train_restore(struct ct_arssr_train *t, const struct ct_tensors *w, struct ct_err *e)
+{
+	const size_t n = t->net.n;
+	const float *weights, *moments;
+	struct ct_arssr mean = {0};
+	double step;
+	int rc = -1;
+
+	if (ct_meta_numbers(&w->meta, CT_META_STEP, 1, &step, e) || !(step >= 0 && step < 0x1p53))
+		return ct_fail(e, CT_EINPUT, "not the state of a training: no \"step\"");
+	if (ct_arssr_get(&mean, w, e))
+		goto out;
+	if (memcmp(&mean.shape, &t->net.shape, sizeof mean.shape) != 0) {
+		ct_fail(e, CT_EINPUT, "not the state of this training: another network");
+		goto out;
+	}
+	weights = ct_tensors_vector(w, "weights", n, e);
+	moments = weights ? ct_tensors_vector(w, "moments", 2 * n, e) : NULL;
+	if (!moments)
+		goto out;
+	memcpy(t->net.all, weights, n * sizeof *weights);
+	memcpy(t->moment, moments, 2 * n * sizeof *moments);
+	memcpy(t->mean, mean.all, n * sizeof *mean.all);
+	t->steps = (uint64_t)step;
+	rc = ct_dnn_refresh(t->dnn, t->env.par, e);
+out:
+	ct_arssr_free(&mean);
+	return rc;
+}

@@ -1,0 +1,61 @@
+/* arssr-train.h: training of ArSSR on volumes: the mean absolute error of random voxels of random
+ * cubes (arssr-piece.h), AdamW, and a running average of the weights, which is the result.
+ *
+ * Each cube of a step is one task, the same bytes with any number of threads. Draws are functions
+ * of (seed, number): the same after a stop.
+ */
+#ifndef CT_ARSSR_ARSSR_TRAIN_H
+#define CT_ARSSR_ARSSR_TRAIN_H
+#include "arssr/decoder.h"
+#include "arssr/encoder.h"
+#include "arssr/arssr-piece.h"
+
+struct ct_arssr_train_rule {
+	struct ct_arssr_piece_rule piece;
+	uint64_t steps;
+	size_t batch;                /* cubes a step */
+	double rate, decay, average; /* AdamW's; of the running mean */
+	bool cosine;                 /* the rate falls along a half cosine to the last step */
+};
+enum { CT_ARSSR_TRAIN_BATCH = 15 };
+
+struct ct_arssr_train {
+	struct ct_arssr_train_rule rule;
+	struct ct_env env;
+	const struct ct_vol *v;
+	size_t volumes;
+	struct ct_arssr net; /* in training */
+	float *mean, *moment, *grad;
+	uint64_t steps; /* that are done */
+	struct ct_dnn *dnn;
+	size_t sides;
+	struct ct_arssr_train_side *side; /* [sides] */
+	double *loss;                     /* of each cube */
+	struct ct_err *failed;
+};
+
+/* A network of the shape and window of *net, with random weights, on n volumes of HU, which must
+ * outlive it; each has ct_arssr_piece_least voxels or more along each axis. CT_EINPUT, CT_EFAIL,
+ * CT_ENOMEM. */
+int ct_arssr_train_alloc(struct ct_arssr_train **out, const struct ct_arssr *net,
+	const struct ct_arssr_train_rule *rule, const struct ct_vol *v, size_t n,
+	const struct ct_env *env, struct ct_err *e);
+void ct_arssr_train_free(struct ct_arssr_train *t);
+/* Bytes that it holds, without the volumes. */
+double ct_arssr_train_bytes(const struct ct_arssr_train *t);
+/* One step; *loss <- the mean. CT_ENUMERIC if it is not finite, CT_ESTOP before it changed
+ * anything. */
+int ct_arssr_train_step(struct ct_arssr_train *t, double *loss, struct ct_err *e);
+/* The mean loss of the average of the weights on `pieces` cubes of other volumes, always the same
+ * ones. Not while a step runs. */
+int ct_arssr_train_held(struct ct_arssr_train *t, const struct ct_vol *v, size_t n, size_t pieces,
+	double *loss, struct ct_err *e);
+/* Loss and gradient, grad as net.all, zero before, of one cube; threads of its own number each. */
+int ct_arssr_train_piece(struct ct_arssr_train *t, size_t side, const struct ct_arssr_piece *p,
+	double *loss, float *grad, struct ct_err *e);
+/* All that a training which goes on needs (free *w in any case), and back, into one of the same
+ * rule and volumes. CT_EINPUT if it is no state of such a training, CT_ENUMERIC. */
+int ct_arssr_train_save(const struct ct_arssr_train *t, struct ct_tensors *w, struct ct_err *e);
+int ct_arssr_train_restore(struct ct_arssr_train *t, const struct ct_tensors *w, struct ct_err *e);
+
+#endif

@@ -1,0 +1,125 @@
+/* decoder.c: see decoder.h. */
+#include "config.h"
+#include "arssr/decoder.h"
+#include "arssr/arssr-kernels.h"
+#include "core/mem.h"
+#include "core/vol.h"
+#include "unet/dnn.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { ROWS = CT_DECODER_ROWS, MIDDLE = 8, VALUES = 9 };
+
+int ct_decoder_alloc(struct ct_decoder *d, const struct ct_arssr *net, bool train, struct ct_err *e)
+{
+	const size_t in = net->shape.out + 3, width = net->shape.width;
+	const size_t wide = in > width ? in : width;
+	float *next;
+
+	d->net = net;
+	if (ct_alloc0(&next, ROWS * (3 * in + 6 * width + 1 + (train ? 3 * wide : 0)), sizeof *next,
+		    e))
+		return -1;
+	for (size_t i = 0; i < 10; i++) {
+		d->h[i] = next;
+		next += ROWS * (i == VALUES ? 1 : i % 4 ? width : in);
+	}
+	d->d[0] = next;
+	d->d[1] = d->d[0] + (train ? ROWS * wide : 0);
+	d->in = d->d[1] + (train ? ROWS * wide : 0);
+	return 0;
+}
+
+void ct_decoder_free(struct ct_decoder *d)
+{
+	free(d->h[0]);
+	memset(d->h, 0, sizeof d->h);
+}
+
+void ct_decoder_point(struct ct_decoder *d, size_t row, const struct ct_decoder_field *f,
+	const double p[static 3])
+{
+	const size_t c = d->net->shape.out;
+	float *to = d->h[0] + row * (c + 3);
+	size_t near[3][2];
+	float part[3][2];
+
+	for (int a = 0; a < 3; a++) {
+		const double below = floor(p[a]), share = p[a] - below;
+
+		for (int k = 0; k < 2; k++) {
+			const double v = below + k, lo = (double)f->lo[a];
+			const bool in = v >= lo && v < lo + (double)f->n[a];
+
+			near[a][k] = in ? (size_t)v - f->lo[a] : 0;
+			part[a][k] = in ? (float)(k ? share : 1 - share) : 0;
+		}
+		to[c + 2 - (size_t)a] = (float)(2 * ct_cell_centre(p[a]) / (double)f->whole[a] - 1);
+	}
+	for (size_t k = 0; k < 8; k++) {
+		const size_t i = k & 1, j = k >> 1 & 1, z = k >> 2;
+
+		d->at[row][k] = c * ((near[2][z] * f->n[1] + near[1][j]) * f->n[0] + near[0][i]);
+		d->w[row][k] = part[2][z] * part[1][j] * part[0][i];
+	}
+	CT_SIMD(ct_arssr_kernels_gather)(c, to, f->features, d->at[row], d->w[row]);
+}
+
+/* Where a layer puts what it makes. */
+static float *end_of(const struct ct_decoder *d, size_t i)
+{
+	return d->h[i == 3 ? MIDDLE : i == 7 ? VALUES : i + 1];
+}
+
+int ct_decoder_run(struct ct_decoder *d, size_t n, struct ct_err *e)
+{
+	const struct ct_arssr *a = d->net;
+	const size_t in = a->shape.out + 3;
+
+	for (size_t i = 0; i < CT_ARSSR_DECODER; i++) {
+		const struct ct_arssr_layer *l = &a->layer[ct_arssr_stage(a, i)];
+		float *y = end_of(d, i);
+
+		if (ct_dnn_sgemm(false, true, n, l->co, l->ci, 1, d->h[i], l->ci,
+			    a->all + l->weight, l->ci, 0, y, l->co, e))
+			return -1;
+		CT_SIMD(ct_arssr_kernels_relu)(n, l->co, y, a->all + l->bias);
+		if (i == 3) {
+			memcpy(d->h[4], y, n * in * sizeof *y);
+			CT_SIMD(ct_arssr_kernels_add)(n * in, d->h[4], d->h[0]);
+		}
+	}
+	return 0;
+}
+
+int ct_decoder_back(struct ct_decoder *d, size_t n, float *grad, float *features, const float *dy,
+	struct ct_err *e)
+{
+	const struct ct_arssr *a = d->net;
+	const size_t c = a->shape.out, in = c + 3;
+	float *now = d->d[0], *next = d->d[1];
+
+	memcpy(now, dy, n * sizeof *dy);
+	for (size_t i = CT_ARSSR_DECODER; i-- > 0;) {
+		const struct ct_arssr_layer *l = &a->layer[ct_arssr_stage(a, i)];
+		float *swap = now;
+
+		CT_SIMD(ct_arssr_kernels_mask)(n * l->co, now, end_of(d, i));
+		CT_SIMD(ct_arssr_kernels_sum)(n, l->co, grad + l->bias, now);
+		if (ct_dnn_sgemm(true, false, l->co, l->ci, n, 1, now, l->co, d->h[i], l->ci, 1,
+			    grad + l->weight, l->ci, e) ||
+			ct_dnn_sgemm(false, false, n, l->ci, l->co, 1, now, l->co,
+				a->all + l->weight, l->ci, 0, next, l->ci, e))
+			return -1;
+		if (i == 4)
+			memcpy(d->in, next, n * in * sizeof *next);
+		now = next;
+		next = swap;
+	}
+	CT_SIMD(ct_arssr_kernels_add)(n * in, d->in, now);
+	for (size_t i = 0; i < n; i++)
+		CT_SIMD(ct_arssr_kernels_scatter)(c, features, d->in + i * in, d->at[i], d->w[i]);
+	return 0;
+}

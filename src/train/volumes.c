@@ -1,0 +1,181 @@
+/* volumes.c: ct-train on volumes: the ArSSR of ct-upsample -m arssr. */
+#include "config.h"
+#include "core/mem.h"
+#include "formats/format.h"
+#include "formats/hash.h"
+#include "train/data.h"
+#include "train/train.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* CTs, as they were read, HU. */
+struct shelf {
+	struct ct_vol *v; /* owned, with what each holds */
+	size_t n, cap;
+};
+
+struct train_volumes_job {
+	const struct train_volumes_rule *p;
+	struct ct_env env;
+	struct shelf data, held;
+	struct ct_arssr_train *train;
+};
+
+static bool is_large(const struct train_volumes_job *j, const struct ct_vol *v)
+{
+	const size_t least = ct_arssr_piece_least(&j->p->train.piece);
+
+	return v->n[0] >= least && v->n[1] >= least && v->n[2] >= least;
+}
+
+/* Adds a file, unless it is too small, and what it holds to the hash. */
+static int add(struct train_volumes_job *j, struct shelf *s, const char *path, struct ct_hash *hash,
+	struct ct_err *e)
+{
+	struct ct_vol v = {0};
+	const char *input;
+
+	if (ct_grow(&s->v, &s->cap, s->n + 1, sizeof *s->v, e))
+		return -1;
+	if (ct_vol_read(path, &v, e) || ct_vol_check_finite(&v, e) ||
+		train_data_hu(&v, path, j->p->bytes, e)) {
+		ct_vol_free(&v);
+		return -1;
+	}
+	input = ct_meta_get(&v.meta, CT_META_INPUT);
+	CT_SIMD(ct_hash_add)(hash, input, strlen(input));
+	if (is_large(j, &v))
+		s->v[s->n++] = v;
+	else {
+		ct_log(&j->env, CT_INFO, "%s: too small for a cube, left out", path);
+		ct_vol_free(&v);
+	}
+	return 0;
+}
+
+static int read_from(struct train_volumes_job *j, struct shelf *s, const char *path,
+	struct ct_meta *meta, struct ct_err *e)
+{
+	struct train_names names = {0};
+	struct ct_hash *hash = NULL;
+	int rc = -1;
+
+	if (train_data_names(&names, path, e) || ct_hash_alloc(&hash, e))
+		goto out;
+	for (size_t i = 0; i < names.n; i++) {
+		ct_progress(&j->env, "volumes", i, names.n);
+		if (add(j, s, names.path[i], hash, e))
+			goto out;
+	}
+	rc = ct_hash_input(hash, meta, path, e);
+out:
+	free(hash);
+	train_names_free(&names);
+	return rc;
+}
+
+static int read_data(struct train_volumes_job *j, struct train_data *data, struct ct_err *e)
+{
+	const struct train_files *d = &j->p->files;
+
+	for (size_t i = 0; i < d->n; i++)
+		if (read_from(j, &j->data, d->v[i], &data->input[i], e))
+			return -1;
+	if (d->validate && read_from(j, &j->held, d->validate, &data->held, e))
+		return -1;
+	if (j->data.n == 0 || (d->validate && j->held.n == 0))
+		return ct_fail(e, CT_EGEOM, "%s: no volume has %zu voxels along each axis",
+			j->data.n ? d->validate : d->v[0],
+			ct_arssr_piece_least(&j->p->train.piece));
+	return 0;
+}
+
+static int step(void *it, double *loss, struct ct_err *e)
+{
+	return ct_arssr_train_step(((struct train_volumes_job *)it)->train, loss, e);
+}
+
+static int held(void *it, double *loss, struct ct_err *e)
+{
+	struct train_volumes_job *j = it;
+
+	return ct_arssr_train_held(j->train, j->held.v, j->held.n, j->p->pieces, loss, e);
+}
+
+static int save(struct ct_tensors *w, const void *it, struct ct_err *e)
+{
+	return ct_arssr_train_save(((const struct train_volumes_job *)it)->train, w, e);
+}
+
+static int restore(void *it, const struct ct_tensors *w, struct ct_err *e)
+{
+	return ct_arssr_train_restore(((struct train_volumes_job *)it)->train, w, e);
+}
+
+static int result(const void *it, struct ct_tensors *w, struct ct_err *e)
+{
+	const struct ct_arssr_train *t = ((const struct train_volumes_job *)it)->train;
+
+	return ct_arssr_put(&t->net, t->mean, w, e) || ct_meta_setf(&w->meta, e, CT_META_STEP,
+							       "%llu", (unsigned long long)t->steps)
+		       ? -1
+		       : 0;
+}
+
+static int cost(const void *it, double seconds, struct ct_cost *c, struct ct_err *e)
+{
+	const struct train_volumes_job *j = it;
+	const double n = (double)j->train->net.n;
+
+	(void)e;
+	for (size_t i = 0; i < j->data.n; i++)
+		c->memory += 4.0 * (double)ct_vol_count(&j->data.v[i]);
+	c->memory += ct_arssr_train_bytes(j->train);
+	c->disk = n * (j->p->half ? 2 : 4);
+	c->state = n * 16;
+	snprintf(c->work, sizeof c->work, "%llu steps of %.2g s on %zu volumes, %.0f parameters",
+		(unsigned long long)j->p->train.steps, seconds, j->data.n, n);
+	return 0;
+}
+
+static void shelf_free(struct shelf *s)
+{
+	for (size_t i = 0; i < s->n; i++)
+		ct_vol_free(&s->v[i]);
+	free(s->v);
+}
+
+static void done(void *it)
+{
+	struct train_volumes_job *j = it;
+
+	ct_arssr_train_free(j->train);
+	shelf_free(&j->data);
+	shelf_free(&j->held);
+	free(j);
+}
+
+int train_volumes(struct train_subject *s, struct train_data *data,
+	const struct train_volumes_rule *p, const struct ct_env *env, struct ct_err *e)
+{
+	struct train_volumes_job *j;
+
+	if (ct_alloc0(&j, 1, sizeof *j, e))
+		return -1;
+	j->p = p;
+	j->env = *env;
+	*s = (struct train_subject){.it = j,
+		.step = step,
+		.held = p->files.validate ? held : NULL,
+		.save = save,
+		.restore = restore,
+		.result = result,
+		.cost = cost,
+		.free = done};
+	return read_data(j, data, e) || ct_arssr_train_alloc(&j->train, &p->network, &p->train,
+						j->data.v, j->data.n, &j->env, e)
+		       ? -1
+		       : 0;
+}

@@ -1,0 +1,63 @@
+#!/bin/sh
+# ct-train --kind volumes and ct-upsample -m arssr: resumed, threads: the same bytes; refines; what is refused; and
+# PyTorch has the same values and gradients.
+. "$srcdir/tests/tap.sh"
+mkdir scans
+for k in 1 2; do ct-phantom -q -s $k --size 44x42x46 ellipsoids scans/$k.nii; done
+ct-phantom -q -s 5 --size 40x44x42 ellipsoids truth.nii
+ct-degrade -q -x 3 -p P1 truth.nii lo.nii
+# shellcheck disable=SC2086
+{
+small='-k volumes -a features=6,blocks=2,layers=2,growth=5,out=8,width=16 -p 6 --expert=batch=3,lr=2e-3'
+exits 0 'trains three steps' ct-train $small -n 3 a.safetensors scans
+ct-train -q $small -n 1 -t 3 b.safetensors scans && ct-train -q $small -n 3 -t 2 --resume b.safetensors scans
+cmp a.safetensors.state b.safetensors.state; ok $? 'stopped, resumed, other threads: the same bytes'
+ct-train -q $small -n 3 -t 1 c.safetensors scans; cmp a.safetensors.state c.safetensors.state; ok $? 'one thread: the same bytes'
+for o in '-p 7' --expert=batch=2 --expert=lr=1e-3 --expert=ema=0.1 --expert=decay=10 --expert=cosine=yes --expert=window=-900:900 '-s 7' '-a blocks=1'; do
+	ct-train -q -f $small $o -n 3 o.safetensors scans && ! cmp -s a.safetensors.state o.safetensors.state; ok $? "$o is something else"
+done
+exits 0 'on other data, the best is kept' ct-train $small -f -n 60 --validate truth.nii --patience 3 \
+	--expert=validate-every=10,validate-pieces=4,log-every=20 p.safetensors scans
+awk '/step 20: loss/{a=$5} /step 60: loss/{b=$5} END{exit !(b+0 < 0.8*(a+0) && b+0 > 0)}' err; ok $? 'the loss falls'
+has err 'the best, held-out loss' 'and so it says'
+ct-train -q $small -f -n 3 --half half.safetensors scans; exits 0 'half precision' ct-upsample -q -m arssr -p half.safetensors lo.nii x.nii
+exits 0 'an estimate' ct-train $small --dry-run z.safetensors scans; has out '2 volumes, [0-9]* parameters' 'with the size of the work'
+exits 3 'another network cannot resume' ct-train $small -a features=7 -n 4 --resume a.safetensors scans
+exits 2 'a word that there is not' ct-train $small -a colour=3 z.safetensors scans; has err '--arch: there is no "colour"$' 'is named'
+exits 2 'no blocks' ct-train $small -a blocks=0 z.safetensors scans; has err 'blocks=0: expected a number from 1 to 64$' 'is named'
+exits 3 'a cube of three voxels' ct-train $small -p 3 z.safetensors scans
+exits 5 'volumes smaller than a cube' ct-train $small -p 12 z.safetensors scans; has err '^ct-train: scans: no volume has 48 voxels along each axis$' 'are too small'
+exits 6 'a training that diverges' ct-train -q $small --expert=lr=1,decay=10 -n 500 z.safetensors scans
+[ ! -e z.safetensors ]; ok $? 'no output of a failed run'
+exits 2 'what is of other kinds' ct-train $small -x 3 z.safetensors scans
+}
+
+exits 0 'refines' ct-upsample -v -m arssr -p p.safetensors lo.nii hi.nii
+has err 'arssr' 'and says how'
+ct-upsample -q -m cubic lo.nii cubic.nii
+ct-metrics hi.nii cubic.nii >out 2>err; ok $? 'on the grid of the other methods'
+CT_THREADS=1 ct-upsample -q -f -m arssr -p p.safetensors lo.nii one.nii
+mkdir three; (cd three && CT_THREADS=3 ct-upsample -q -f -m arssr -p ../p.safetensors ../lo.nii one.nii)
+ct-metrics --json one.nii three/one.nii | grep -q '"max-hu": 0[,.]'; ok $? 'any number of threads: the same values'
+exits 0 'a factor that is not whole' ct-upsample -q -m arssr -x 1.7,2.3,3 -p p.safetensors scans/1.nii --dry-run x.nii
+has out 'arssr of' 'is estimated'
+exits 2 'no prior' ct-upsample -m arssr lo.nii z.nii; has err '-m arssr: needs --prior' 'is said'
+exits 2 'nothing to start from' ct-upsample -m arssr -p p.safetensors --start cubic.nii lo.nii z.nii
+printf x >text; exits 3 'not a prior' ct-upsample -m arssr -p text lo.nii z.nii
+if [ -r "$srcdir/src/prior/slices.safetensors" ]; then
+	exits 3 'a prior of another kind' ct-upsample -m arssr -p "$srcdir/src/prior/slices.safetensors" lo.nii z.nii
+	has err 'slices.safetensors: is no prior of volumes' 'is named'
+fi
+exits 3 'nor does the other method take it' ct-upsample -m prior -p p.safetensors lo.nii z.nii
+exits 7 'little memory' ct-upsample -m arssr -p p.safetensors --memory 26M lo.nii z.nii
+
+if python_with torch; then
+	"$builddir/tests/t-arssr" small.safetensors published.safetensors
+	for f in small published; do
+		"$PY" "$srcdir/tests/arssr-torch.py" $f.safetensors 1e-5 1e-4 >out; ok $? "PyTorch: values and gradients, the $f network"
+		sed 's/^/# /' out
+	done
+else
+	skip 'PyTorch: values and gradients' 'no PyTorch'
+fi
+done_testing
