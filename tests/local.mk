@@ -318,5 +318,5 @@ tests_t_ctsr_LDADD = libctsr.a $(CT_LIBS)
 dist_check_SCRIPTS += tests/t-library.sh
 check_PROGRAMS += tests/t-arssr
 tests_t_arssr_SOURCES = tests/t-arssr.c tests/numbers.h
-dist_check_SCRIPTS += tests/t-arssr.sh
+dist_check_SCRIPTS += tests/t-ct-arssr.sh
 EXTRA_DIST += tests/arssr-torch.py
