@@ -87,7 +87,7 @@ bin_PROGRAMS += ct-report
 ct_report_SOURCES = src/tools/ct-report.c $(PAGE_SOURCES)
 # The shipped priors; their copies beside the programs serve a build folder.
 pkgdata_DATA += src/prior/prior.safetensors src/prior/slices.safetensors
-EXTRA_DIST += src/prior/prior.safetensors src/prior/slices.safetensors \
+EXTRA_DIST += src/prior/prior.safetensors src/prior/slices.safetensors src/prior/arssr.safetensors \
 	src/prior/make-prior.sh src/prior/make-superres.sh src/prior/make-slices.sh src/prior/README.md
 noinst_DATA += prior.safetensors slices.safetensors
 CLEANFILES += prior.safetensors slices.safetensors

@@ -326,5 +326,5 @@ dist_check_SCRIPTS += tests/t-field-torch.sh
 EXTRA_DIST += tests/field-torch.py
 check_PROGRAMS += tests/t-arssr
 tests_t_arssr_SOURCES = tests/t-arssr.c tests/numbers.h
-dist_check_SCRIPTS += tests/t-arssr.sh
+dist_check_SCRIPTS += tests/t-ct-arssr.sh
 EXTRA_DIST += tests/arssr-torch.py

@@ -75,7 +75,7 @@ int ct_arssr_volume_plan(struct ct_arssr_volume *v, double most, size_t threads,
 			return ct_fail(e, CT_ENOMEM,
 				"the features of the smallest tile take %.0f MiB of memory, and %.0f "
 				"MiB are there",
-				ceil(v->bytes / 0x1p20), floor(most / 0x1p20));
+				ceil(v->bytes / 0x1p20), fmax(floor(most / 0x1p20), 0));
 		v->tiles[axis]++;
 	}
 }
