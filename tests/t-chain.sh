@@ -105,7 +105,7 @@ kill -KILL $pid; wait $pid 2>/dev/null
 exits 0 'killed: nothing works in its folder any more' \
 	timeout 120 ct-sr -x 4 $few --keep g marks.nii g.nii
 # Wherever the signals meet it, the result is that of a run which none met.
-set -- ct-sr -v -x 4 --paper --expert views=8,iterations=1500,gaussians=200
+set -- ct-sr -v -x 4 --paper --expert views=8,iterations=300,gaussians=200
 for sig in INT KILL TERM; do
 	rm -f err1; setsid "$@" --keep r marks.nii r.nii 2>err1 & pid=$!
 	fits $pid

@@ -30,7 +30,7 @@ int ct_draw_alloc(struct ct_draw *w, const struct ct_sampler *s, const float *y,
 	w->cz = w->c0 + w->m;
 	w->ce = w->cz + w->m;
 	w->t = w->ce + w->m;
-	for (size_t c = 0; y && c < s->channels; c++)
+	for (size_t c = 0; c < s->channels; c++)
 		ct_measurement_data(op, w->data + c * w->m, y + c * w->m, w->t);
 	return 0;
 }
@@ -146,7 +146,7 @@ int ct_sampler_draw(
 	struct ct_draw w = {0};
 	int rc;
 
-	assert(s->how.rule < CT_SAMPLER_ONCE && (y || s->how.rule != CT_SAMPLER_BIRD));
+	assert(s->how.rule < CT_SAMPLER_ONCE);
 	rc = ct_draw_alloc(&w, s, y, e);
 	if (rc == 0) {
 		s->normals(s->normals_ctx, 0, w.all, w.z);

@@ -96,7 +96,7 @@ struct ct_sampler {
 struct ct_sampler_how ct_sampler_default(enum ct_sampler_rule rule);
 /* Network calls of a chain as published: 50, GDP 1000, BIRD 10; 0 of NONE. */
 size_t ct_sampler_steps(enum ct_sampler_rule rule);
-/* x (channels, s h, s w) from y (channels, h, w; NULL is 0, but not of BIRD). The chain begins at
+/* x (channels, s h, s w) from y (channels, h, w). The chain begins at
  * timestep t[0] with pure noise, or, if init is not NULL, with init (as x) noised to that level. x
  * is not clipped. CT_ENUMERIC naming the timestep if the network gives a value that is not finite,
  * CT_ENOMEM, or what the callbacks return. Reentrant if they are. Not of ONCE
