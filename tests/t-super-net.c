@@ -63,7 +63,7 @@ static void test_arch(const char *net, size_t factor)
 	ct_meta_free(&w.meta);
 	must(ct_unet_arch_of(&b, &w, &err));
 	OK(memcmp(&a, &b, sizeof a) == 0, "%s, factor %zu: and so do the tensors", net, factor);
-	w.t[0].dim[0]++;
+	w.t[0].dim[0]--;
 	OK(ct_unet_alloc(&n, &w, &err), "%s: a shape that does not fit: %s", net, err.msg);
 	ct_tensors_free(&w);
 	ct_unet_free(n);
