@@ -89,6 +89,8 @@ ct_report_SOURCES = src/tools/ct-report.c $(PAGE_SOURCES)
 pkgdata_DATA += src/prior/prior.safetensors src/prior/slices.safetensors
 EXTRA_DIST += src/prior/prior.safetensors src/prior/slices.safetensors src/prior/arssr.safetensors \
 	src/prior/make-prior.sh src/prior/make-superres.sh src/prior/make-slices.sh src/prior/README.md
+# Small networks of super-resolution, which are not installed.
+EXTRA_DIST += src/prior/rdn-4.safetensors src/prior/omni-4.safetensors src/prior/rdn-8.safetensors src/prior/omni-8.safetensors
 noinst_DATA += prior.safetensors slices.safetensors
 CLEANFILES += prior.safetensors slices.safetensors
 prior.safetensors: src/prior/prior.safetensors

@@ -63,7 +63,12 @@ static void test_arch(const char *net, size_t factor)
 	ct_meta_free(&w.meta);
 	must(ct_unet_arch_of(&b, &w, &err));
 	OK(memcmp(&a, &b, sizeof a) == 0, "%s, factor %zu: and so do the tensors", net, factor);
-	w.t[0].dim[0]++;
+	must(ct_meta_set(&w.meta, "factor", "9", &err));
+	OK(ct_unet_arch_of(&b, &w, &err) && err.code == CT_EINPUT, "%s: %s", net, err.msg);
+	must(ct_meta_set(&w.meta, "net", "unet", &err));
+	OK(ct_unet_arch_of(&b, &w, &err) && err.code == CT_EINPUT, "%s: %s", net, err.msg);
+	ct_meta_free(&w.meta);
+	w.t[0].dim[0]--;
 	OK(ct_unet_alloc(&n, &w, &err), "%s: a shape that does not fit: %s", net, err.msg);
 	ct_tensors_free(&w);
 	ct_unet_free(n);

@@ -38,6 +38,9 @@ exits 0 'the loss falls' ct-train $opts --arch $rdn -n 60 --expert log-every=20,
 awk '/step 20: loss/{a=$5} /step 60: loss/{b=$5} /step 60: held/{c=$6} END{exit !(b+0 < 0.8*(a+0) && c+0 > 0 && c+0 < a+0)}' err
 ok $? 'by a fifth'
 if python_with torch; then
+	exits 0 'a checkpoint of PyTorch' ct-ddnm -q --prior rdn-small.pt --arch net=rdn,factor=6 hr.exr pt.exr
+	exits 3 'of another factor' ct-ddnm -q --prior rdn-small.pt --arch net=rdn,factor=3 hr.exr pt3.exr
+	has err 'factor is 3, the tensors are of another' 'and says so'
 	cp "$srcdir/tests/exr.py" .
 	PYTHONPATH=. "$PY" "$twin" stack rdn 1 2 6 8 3 >same && PYTHONPATH=. "$PY" "$twin" stack omni 1 1 8 2 4 3 >>same
 	[ "$(grep -c ^good same)" = 2 ]; ok $? 'what PyTorch makes of a stack'

@@ -430,13 +430,38 @@ static bool is_whole(const struct ct_meta *meta)
 	return true;
 }
 
+/* What metadata state is what the tensors are. */
+static int agrees(const struct ct_unet_arch *a, const struct ct_meta *meta, struct ct_err *e)
+{
+	const char *net = ct_meta_get(meta, CT_META_NET);
+
+	if (net && strcmp(net, CT_WORD(CT_NET_LIST, a->net)) != 0)
+		return ct_fail(e, CT_EINPUT, "architecture: net is \"%.100s\", the tensors are %s",
+			net, CT_WORD(CT_NET_LIST, a->net));
+	for (size_t i = 0; i < KEYS; i++) {
+		const char *value = ct_meta_get(meta, keys[i].name);
+		struct ct_unet_arch b = *a;
+
+		if (!value || !has(a->net, &keys[i]))
+			continue;
+		if (ct_unet_arch_set(&b, keys[i].name, value, e))
+			return -1;
+		if (memcmp((const char *)a + keys[i].at, (const char *)&b + keys[i].at,
+			    sizeof(size_t)) != 0)
+			return ct_fail(e, CT_EINPUT,
+				"architecture: %s is %.100s, the tensors are of another",
+				keys[i].name, value);
+	}
+	return ct_unet_arch_check(a, e);
+}
+
 int ct_unet_arch_of(struct ct_unet_arch *a, const struct ct_tensors *w, struct ct_err *e)
 {
 	if (is_whole(&w->meta))
 		return ct_unet_arch_from_meta(a, &w->meta, e);
 	*a = (struct ct_unet_arch){0};
 	if (ct_rdn_of(a, w) || ct_omni_of(a, w))
-		return ct_unet_arch_check(a, e);
+		return agrees(a, &w->meta, e);
 	if (from_tensors(a, w, e))
 		return -1;
 	for (size_t i = 0; i < w->meta.n; i++)

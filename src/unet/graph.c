@@ -229,12 +229,13 @@ int ct_graph_build(
 	/* one entry, num_res_blocks a level and the changes between levels: within these bounds */
 	size_t stack[1 + CT_UNET_LEVELS * 17] = {0}, depth = 0, x, c;
 	struct ct_build b = {.g = g, .arch = a, .e = e};
-	const size_t unit = (size_t)1 << (a->levels - 1);
+	size_t unit;
 
 	if (ct_unet_arch_check(a, e))
 		return -1;
 	if (a->net != CT_NET_UNET)
 		return superres(g, a, h, w, e);
+	unit = ct_unet_arch_multiple(a);
 	if (h == 0 || w == 0 || h % unit || w % unit)
 		return ct_fail(e, CT_EGEOM,
 			"the network halves its image %zu times: %zu x %zu is not a multiple of "
