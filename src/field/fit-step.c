@@ -252,8 +252,9 @@ static void adam(void *arg, size_t i, size_t worker)
 
 	(void)worker;
 	a.lr = j->rate;
-	ct_adamw_step(&a, j->f->step + 1, count, ct_field_weights(in->field) + at, in->m + at,
-		in->v + at, in->grad + at);
+	CT_SIMD(ct_adamw_step)
+	(&a, j->f->step + 1, count, ct_field_weights(in->field) + at, in->m + at, in->v + at,
+		in->grad + at);
 }
 
 static void zero(struct ct_field_fit *f)
@@ -287,7 +288,7 @@ int ct_field_fit_step(struct ct_field_fit *f, const struct ct_field_data *d, dou
 		struct ct_field_pass *in = &f->pass[p];
 		const size_t n = ct_field_step_net(in);
 
-		ct_adam_gradient(n, in->net, CT_FIELD_GROUPS, n, 1);
+		CT_SIMD(ct_adam_gradient)(n, in->net, CT_FIELD_GROUPS, n, 1);
 		memcpy(in->grad + ct_field_encoded(in->field), in->net, n * sizeof *in->net);
 	}
 	if (!isfinite(*loss)) {
