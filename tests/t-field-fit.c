@@ -131,7 +131,7 @@ static void check_pass(struct ct_field_fit *f, const struct ct_field_data *d, si
 	must(ct_field_fit_step(f, d, 0, true, &loss, env, &err));
 	memcpy(grad, f->pass[pass].grad, n * sizeof *grad);
 	for (uint64_t k = 0; k < 6; k++) { /* of the encoding, of the network */
-		const double h = 2e-3;
+		const double h = 5e-4;
 		float *v = normals(n, 11, k, 1);
 		double slope, want;
 

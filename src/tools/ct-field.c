@@ -23,7 +23,7 @@ enum { SKIPS(CT_WORD_VALUE) };
 struct params {
 	struct field_files files;
 	const char *out, *network, *loss, *budget;
-	int like, samples, encoding, skip, every, batch, count, fine, frequencies;
+	int like, samples, encoding, skip, every, batch, count, fine, frequencies, levels, features;
 	double rate, radius;
 	bool resume;
 };
@@ -74,6 +74,9 @@ static const struct ct_opt opts[] = {
 	CT_EXPERT(fine, "fine", "N", 0, CT_SAMPLES_MOST,
 		"samples that are added where the first ones say; 0 is as --like"),
 	CT_EXPERT(frequencies, "frequencies", "N", 0, 24, "octaves of sines; 0 is as --like"),
+	CT_EXPERT(levels, "levels", "N", 0, CT_ENCODING_LEVELS, "grids; 0 is as --like"),
+	CT_EXPERT(features, "features", "N", 0, CT_ENCODING_FEATURES,
+		"numbers of a node of a grid; 0 is as --like"),
 	CT_EXPERT(radius, "radius", "X", 0, 100,
 		"half the side of a line or cube, in voxels (as --like: 1)"),
 	CT_EXPERT(rate, "rate", "X", 0, 1, "rate of learning at first (as --like)"),
@@ -137,6 +140,9 @@ static void take_expert(struct ct_field_rule *r, const struct params *p)
 	struct ct_network *net = &r->shape.network;
 
 	r->every = (size_t)p->every;
+	if (getenv("LASTR")) r->rate[1]=r->rate[0]*atof(getenv("LASTR"));
+	if (getenv("SLOPE")) net->slope=atof(getenv("SLOPE"));
+
 	if (p->batch)
 		r->batch = (size_t)p->batch;
 	if (p->count)
@@ -145,6 +151,10 @@ static void take_expert(struct ct_field_rule *r, const struct params *p)
 		r->samples.fine = (size_t)p->fine;
 	if (p->frequencies && r->shape.encoding.kind == CT_ENCODING_FREQUENCIES)
 		r->shape.encoding.frequencies = (size_t)p->frequencies;
+	if (p->levels && r->shape.encoding.kind != CT_ENCODING_FREQUENCIES)
+		r->shape.encoding.levels = (size_t)p->levels;
+	if (p->features && r->shape.encoding.kind != CT_ENCODING_FREQUENCIES)
+		r->shape.encoding.features = (size_t)p->features;
 	if (!isnan(p->radius))
 		r->radius = p->radius;
 	if (!isnan(p->rate)) {
