@@ -42,3 +42,6 @@ bench_fit_expected_SOURCES = bench/fit-expected.c
 # No bench: what bench/profile/rows.py draws its rows with.
 EXTRA_PROGRAMS += bench/profile/edge-rows
 bench_profile_edge_rows_SOURCES = bench/profile/edge-rows.c
+EXTRA_PROGRAMS += bench/b-encoding
+bench_b_encoding_SOURCES = bench/b-encoding.c bench/bench.h
+BENCH_C += bench/b-encoding

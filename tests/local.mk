@@ -319,3 +319,5 @@ check_PROGRAMS += tests/t-ctsr
 tests_t_ctsr_SOURCES = tests/t-ctsr.c
 tests_t_ctsr_LDADD = libctsr.a $(CT_LIBS)
 dist_check_SCRIPTS += tests/t-library.sh
+check_PROGRAMS += tests/t-field-network
+tests_t_field_network_SOURCES = tests/t-field-network.c tests/field-plain.h

@@ -145,6 +145,16 @@ CT_INLINE ct_i32 ct_i32_round(ct_f32 x)
 #endif
 }
 
+/* Towards 0, for |x| < 2^31. */
+CT_INLINE ct_i32 ct_i32_trunc(ct_f32 x)
+{
+#if defined(__x86_64__)
+	return (ct_i32)CT_VEC_OP(cvttps_epi32)(x);
+#else
+	return __builtin_convertvector(x, ct_i32);
+#endif
+}
+
 /* Whole numbers as they are, of fewer than 25 bits. */
 CT_INLINE ct_f32 ct_f32_from(ct_i32 v)
 {

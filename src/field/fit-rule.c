@@ -47,6 +47,17 @@ void ct_field_rule_samples(struct ct_field_rule *r, enum ct_samples_kind kind)
 	r->tv = kind == CT_SAMPLES_PROFILE ? 1e-3 : 0;
 }
 
+void ct_field_rule_levels(struct ct_field_rule *r, size_t side)
+{
+	struct ct_encoding *c = &r->shape.encoding;
+	double grid = (double)c->base;
+
+	if (c->kind != CT_ENCODING_GRID)
+		return;
+	for (c->levels = 1; grid * c->growth <= (double)side; c->levels++)
+		grid *= c->growth;
+}
+
 static void coordinates(struct ct_field_rule *r, enum ct_samples_kind kind, size_t frequencies)
 {
 	r->shape.encoding =

@@ -1,5 +1,12 @@
 # Neural fields, for comparison: encodings, networks, samples, their fit.
-libct_a_SOURCES += src/field/attention.h src/field/network.h src/field/field.h src/field/encoding.h
+libct_a_SOURCES += src/field/encoding.c src/field/encoding.h
+SIMD_SOURCES += src/field/encoding-level.c src/field/encoding-level.h
+libct_a_SOURCES += src/field/dense.c src/field/dense.h
+SIMD_SOURCES += src/field/dense-kernels.c src/field/dense-kernels.h
+libct_a_SOURCES += src/field/attention.c src/field/attention.h
+SIMD_SOURCES += src/field/attention-kernels.c src/field/attention-kernels.h
+libct_a_SOURCES += src/field/network.c src/field/network.h
+libct_a_SOURCES += src/field/field.c src/field/field-tensors.c src/field/field.h src/field/field-impl.h
 # Their fit: which points a measurement has, how they become a value, and the steps.
 libct_a_SOURCES += src/field/samples.c src/field/samples.h src/field/render.c src/field/render.h
 libct_a_SOURCES += src/field/block.c src/field/block.h

@@ -18,6 +18,7 @@
 #include "core/words.h"
 #include "field/attention.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -41,5 +42,33 @@ size_t ct_network_count(const struct ct_network *s, size_t in);
  * position bias 0. */
 void ct_network_init(
 	const struct ct_network *s, size_t in, float *weights, uint64_t seed, uint64_t stream);
+
+/* A part of the weights: "hidden.0.weight", "output.bias", "attention." and the words of
+ * CT_ATTENTION_LIST. */
+struct ct_network_part {
+	char name[48];
+	size_t rank, dim[3], offset, count;
+	double first; /* a weight begins as this, or within +- that */
+	bool drawn;
+};
+/* Part i; false beyond the last, of which offset is then the end. */
+bool ct_network_part(const struct ct_network *s, size_t in, size_t i, struct ct_network_part *p);
+
+/* On columns of feature-major codes (dense.h). `kept` holds the code in its first in * ld floats,
+ * and what a forward keeps: ct_network_kept floats; scratch is for back. */
+struct ct_network_call {
+	const struct ct_network *shape;
+	size_t in, cols, ld;
+	const float *weights;
+	float *kept, *scratch;
+};
+size_t ct_network_kept(const struct ct_network *s, size_t in, size_t ld);
+size_t ct_network_scratch(const struct ct_network *s, size_t ld);
+/* *y = rows [outputs][ld], among what is kept. CT_EFAIL of oneDNN. */
+int ct_network_forward(const struct ct_network_call *c, float **y, struct ct_err *e);
+/* After that forward: grad (of all weights) += theirs, dcode[in][ld] = d loss / d code (NULL: not),
+ * from dy[outputs][ld], which is written over, and is 0 in columns that do not count. */
+int ct_network_back(
+	const struct ct_network_call *c, float *dy, float *dcode, float *grad, struct ct_err *e);
 
 #endif

@@ -135,13 +135,11 @@ static int take_budget(struct ct_field_rule *r, const char *budget, struct ct_er
 	return 0;
 }
 
-static void take_expert(struct ct_field_rule *r, const struct params *p)
+static void take_expert(struct ct_field_rule *r, const struct params *p, size_t side)
 {
 	struct ct_network *net = &r->shape.network;
 
 	r->every = (size_t)p->every;
-	if (getenv("LASTR")) r->rate[1]=r->rate[0]*atof(getenv("LASTR"));
-	if (getenv("SLOPE")) net->slope=atof(getenv("SLOPE"));
 
 	if (p->batch)
 		r->batch = (size_t)p->batch;
@@ -151,7 +149,9 @@ static void take_expert(struct ct_field_rule *r, const struct params *p)
 		r->samples.fine = (size_t)p->fine;
 	if (p->frequencies && r->shape.encoding.kind == CT_ENCODING_FREQUENCIES)
 		r->shape.encoding.frequencies = (size_t)p->frequencies;
-	if (p->levels && r->shape.encoding.kind != CT_ENCODING_FREQUENCIES)
+	if (p->levels == 0)
+		ct_field_rule_levels(r, side);
+	else if (r->shape.encoding.kind != CT_ENCODING_FREQUENCIES)
 		r->shape.encoding.levels = (size_t)p->levels;
 	if (p->features && r->shape.encoding.kind != CT_ENCODING_FREQUENCIES)
 		r->shape.encoding.features = (size_t)p->features;
@@ -165,13 +165,27 @@ static void take_expert(struct ct_field_rule *r, const struct params *p)
 		net->depth--;
 }
 
+/* Voxels across what is fitted: of the scan, or of the grid that its operator begins from. */
+static size_t side_of(const struct field_job *j)
+{
+	const bool fine = j->rule.samples.kind == CT_SAMPLES_PROFILE ||
+			  j->rule.samples.kind == CT_SAMPLES_RAYS;
+	const size_t *n = fine ? j->in.fine.n : j->in.lr.n;
+	size_t most = n[0];
+
+	for (int a = 1; a < 3; a++)
+		most = n[a] > most ? n[a] : most;
+	return most;
+}
+
 static int take_rule(struct field_job *j, bool stack, struct ct_err *e)
 {
 	const struct params *p = j->p;
 	struct ct_field_rule *r = &j->rule;
 	size_t net[2];
 
-	ct_field_rule_like(r, (enum ct_field_like)p->like, stack ? j->in.rays.views + !j->in.rays.views : 0);
+	ct_field_rule_like(
+		r, (enum ct_field_like)p->like, stack ? j->in.rays.views + !j->in.rays.views : 0);
 	if (p->samples)
 		ct_field_rule_samples(r, (enum ct_samples_kind)(p->samples - 1));
 	if (p->encoding)
@@ -183,7 +197,7 @@ static int take_rule(struct field_job *j, bool stack, struct ct_err *e)
 	}
 	if (take_loss(r, p->loss, e) || take_budget(r, p->budget, e))
 		return -1;
-	take_expert(r, p);
+	take_expert(r, p, side_of(j));
 	return ct_field_rule_check(r, e);
 }
 

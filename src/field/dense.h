@@ -1,0 +1,32 @@
+/* dense.h: linear layers of a neural field, forward and backward.
+ *
+ * Activations are feature-major: row f of `ld` floats holds feature f of all points; `cols` columns
+ * count, a multiple of CT_DENSE_LANES. Narrow layers run in kernels of their own, wide ones in
+ * oneDNN's sgemm (unet/dnn.h), on the calling thread between ct_dnn_enter and ct_dnn_leave. Which
+ * of both depends on the shape alone. CT_EFAIL of oneDNN. Thread-safe.
+ */
+#ifndef CT_FIELD_DENSE_H
+#define CT_FIELD_DENSE_H
+#include "core/err.h"
+#include "field/dense-kernels.h"
+
+/* A layer of W (out,in), rows of `stride` floats, and b (out), or NULL: on columns of activations.
+ */
+struct ct_dense {
+	size_t in, out, stride;
+	const float *w, *b;
+	size_t cols, ld;
+};
+
+/* y = a(W x + b), a(t) = t, or slope t where t is negative. */
+int ct_dense_forward(
+	const struct ct_dense *s, float *y, const float *x, float slope, struct ct_err *e);
+/* dx (+)= W^T d; times `slope` where `mask`, the activation that x is, is not positive (NULL:
+ * nowhere). */
+int ct_dense_back(const struct ct_dense *s, float *dx, const float *d, const float *mask,
+	float slope, bool add, struct ct_err *e);
+/* dw (rows of stride) += d x^T, db += the sum of d's columns (db NULL: not). */
+int ct_dense_gradient(const struct ct_dense *s, float *dw, float *db, const float *d,
+	const float *x, struct ct_err *e);
+
+#endif

@@ -1,0 +1,305 @@
+/* Neural fields: values and gradients against plain ones in double, bytes at the levels of the
+ * processor, tensors and back. */
+#include "config.h"
+#include "core/mem.h"
+#include "field-plain.h"
+#include "field/field.h"
+#include "numbers.h"
+
+#define HASH(l, f, t, b, g)                                                                        \
+	{                                                                                          \
+		.kind = CT_ENCODING_HASH, .levels = l, .features = f, .log2_table = t, .base = b,  \
+		.growth = g                                                                        \
+	}
+#define GRID(l, f, b, g)                                                                           \
+	{                                                                                          \
+		.kind = CT_ENCODING_GRID, .levels = l, .features = f, .base = b, .growth = g       \
+	}
+#define SINES(n)                                                                                   \
+	{                                                                                          \
+		.kind = CT_ENCODING_FREQUENCIES, .frequencies = n                                  \
+	}
+
+static const struct {
+	const char *name;
+	size_t points;
+	struct ct_field_shape s;
+} cases[] = {
+	{"hash, as NAF", 37, {HASH(4, 2, 6, 2, 2), {8, 3, 2, 1, 0.01, CT_NETWORK_SIGMOID, {0}}}},
+	{"hash of one feature", 20,
+		{HASH(3, 1, 4, 3, 1.7), {5, 2, 0, 1, 0, CT_NETWORK_LINEAR, {0}}}},
+	{"hash of three features", 20,
+		{HASH(2, 3, 5, 2, 3), {7, 2, 1, 2, 0.1, CT_NETWORK_SIGMOID, {0}}}},
+	{"grid", 33, {GRID(2, 2, 2, 2), {6, 1, 0, 2, 0.01, CT_NETWORK_LINEAR, {0}}}},
+	{"grid of four features", 16,
+		{GRID(2, 4, 2, 1.5), {9, 2, 1, 1, 0, CT_NETWORK_SIGMOID, {0}}}},
+	{"sines", 17, {SINES(4), {10, 2, 0, 1, 0, CT_NETWORK_LINEAR, {0}}}},
+	{"sines, two outputs", 64, {SINES(11), {12, 3, 2, 2, 0, CT_NETWORK_SIGMOID, {0}}}},
+	{"the position alone", 5, {SINES(0), {4, 5, 4, 1, 0.2, CT_NETWORK_SIGMOID, {0}}}},
+	{"a wide network", 37, {SINES(11), {72, 2, 1, 2, 0, CT_NETWORK_SIGMOID, {0}}}},
+	{"attention, as SAX-NeRF", 34,
+		{HASH(4, 2, 5, 2, 2), {8, 2, 1, 1, 0.01, CT_NETWORK_SIGMOID, {2, 2, 3}}}},
+	{"attention among three", 27,
+		{GRID(2, 2, 2, 2), {6, 3, 2, 2, 0.05, CT_NETWORK_SIGMOID, {3, 3, 2}}}},
+	{"attention behind one layer", 32,
+		{SINES(2), {6, 1, 0, 1, 0, CT_NETWORK_LINEAR, {4, 1, 4}}}},
+};
+enum { CASES = sizeof cases / sizeof *cases };
+
+/* A field, points of it with the corners of the box among them, and weights of its outputs. */
+struct trial {
+	const struct ct_field_shape *s;
+	struct ct_field *f;
+	struct ct_field_work *w;
+	size_t n, outputs, count, encoded, width;
+	float *x, *y, *dy, *grad, *dcode;
+};
+
+static void begin(struct trial *t, const struct ct_field_shape *s, size_t n)
+{
+	float *w;
+
+	*t = (struct trial){.s = s, .n = n, .outputs = s->network.outputs};
+	must(ct_field_alloc(&t->f, s, 7, &err) || ct_field_work_alloc(&t->w, t->f, n, &err));
+	t->count = ct_field_count(t->f);
+	t->encoded = ct_field_encoded(t->f);
+	t->width = ct_field_width(t->f);
+	must(ct_alloc0(&t->x, 3 * n, sizeof(float), &err) ||
+		ct_alloc0(&t->y, n * t->outputs, sizeof(float), &err) ||
+		ct_alloc0(&t->grad, t->count, sizeof(float), &err) ||
+		ct_alloc0(&t->dcode, n * t->width, sizeof(float), &err));
+	t->dy = normals(n * t->outputs, 3, 1, 1);
+	for (size_t i = 0; i < 3 * n; i++)
+		t->x[i] = i < 3   ? 0
+			  : i < 6 ? 1
+			  : i < 9 ? (float)(i % 2)
+				  : (float)ct_rng_uniform(3, 2, i);
+	w = ct_field_weights(t->f);
+	for (size_t i = 0; i < t->encoded; i++)
+		w[i] *= 5000;
+	/* norms and places that are not as they begin */
+	for (size_t i = t->encoded; s->network.attention.segment && i < t->count; i++)
+		w[i] += 0.1f * ct_rng_normal(3, 4, i);
+}
+
+static void end(struct trial *t)
+{
+	ct_field_free(t->f);
+	ct_field_work_free(t->w);
+	free(t->x);
+	free(t->y);
+	free(t->dy);
+	free(t->grad);
+	free(t->dcode);
+}
+
+/* y and grad. */
+static void run(struct trial *t)
+{
+	const struct ct_encoding *s = &t->s->encoding;
+
+	memset(t->grad, 0, t->count * sizeof *t->grad);
+	must(ct_field_forward(t->f, t->w, t->n, t->x, t->y, &err) ||
+		ct_field_backward(t->f, t->w, t->n, t->dy, t->grad + t->encoded,
+			t->encoded ? t->dcode : NULL, t->n, &err));
+	for (size_t l = 0; l < ct_encoding_levels(s); l++)
+		ct_encoding_back(
+			s, l, t->n, t->x, t->dcode, t->n, t->grad + ct_encoding_offset(s, l));
+}
+
+static double loss(const struct trial *t, const double *w, double *y)
+{
+	double sum = 0;
+
+	plain_field(t->s, w, t->n, t->x, y);
+	for (size_t i = 0; i < t->n * t->outputs; i++)
+		sum += y[i] * (double)t->dy[i];
+	return sum;
+}
+
+/* Values, and derivatives by central differences. */
+static void against_plain(struct trial *t, const char *name)
+{
+	const double h = 1e-6;
+	double *w = malloc(t->count * sizeof *w), *y = malloc(t->n * t->outputs * sizeof *y);
+	double worst = 0, most = 0, off[2] = {0}, size[2] = {0};
+
+	if (!w || !y)
+		exit(99);
+	for (size_t i = 0; i < t->count; i++)
+		w[i] = (double)ct_field_weights(t->f)[i];
+	plain_field(t->s, w, t->n, t->x, y);
+	for (size_t i = 0; i < t->n * t->outputs; i++) {
+		worst = fmax(worst, fabs(y[i] - (double)t->y[i]));
+		most = fmax(most, fabs(y[i]));
+	}
+	OK(worst <= 1e-5 * most, "%s: values, off by %.2g", name, worst / most);
+	/* of many weights some */
+	for (size_t i = 0; i < t->count; i += 1 + t->count / 1500) {
+		const int part = i >= t->encoded;
+		const double was = w[i];
+		double d;
+
+		w[i] = was + h;
+		d = loss(t, w, y);
+		w[i] = was - h;
+		d = (d - loss(t, w, y)) / (2 * h);
+		w[i] = was;
+		off[part] = fmax(off[part], fabs(d - (double)t->grad[i]));
+		size[part] = fmax(size[part], fabs(d));
+	}
+	OK(!t->encoded || (off[0] <= 1e-5 * size[0] && size[0] > 0),
+		"%s: gradient of the encoding, off by %.2g", name, off[0] / size[0]);
+	OK(off[1] <= 1e-5 * size[1], "%s: gradient of the network, off by %.2g", name,
+		off[1] / size[1]);
+	free(w);
+	free(y);
+}
+
+static float *copy(const float *x, size_t n)
+{
+	float *y = malloc(n * sizeof *y);
+
+	if (!y)
+		exit(99);
+	memcpy(y, x, n * sizeof *y);
+	return y;
+}
+
+/* The same bytes again, and at every level that has fused multiplications. */
+static void levels(struct trial *t, const char *name)
+{
+	const char *const level[] = {NULL, "v3", "v4", "v2"};
+	const bool wide = t->s->network.width > 64;
+	float *y = copy(t->y, t->n * t->outputs), *grad = copy(t->grad, t->count);
+
+	for (int i = 0; i < 4; i++) {
+		struct ct_err e;
+
+		if (ct_simd_use(level[i], &e))
+			continue;
+		run(t);
+		if (i < 3 && !(wide && i))
+			OK(!memcmp(y, t->y, t->n * t->outputs * sizeof *y) &&
+					!memcmp(grad, t->grad, t->count * sizeof *grad),
+				"%s: the same bytes, %s", name, level[i] ? level[i] : "again");
+		else
+			OK(apart(t->n * t->outputs, t->y, y) < 1e-5 &&
+					apart(t->count, t->grad, grad) < 1e-5,
+				"%s: nearly the same, %s", name, level[i]);
+	}
+	must(ct_simd_use(getenv("CTSR_CPU"), &err));
+	run(t);
+	free(y);
+	free(grad);
+}
+
+/* Points in two calls are what they are in one, and gradients add up. */
+static void pieces(struct trial *t, const char *name)
+{
+	const size_t segment = ct_field_segment(t->f), first = t->n / segment / 2 * segment;
+	float *y = copy(t->y, t->n * t->outputs), *grad = copy(t->grad, t->count);
+	const struct ct_encoding *s = &t->s->encoding;
+
+	memset(t->grad, 0, t->count * sizeof *t->grad);
+	for (size_t at = 0; at < t->n; at += at ? t->n : first) {
+		const size_t n = at ? t->n - first : first;
+
+		must(ct_field_forward(t->f, t->w, n, t->x + 3 * at, t->y + at * t->outputs, &err) ||
+			ct_field_backward(t->f, t->w, n, t->dy + at * t->outputs,
+				t->grad + t->encoded, t->dcode + at, t->n, &err));
+	}
+	for (size_t l = 0; l < ct_encoding_levels(s); l++)
+		ct_encoding_back(
+			s, l, t->n, t->x, t->dcode, t->n, t->grad + ct_encoding_offset(s, l));
+	OK(t->s->network.width > 64 ? apart(t->n * t->outputs, t->y, y) < 1e-6
+				    : !memcmp(y, t->y, t->n * t->outputs * sizeof *y),
+		"%s: a point is the same in another call", name);
+	OK(apart(t->count, t->grad, grad) < 1e-5, "%s: gradients add up", name);
+	free(y);
+	free(grad);
+}
+
+static void tensors(struct trial *t, const char *name)
+{
+	struct ct_tensors w = {0};
+	struct ct_field *f;
+	struct ct_err e;
+
+	must(ct_field_put(t->f, &w, &err) || ct_field_get(&f, &w, &err));
+	OK(!memcmp(ct_field_shape(f), t->s, sizeof *t->s) && ct_field_count(f) == t->count &&
+			!memcmp(ct_field_weights(f), ct_field_weights(t->f),
+				t->count * sizeof(float)),
+		"%s: to tensors and back", name);
+	ct_field_free(f);
+	w.t[w.n - 1].data[0] = NAN;
+	OK(ct_field_get(&f, &w, &e) && e.code == CT_ENUMERIC && !f, "%s: NaN is refused", name);
+	must(ct_meta_set(&w.meta, CT_META_FIELD_NETWORK, "8,3,1,1,2", &err));
+	OK(ct_field_get(&f, &w, &e) && e.code == CT_EINPUT && !f, "%s: so is slope 2", name);
+	ct_tensors_free(&w);
+}
+
+/* Node 0 of an axis counts half at 0; at 1 the last two count half each. */
+static void borders(void)
+{
+	const struct ct_encoding s = GRID(1, 1, 4, 2);
+	float w[125] = {0}, code[4];
+	const float x[12] = {0, 0, 0, 1, 1, 1, -3, NAN, 0.5f / 3, 2, 0.5f, 0.5f};
+
+	w[0] = 8;
+	w[124] = 16;
+	w[25] = 4; /* (0,0,1) */
+	w[4 + 5 * 2 + 25 * 2] = 32;
+	ct_encoding_forward(&s, w, 4, x, code, 4);
+	NEAR((double)code[0], 1.5, 0, "the corner 0");
+	NEAR((double)code[1], 2, 0, "the corner 1");
+	NEAR((double)code[2], 1, 1e-6, "beyond 0, and NaN, are 0");
+	NEAR((double)code[3], 16, 1e-6, "beyond 1 is 1");
+}
+
+static void refused(void)
+{
+	const struct ct_network net = {4, 1, 0, 1, 0, CT_NETWORK_LINEAR, {0}};
+	const struct ct_field_shape bad[] = {{HASH(0, 2, 6, 2, 2), net},
+		{HASH(40, 2, 6, 2, 2), net}, {HASH(2, 9, 6, 2, 2), net},
+		{HASH(2, 2, 40, 2, 2), net}, {HASH(2, 2, 6, 1, 2), net},
+		{HASH(2, 2, 6, 2, 0.5), net}, {HASH(30, 2, 6, 2, 2), net},
+		{GRID(1, 8, 1024, 2), net}, {SINES(99), net}, {SINES(1), {0, 1, 0, 1, 0, 0, {0}}},
+		{SINES(1), {4, 2, 2, 1, 0, 0, {0}}}, {SINES(1), {4, 2, 0, 3, 0, 0, {0}}},
+		{SINES(1), {4, 2, 0, 1, 0, 0, {2, 0, 4}}},
+		{SINES(1), {4, 2, 0, 1, 0, 0, {99, 1, 4}}}};
+	struct ct_field_shape good = {SINES(1), {4, 1, 0, 1, 0, 0, {2, 1, 4}}};
+	struct ct_field_work *w;
+	struct ct_field *f;
+	struct ct_err e;
+	float x[6] = {0}, y[2];
+
+	for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
+		OK(ct_field_alloc(&f, &bad[i], 1, &e) && e.code == CT_EINPUT && !f, "no field: %s",
+			e.msg);
+	must(ct_field_alloc(&f, &good, 1, &err));
+	OK(ct_field_work_alloc(&w, f, 3, &e) && e.code == CT_EINPUT, "half a segment");
+	must(ct_field_work_alloc(&w, f, 2, &err));
+	ct_field_weights(f)[ct_field_count(f) - 1] = INFINITY;
+	OK(ct_field_forward(f, w, 2, x, y, &e) && e.code == CT_ENUMERIC, "infinity: %s", e.msg);
+	ct_field_work_free(w);
+	ct_field_free(f);
+}
+
+int main(void)
+{
+	for (size_t i = 0; i < CASES; i++) {
+		struct trial t;
+
+		begin(&t, &cases[i].s, cases[i].points);
+		run(&t);
+		against_plain(&t, cases[i].name);
+		levels(&t, cases[i].name);
+		pieces(&t, cases[i].name);
+		tensors(&t, cases[i].name);
+		end(&t);
+	}
+	borders();
+	refused();
+	return tap_done();
+}
