@@ -44,7 +44,7 @@ void ct_field_rule_samples(struct ct_field_rule *r, enum ct_samples_kind kind)
 	r->shape.network.last = two || rays ? CT_NETWORK_SIGMOID : CT_NETWORK_LINEAR;
 	r->batch = two || rays ? 1024 : kind == CT_SAMPLES_PROFILE ? 12 : 0;
 	r->adaptive = kind == CT_SAMPLES_CUBES;
-	r->tv = kind == CT_SAMPLES_PROFILE ? 1e-3 : 0;
+	r->tv = kind == CT_SAMPLES_PROFILE ? 5e-3 : 0;
 }
 
 void ct_field_rule_levels(struct ct_field_rule *r, size_t side)
@@ -102,9 +102,9 @@ void ct_field_rule_like(struct ct_field_rule *r, enum ct_field_like like, size_t
 		r->shape.encoding = dense;
 		ct_field_rule_samples(r, CT_SAMPLES_PROFILE);
 		ct_field_rule_network(r, 2, 32);
-		r->rate[0] = 1e-2;
+		r->rate[0] = 2e-2;
 		r->rate[1] = 1e-3;
-		r->iterations = 800;
+		r->iterations = 600;
 	}
 }
 

@@ -51,9 +51,9 @@ static const struct ct_opt opts[] = {
 		"hidden layers of the network, and their width (as --like; auto is 2x32)"),
 	CT_TEXT(loss, 0, "loss", "l2|adaptive|tv:W",
 		"squared error, that of CuNeRF, or with W times the total variation (as --like; "
-		"auto is tv:0.001)"),
+		"auto is tv:0.005)"),
 	CT_TEXT(budget, 'b', "budget", "N|Ns",
-		"iterations, or with an s seconds of processor time (as --like; auto is 800)"),
+		"iterations, or with an s seconds of processor time (as --like; auto is 600)"),
 	CT_TEXT(files.factor, 'x', "factor", "S|X,Y,Z",
 		"refine every axis S times, or the axes X, Y, Z times; default: the factor that IN "
 		"was reduced by",
