@@ -10,7 +10,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { POINTS = 1 << 16, LEVELS = 16, CORNERS = 8, PIECE = 512 };
+enum { POINTS = 1 << 16, LEVELS = 16, CORNERS = 8, PIECE = 512, AHEAD = 128 };
 
 struct side {
 	struct ct_field_shape s;
@@ -47,6 +47,7 @@ static void reads(void *arg)
 
 	for (size_t i = 0; i < (size_t)LEVELS * POINTS * CORNERS; i += CORNERS)
 		for (size_t c = 0; c < CORNERS; c++) {
+			__builtin_prefetch(w + s->place[i + c + AHEAD]);
 			memcpy(&v, w + s->place[i + c], sizeof v);
 			sum[c] += v;
 		}
@@ -61,6 +62,7 @@ static void adds(void *arg)
 	two_floats v;
 
 	for (size_t i = 0; i < (size_t)LEVELS * POINTS * CORNERS; i++) {
+		__builtin_prefetch(s->grad + s->place[i + AHEAD]);
 		memcpy(&v, s->grad + s->place[i], sizeof v);
 		v += some;
 		memcpy(s->grad + s->place[i], &v, sizeof v);
@@ -149,7 +151,7 @@ int main(void)
 	s.code = floats((size_t)POINTS * 2 * LEVELS);
 	s.grad = floats(ct_field_encoded(s.f));
 	s.dnet = floats(ct_field_count(s.f) - ct_field_encoded(s.f));
-	s.place = floats((size_t)LEVELS * POINTS * CORNERS);
+	s.place = floats((size_t)LEVELS * POINTS * CORNERS + AHEAD);
 	for (int rays = 0; rays < 2; rays++) {
 		const char *const name[2][3] = {
 			{"hash at random, forward", "hash at random, backward",

@@ -321,3 +321,5 @@ tests_t_ctsr_LDADD = libctsr.a $(CT_LIBS)
 dist_check_SCRIPTS += tests/t-library.sh
 check_PROGRAMS += tests/t-field-network
 tests_t_field_network_SOURCES = tests/t-field-network.c tests/field-plain.h
+dist_check_SCRIPTS += tests/t-field-torch.sh
+EXTRA_DIST += tests/field-torch.py

@@ -38,17 +38,10 @@ static size_t inputs(const struct ct_network *s, size_t in, size_t l)
 static void linear(
 	struct ct_network_part *p, const struct ct_network *s, size_t in, size_t l, size_t part)
 {
-	const size_t from = inputs(s, in, l);
-	const char *what = part ? "bias" : "weight";
-
-	if (l == s->depth)
-		snprintf(p->name, sizeof p->name, "output.%s", what);
-	else
-		snprintf(p->name, sizeof p->name, "hidden.%zu.%s", l, what);
 	p->rank = part ? 1 : 2;
 	p->dim[0] = l == s->depth ? s->outputs : s->width;
-	p->dim[1] = from;
-	p->first = 1 / sqrt((double)from);
+	p->dim[1] = inputs(s, in, l);
+	p->first = 1 / sqrt((double)p->dim[1]);
 	p->drawn = true;
 }
 
@@ -57,7 +50,6 @@ static void attention(
 {
 	size_t dim[3], ahead = part;
 
-	snprintf(p->name, sizeof p->name, "attention.%s", CT_WORD(CT_ATTENTION_LIST, part));
 	p->rank = ct_attention_dims(&s->attention, s->width, part, p->dim);
 	p->drawn = part == CT_ATTENTION_QKV || part == CT_ATTENTION_OUT ||
 		   part == CT_ATTENTION_OUT_BIAS || part >= CT_ATTENTION_WIDE;
@@ -70,12 +62,17 @@ static void attention(
 	p->first = 1 / sqrt((double)dim[1]);
 }
 
-/* The same without its offset. */
-static bool part_of(const struct ct_network *s, size_t in, size_t i, struct ct_network_part *p)
+static size_t block_parts(const struct ct_network *s)
 {
-	const size_t parts = s->attention.segment ? CT_ATTENTION_PARTS : 0;
+	return s->attention.segment ? CT_ATTENTION_PARTS : 0;
+}
 
-	*p = (struct ct_network_part){0};
+/* Part i without its name and offset. */
+static bool shape_of(const struct ct_network *s, size_t in, size_t i, struct ct_network_part *p)
+{
+	const size_t parts = block_parts(s);
+
+	*p = (struct ct_network_part){.count = 1};
 	if (i < 2)
 		linear(p, s, in, 0, i);
 	else if (i < 2 + parts)
@@ -84,29 +81,46 @@ static bool part_of(const struct ct_network *s, size_t in, size_t i, struct ct_n
 		linear(p, s, in, (i - parts) / 2, (i - parts) % 2);
 	else
 		return false;
-	p->count = 1;
 	for (size_t k = 0; k < p->rank; k++)
 		p->count *= p->dim[k];
 	return true;
 }
 
-bool ct_network_part(const struct ct_network *s, size_t in, size_t i, struct ct_network_part *p)
+/* Without its name. */
+static bool part_of(const struct ct_network *s, size_t in, size_t i, struct ct_network_part *p)
 {
 	size_t at = 0;
 	bool there;
 
-	for (size_t k = 0; k < i && part_of(s, in, k, p); k++)
+	for (size_t k = 0; k < i && shape_of(s, in, k, p); k++)
 		at += p->count;
-	there = part_of(s, in, i, p);
+	there = shape_of(s, in, i, p);
 	p->offset = at;
 	return there;
+}
+
+bool ct_network_part(const struct ct_network *s, size_t in, size_t i, struct ct_network_part *p)
+{
+	const size_t parts = block_parts(s), layer = i < 2 ? 0 : (i - parts) / 2;
+	const char *what = i % 2 ? "bias" : "weight"; /* parts is even */
+
+	if (!part_of(s, in, i, p))
+		return false;
+	if (i >= 2 && i < 2 + parts)
+		snprintf(
+			p->name, sizeof p->name, "attention.%s", CT_WORD(CT_ATTENTION_LIST, i - 2));
+	else if (layer == s->depth)
+		snprintf(p->name, sizeof p->name, "output.%s", what);
+	else
+		snprintf(p->name, sizeof p->name, "hidden.%zu.%s", layer, what);
+	return true;
 }
 
 size_t ct_network_count(const struct ct_network *s, size_t in)
 {
 	struct ct_network_part p;
 
-	ct_network_part(s, in, 2 * (s->depth + 1) + CT_ATTENTION_PARTS, &p);
+	part_of(s, in, 2 * (s->depth + 1) + CT_ATTENTION_PARTS, &p);
 	return p.offset;
 }
 
@@ -188,7 +202,7 @@ static struct ct_attention_call block(const struct ct_network_call *c, size_t *o
 	const struct ct_network *s = c->shape;
 	struct ct_network_part p;
 
-	ct_network_part(s, c->in, 2, &p);
+	part_of(s, c->in, 2, &p);
 	*offset = p.offset;
 	return (struct ct_attention_call){.shape = &s->attention,
 		.width = s->width,
