@@ -4,6 +4,7 @@
 #include "core/mem.h"
 #include "field/fit.h"
 #include "field/render.h"
+#include "formats/format.h"
 #include "xray/geometry.h"
 #include "numbers.h"
 #include "tap.h"
@@ -324,12 +325,52 @@ static void check_same(const struct scene *s, enum ct_samples_kind kind)
 	ct_vol_free(&c);
 }
 
-int main(void)
+/* DUMP/step-before.safetensors and -after: the field before and after its step 6, on points x of
+ * these values; the moments before it, and its rate. For field-torch.py. */
+static void dump(const struct scene *s, const char *folder, const struct ct_env *env)
+{
+	const struct ct_field_data d = data_of(s, CT_SAMPLES_POINTS);
+	const struct ct_field_rule r = rule_of(CT_SAMPLES_POINTS);
+	const float rate = 1e-2f;
+	struct ct_field_fit f;
+	struct ct_tensors t = {0}, after = {0};
+	char path[4096];
+	size_t n, one = 1, shape[2] = {0, 3};
+	double loss;
+
+	must(ct_field_fit_init(&f, &r, &d, env, &err));
+	n = ct_field_count(f.pass[0].field);
+	stir(&f, 1);
+	for (; f.step < 5; f.step++)
+		must(ct_field_fit_step(&f, &d, (double)rate, false, &loss, env, &err));
+	must(ct_field_put(f.pass[0].field, &t, &err));
+	shape[0] = ct_vol_count(&s->lr);
+	must(ct_tensors_put(&t, "x", 2, shape, f.pass[0].x, &err));
+	must(ct_tensors_put(&t, "value", 1, shape, s->lr.data, &err));
+	must(ct_tensors_put(&t, "m", 1, &n, f.pass[0].m, &err));
+	must(ct_tensors_put(&t, "v", 1, &n, f.pass[0].v, &err));
+	must(ct_tensors_put(&t, "rate", 1, &one, &rate, &err));
+	snprintf(path, sizeof path, "%s/step-before.safetensors", folder);
+	must(ct_tensors_write(path, &t, false, env, &err));
+	must(ct_field_fit_step(&f, &d, (double)rate, false, &loss, env, &err));
+	must(ct_field_put(f.pass[0].field, &after, &err));
+	snprintf(path, sizeof path, "%s/step-after.safetensors", folder);
+	must(ct_tensors_write(path, &after, false, env, &err));
+	ct_tensors_free(&t);
+	ct_tensors_free(&after);
+	ct_field_fit_free(&f);
+}
+
+int main(int argc, char **argv)
 {
 	const struct ct_env env = {.seed = 5};
 	struct scene s = {0};
 
 	make(&s);
+	if (argc == 3 && strcmp(argv[1], "dump") == 0) {
+		dump(&s, argv[2], &env);
+		return 0;
+	}
 	check_render();
 	check_chord();
 	check_block(&s);
