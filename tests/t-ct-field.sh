@@ -25,7 +25,7 @@ for like in naf sax-nerf; do
 done
 ct-phantom --size=8x8x8 --spacing=8 ellipsoids eight.nii
 exits 0 'the published network of cunerf' ct-field -q --like cunerf -b 1 --expert count=8 --expert fine=4 --expert batch=8 \
-	--expert skip=concatenate -x 1 eight.nii c.nii
+	--expert at-skip=concatenate -x 1 eight.nii c.nii
 good c.nii '8 8 8' 'and the grid of IN'
 exits 0 'projections without more are naf' ct-field -q -b 1 --expert count=8 --expert batch=16 --expert levels=3 --grid 8 p.exr n.nii
 good n.nii '8 8 8' 'on a grid of 8 voxels'
@@ -75,8 +75,8 @@ exits 3 'a scan of unknown blur' ct-field -x 2 hr.nii no.nii; has err 'hr.nii.*p
 cp lr.nii nan.nii
 printf '\000\000\300\177' | dd of=nan.nii bs=1 conv=notrunc seek=$(($(wc -c <lr.nii) - 4)) 2>/dev/null
 exits 6 'NaN' ct-field -b 1 nan.nii no.nii; has err 'nan.nii' 'is named'
+exits 7 'too little memory' ct-field --samples points -x 900 hr.nii no.nii; has err 'hr.nii.*MiB' 'is said'
 exits 3 'no file' ct-field none.nii no.nii
-ct-project --views 2 --det 8x8 hr.nii zero.exr && ct-phantom --size=8x8x8 ellipsoids small.nii
 exits 3 'a file that is neither' ct-field "$srcdir/tests/tap.sh" no.nii
 [ ! -e no.nii ] && [ ! -e no.nii.state ]; ok $? 'nothing is left of these'
 if [ -e /dev/full ] && [ "$(id -u)" = 0 ] || [ -w /dev/full ]; then

@@ -81,6 +81,8 @@ static struct ct_field_rule rule_of(enum ct_samples_kind kind)
 		.kind = CT_ENCODING_GRID, .levels = 2, .features = 2, .base = 3, .growth = 2};
 	r.shape.network.slope = 0.3;
 	r.adaptive = false;
+	r.rate[0] = 1e-2;
+	r.rate[1] = 1e-3;
 	r.iterations = 40;
 	r.every = 0;
 	if (kind != CT_SAMPLES_POINTS)

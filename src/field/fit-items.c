@@ -97,6 +97,28 @@ static size_t corner(size_t at, size_t n)
 	return n < CT_FIELD_WINDOW ? 0 : at > n - CT_FIELD_WINDOW ? n - CT_FIELD_WINDOW : at;
 }
 
+bool ct_field_item_ray(struct ct_field_item *it, const struct ct_field_data *d, size_t view,
+	size_t row, size_t col)
+{
+	const struct ct_stack *s = d->rays;
+	double from[3], dir[3], mm;
+
+	*it = (struct ct_field_item){0};
+	ct_view_ray(s, view, row, col, from, dir);
+	mm = sqrt(dir[0] * dir[0] + dir[1] * dir[1] + dir[2] * dir[2]);
+	for (int a = 0; a < 3; a++) {
+		it->centre[a] = d->box[a][3];
+		for (int r = 0; r < 3; r++) {
+			it->centre[a] += d->box[a][r] * from[r];
+			it->edge[0][a] += d->box[a][r] * dir[r] / mm;
+		}
+	}
+	it->value = (double)s->data[(view * s->h + row) * s->w + col];
+	it->weight =
+		ct_samples_chord(it->span, it->centre, it->edge[0], s->beam == CT_PARALLEL) > 0;
+	return it->weight > 0;
+}
+
 static void ray(struct ct_field_item *it, const struct ct_field_fit *f,
 	const struct ct_field_data *d, size_t i)
 {
@@ -105,7 +127,6 @@ static void ray(struct ct_field_item *it, const struct ct_field_fit *f,
 	const size_t view = view_of(f, s->views), b = f->rule.batch;
 	const float *data = s->data + view * s->h * s->w;
 	const size_t draw = i < b ? i : b + (i - b) / AREA, in = i < b ? 0 : (i - b) % AREA;
-	double from[3], dir[3], mm;
 	size_t pixel, row, col;
 
 	*it = (struct ct_field_item){0};
@@ -119,18 +140,7 @@ static void ray(struct ct_field_item *it, const struct ct_field_fit *f,
 		if (row >= s->h || col >= s->w)
 			return;
 	}
-	ct_view_ray(s, view, row, col, from, dir);
-	mm = sqrt(dir[0] * dir[0] + dir[1] * dir[1] + dir[2] * dir[2]);
-	for (int a = 0; a < 3; a++) {
-		it->centre[a] = d->box[a][3];
-		for (int r = 0; r < 3; r++) {
-			it->centre[a] += d->box[a][r] * from[r];
-			it->edge[0][a] += d->box[a][r] * dir[r] / mm;
-		}
-	}
-	it->value = (double)data[row * s->w + col];
-	it->weight =
-		ct_samples_chord(it->span, it->centre, it->edge[0], s->beam == CT_PARALLEL) > 0;
+	(void)ct_field_item_ray(it, d, view, row, col);
 }
 
 void ct_field_item_of(struct ct_field_item *it, const struct ct_field_fit *f,

@@ -14,6 +14,9 @@ struct ct_field_item {
 /* Item i of a step. */
 void ct_field_item_of(struct ct_field_item *it, const struct ct_field_fit *f,
 	const struct ct_field_data *d, size_t i);
+/* The ray of a pixel; false, and without weight, if it misses the box. */
+bool ct_field_item_ray(struct ct_field_item *it, const struct ct_field_data *d, size_t view,
+	size_t row, size_t col);
 /* Voxel v of a grid of n. */
 void ct_field_item_voxel(struct ct_field_item *it, const double grid[static 3][4],
 	const size_t n[static 3], size_t v, double radius);

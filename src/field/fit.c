@@ -92,15 +92,24 @@ static int block_alloc(struct ct_field_fit *f, const struct ct_field_data *d, st
 		       : 0;
 }
 
-/* Rays: is there anything, and does it meet the box? */
+/* Is there a ray above 0 that meets the box? */
 static int check_rays(const struct ct_field_data *d, struct ct_err *e)
 {
-	const size_t n = ct_stack_count(d->rays);
+	const struct ct_stack *s = d->rays;
+	const size_t n = ct_stack_count(s), area = s->h * s->w;
+	bool any = false;
 
-	for (size_t i = 0; i < n; i++)
-		if (d->rays->data[i] > 0)
+	for (size_t i = 0; i < n; i++) {
+		struct ct_field_item it;
+
+		if (!(s->data[i] > 0))
+			continue;
+		any = true;
+		if (ct_field_item_ray(&it, d, i / area, i % area / s->w, i % s->w))
 			return 0;
-	return ct_fail(e, CT_EINPUT, "no line integral is above 0: there is nothing to fit");
+	}
+	return any ? ct_fail(e, CT_EGEOM, "no ray meets the grid of OUT")
+		   : ct_fail(e, CT_EINPUT, "no line integral is above 0: there is nothing to fit");
 }
 
 int ct_field_fit_init(struct ct_field_fit *f, const struct ct_field_rule *r,

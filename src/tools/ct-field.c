@@ -80,8 +80,8 @@ static const struct ct_opt opts[] = {
 	CT_EXPERT(radius, "radius", "X", 0, 100,
 		"half the side of a line or cube, in voxels (as --like: 1)"),
 	CT_EXPERT(rate, "rate", "X", 0, 1, "rate of learning at first (as --like)"),
-	CT_EXPERT_CHOICE(skip, "skip", CT_WORDS(SKIPS),
-		"of cunerf: concatenate leaves out the layer at the skip, as the authors' program"),
+	CT_EXPERT_CHOICE(skip, "at-skip", CT_WORDS(SKIPS),
+		"of cunerf: concatenate leaves out the layer there, as the authors' program"),
 	CT_OPT_END,
 };
 
