@@ -59,6 +59,11 @@ long() { cd "$1" && shift && exec setsid ct-field -q --expert every=5 --samples 
 exits 3 'a state of other options' sh -c 'cd cut && ct-field -q --samples points -b 61 --expert every=5 --resume ../lr.nii r.nii'
 (long cut --resume) && cmp whole/r.nii cut/r.nii; ok $? 'resumes, to the same bytes'
 [ ! -e cut/r.nii.state ]; ok $? 'and removes the state'
+mkdir late # the last report is that of the grid, of which each is one strip here
+ct-phantom --size=40x40x40 ellipsoids big.nii
+late() { cd late && exec setsid ct-field -q --expert every=0 --samples points -b 3 --grid ../big.nii "$@" ../lr.nii r.nii; }
+(export CTSR_TEST_SIGNAL='ct-field 4 15'; late); [ $? -eq 75 ] && [ -e late/r.nii.state ]; ok $? 'stopped on the grid: the state stays'
+(late --resume) && [ -s late/r.nii ] && [ ! -e late/r.nii.state ]; ok $? 'and serves'
 
 exits 3 'a stack for cubes' ct-field --samples cubes p.exr no.nii; has err 'p.exr.*cubes' 'is named'
 exits 3 'a CT for rays' ct-field --like naf lr.nii no.nii; has err 'lr.nii.*rays' 'is named'

@@ -369,8 +369,15 @@ static int fit(struct field_job *j, struct ct_field_fit *f, struct ct_err *e)
 			ct_log(j->env, CT_INFO, "%s: continuing after iteration %zu",
 				j->resume.path, f->step);
 	}
-	if (ct_field_fit_run(f, &j->data, j->env, e) || evaluate(j, f, e))
+	if (ct_field_fit_run(f, &j->data, j->env, e))
 		return -1;
+	if (evaluate(j, f, e)) {
+		struct ct_err other;
+
+		return e->code == CT_ESTOP && ct_resume_save(&j->resume, pack, f, &other)
+			       ? (*e = other, -1)
+			       : -1;
+	}
 	if (ct_vol_write(j->p->out, &j->in.out, j->env, e))
 		return ct_resume_rescue(&j->resume, pack, f, e);
 	ct_resume_done(&j->resume);
