@@ -92,7 +92,6 @@ struct field_job {
 	struct ct_field_rule rule;
 	struct ct_field_data data;
 	struct ct_resume resume;
-	double program; /* bytes of memory before all of it */
 };
 
 static int take_loss(struct ct_field_rule *r, const char *loss, struct ct_err *e)
@@ -254,7 +253,7 @@ static int check_memory(struct field_job *j, struct ct_cost *cost, struct ct_err
 	if (ct_field_fit_bytes(
 		    &need, &cost->state, &j->rule, &j->data, ct_par_threads(j->env->par), e))
 		return ct_blame(e, j->p->files.in);
-	need += 4 * voxels;
+	need += 4 * voxels + cost->state; /* which is packed before it is written */
 	cost->memory = ct_memory_held() + need;
 	cost->disk = 4 * voxels;
 	if (free > 0 && need > free)
@@ -416,7 +415,7 @@ static int check(struct field_job *j, struct ct_err *e)
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
-	struct field_job j = {.p = params, .env = env, .program = ct_memory_held()};
+	struct field_job j = {.p = params, .env = env};
 	int rc = -1;
 
 	if (check(&j, e) == 0 && read_all(&j, e) == 0)
