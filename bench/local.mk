@@ -45,3 +45,5 @@ bench_profile_edge_rows_SOURCES = bench/profile/edge-rows.c
 EXTRA_PROGRAMS += bench/b-encoding
 bench_b_encoding_SOURCES = bench/b-encoding.c bench/bench.h
 BENCH_C += bench/b-encoding
+BENCH_SH += bench/b-field.sh
+EXTRA_DIST += bench/field-twin.py

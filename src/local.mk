@@ -78,6 +78,8 @@ EXTRA_DIST += $(VIEW_SOURCES) man/ct-view.1.in
 endif
 bin_PROGRAMS += ct-nabgs
 ct_nabgs_SOURCES = src/tools/ct-nabgs.c
+bin_PROGRAMS += ct-field
+ct_field_SOURCES = src/tools/ct-field.c src/tools/field-data.c src/tools/field.h
 bin_PROGRAMS += ct-fuse
 ct_fuse_SOURCES = src/tools/ct-fuse.c src/tools/fuse-state.c src/tools/fuse-state.h
 bin_PROGRAMS += ct-compose

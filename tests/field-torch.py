@@ -91,6 +91,19 @@ def apart(a, b):
     return float((a.double() - b).abs().max() / b.abs().max())
 
 
+def step(before, after):
+    """How far from the step that PyTorch's gradient asks for, sixth of a fit to points."""
+    (w, meta), (end, _) = read(before), read(after)
+    x, value, m, v, rate = (w.pop(k).double() for k in ('x', 'value', 'm', 'v', 'rate'))
+    w = {k: t.double().requires_grad_() for k, t in w.items()}
+    ((field(x.float(), w, meta)[:, 0] - value) ** 2).mean().backward()
+    g = torch.cat([t.grad.flatten() for t in w.values()])
+    m, v = 0.9 * m + 0.1 * g, 0.999 * v + 0.001 * g * g
+    want = -rate * (m / (1 - 0.9 ** 6)) / ((v / (1 - 0.999 ** 6)).sqrt() + 1e-8)
+    got = torch.cat([(end[k].double() - w[k].detach()).flatten() for k in w])
+    return float((got - want).norm() / want.norm())
+
+
 def main(folder):
     count = 0
 
@@ -110,6 +123,8 @@ def main(folder):
         off = {k: apart(gradient[k], v.grad) for k, v in w.items()}
         worst = max(off, key=off.get)
         ok(off[worst] < 1e-5, '%s: %d gradients, off by %.1e at %s' % (name, len(off), off[worst], worst))
+    off = step(os.path.join(folder, 'step-before.safetensors'), os.path.join(folder, 'step-after.safetensors'))
+    ok(off < 1e-4, 'a step of Adam, off by %.1e of its length' % off)
     print('1..%d' % count)
 
 

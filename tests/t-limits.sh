@@ -80,6 +80,9 @@ ct-degrade decimate -
 ct-fdk method auto
 ct-fdk filter ram-lak
 ct-fdk quantity hu
+ct-field like auto
+ct-field samples auto
+ct-field encoding auto
 ct-metrics ssim -
 ct-nabgs activation prelu
 ct-nabgs mode residual
@@ -123,6 +126,7 @@ ct-ddnm --dry-run
 ct-degrade x--factor p--protocol --sigma --decimate --profile --slice-thickness --clip --noise s--seed --units
 ct-fdk m--method --grid --filter --parker n--iterations --nonnegative --tv w--window --quantity --expert
 ct-fdk --json --dry-run
+ct-field --like --samples --encoding --network --loss b--budget x--factor --grid w--window --resume --expert s--seed --json --dry-run --units
 ct-fuse --base-projections --uncertainty n--iterations w--window --residual-out --checkpoint-every --resume
 ct-fuse --expert --json --dry-run --units
 ct-info --series e--operator x--factor --json

@@ -132,6 +132,7 @@ for o in --sigma=1 --decimate=mean --noise=1; do for p in --paper --release; do 
 no ct-sr --spacing=1 -x 2
 for t in ct-ddnm ct-fdk ct-project ct-train ct-upsample; do no $t --json; done
 no ct-upsample --spacing=1 -x 2
+no ct-field --factor=2 --grid none
 no ct-convert --crop=auto --scanner none
 echo ct-sr --release >>tried # the error names one of the two
 

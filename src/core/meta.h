@@ -45,8 +45,8 @@ struct ct_env;
 #define CT_META_NOISE "noise"
 /* "LO:HI", HU: that the CT was clipped to before its resolution was reduced; ct-degrade */
 #define CT_META_CLIP "clip"
-/* word of CT_UPSAMPLE_LIST, or prior: what brought the data to the fine grid: the factor is used
- * up; ct_upsample */
+/* word of CT_UPSAMPLE_LIST, prior or field: what brought the data to the fine grid: the factor is
+ * used up; ct_upsample, ct-field */
 #define CT_META_UPSAMPLE "upsample"
 /* text: what of the operator was measured, and how surely (refine/assumed.h); ct_refine_run */
 #define CT_META_ASSUMED "assumed"

@@ -96,29 +96,6 @@ static int check_options(const struct params *p, const struct ct_stack *in, stru
 	return 0;
 }
 
-/* Density to what OUT holds; a residual has no offset. */
-static int finish(
-	struct ct_vol *out, const struct ct_stack *in, const struct params *p, struct ct_err *e)
-{
-	static const char *const gone[] = {CT_META_SCAN_DSO, CT_META_SCAN_DSD, CT_META_SCAN_ARC,
-		CT_META_SCAN_START, CT_META_SCAN_ISO, CT_META_VOLUME_SIZE, CT_META_VOLUME_AFFINE,
-		CT_META_COARSEN, CT_META_PIXEL, CT_META_OVERSHOOT, CT_META_QUANTITY};
-	const char *had = ct_meta_get(&in->meta, CT_META_QUANTITY);
-	bool residual = had && strcmp(had, CT_QUANTITY_RESIDUAL) == 0;
-	double window[2];
-
-	if (ct_geometry_opts_window(window, p->window, &in->meta, e) ||
-		ct_meta_copy(&out->meta, &in->meta, e))
-		return -1;
-	for (size_t i = 0; i < sizeof gone / sizeof *gone; i++)
-		ct_meta_drop(&out->meta, gone[i]);
-	if (ct_window_put(&out->meta, window, e))
-		return -1;
-	if (p->quantity == DENSITY)
-		return ct_meta_set(&out->meta, CT_META_QUANTITY, CT_QUANTITY_DENSITY, e);
-	return ct_window_volume(out, residual, window, e);
-}
-
 /* The rule of the options. mu of TV is in HU, densities are not. */
 static int choose(struct ct_reconstruct_rule *how, const struct params *p,
 	const struct ct_stack *in, struct ct_err *e)
@@ -139,26 +116,6 @@ static int choose(struct ct_reconstruct_rule *how, const struct params *p,
 	if (p->iterations == 0)
 		how->rule.iterations = iterations[how->rule.solver];
 	return 0;
-}
-
-/* --grid: a number of voxels, or a volume whose grid it is. */
-static int find_grid(
-	struct ct_vol *grid, const char *option, const struct ct_stack *scan, struct ct_err *e)
-{
-	struct ct_vol like = {0};
-	char *end = NULL;
-	const double n = option ? strtod(option, &end) : 0;
-
-	if (!option || (end != option && *end == '\0'))
-		return option && (!(n >= 1 && n <= 1 << 16) || n != floor(n))
-			       ? ct_fail(e, CT_EUSAGE, "--grid: %s is no number of voxels", option)
-			       : ct_scan_grid(grid, (size_t)n, scan, e);
-	if (ct_vol_read(option, &like, e))
-		return -1;
-	memcpy(grid->n, like.n, sizeof like.n);
-	memcpy(grid->affine, like.affine, sizeof like.affine);
-	ct_vol_free(&like);
-	return ct_vol_check_grid(grid, e) ? ct_blame(e, option) : 0;
 }
 
 static int estimate(const struct ct_vol *grid, const struct ct_stack *in,
@@ -195,7 +152,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		goto out;
 	}
 	if (check_options(p, &in, e) || choose(&how, p, &in, e) ||
-		find_grid(&grid, p->grid, &in, e))
+		ct_geometry_opts_grid(&grid, p->grid, &in, e))
 		goto out;
 	if (env->dry_run ? estimate(&grid, &in, &how, env, e)
 			 : reconstruct(&out, &grid, &in, &how, env, e)) {
@@ -205,7 +162,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	}
 	rc = 0;
 	if (!env->dry_run)
-		rc = finish(&out, &in, p, e) ||
+		rc = ct_geometry_opts_volume(&out, &in, p->window, p->quantity == DENSITY, e) ||
 				     ct_meta_step(&out.meta, env, 1,
 					     (const struct ct_meta *const[]){&in.meta}, e) ||
 				     ct_keep_vol(p->out, &out, env, e)

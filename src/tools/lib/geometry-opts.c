@@ -3,9 +3,11 @@
 #include "tools/lib/geometry-json.h"
 #include "tools/lib/geometry-opts.h"
 #include "formats/format.h"
+#include "recon/scan-grid.h"
 #include "xray/window.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 static int detector(struct ct_geometry *s, const struct ct_geometry_opts *o, struct ct_err *e)
@@ -130,4 +132,45 @@ void ct_geometry_opts_warn_above(
 			"%s: %zu voxels are above %g HU, up to %g, and count as %g (a wider "
 			"--window keeps them)",
 			name, above, window[1], (double)largest, window[1]);
+}
+
+int ct_geometry_opts_grid(
+	struct ct_vol *grid, const char *option, const struct ct_stack *scan, struct ct_err *e)
+{
+	struct ct_vol like = {0};
+	char *end = NULL;
+	const double n = option ? strtod(option, &end) : 0;
+
+	if (!option || (end != option && *end == '\0'))
+		return option && (!(n >= 1 && n <= 1 << 16) || n != floor(n))
+			       ? ct_fail(e, CT_EUSAGE, "--grid: %s is no number of voxels", option)
+			       : ct_scan_grid(grid, (size_t)n, scan, e);
+	if (ct_vol_read(option, &like, e))
+		return -1;
+	memcpy(grid->n, like.n, sizeof like.n);
+	memcpy(grid->affine, like.affine, sizeof like.affine);
+	ct_vol_free(&like);
+	return ct_vol_check_grid(grid, e) ? ct_blame(e, option) : 0;
+}
+
+int ct_geometry_opts_volume(struct ct_vol *out, const struct ct_stack *in, const char *option,
+	bool density, struct ct_err *e)
+{
+	static const char *const gone[] = {CT_META_SCAN_DSO, CT_META_SCAN_DSD, CT_META_SCAN_ARC,
+		CT_META_SCAN_START, CT_META_SCAN_ISO, CT_META_VOLUME_SIZE, CT_META_VOLUME_AFFINE,
+		CT_META_COARSEN, CT_META_PIXEL, CT_META_OVERSHOOT, CT_META_QUANTITY};
+	const char *had = ct_meta_get(&in->meta, CT_META_QUANTITY);
+	const bool residual = had && strcmp(had, CT_QUANTITY_RESIDUAL) == 0;
+	double window[2];
+
+	if (ct_geometry_opts_window(window, option, &in->meta, e) ||
+		ct_meta_copy(&out->meta, &in->meta, e))
+		return -1;
+	for (size_t i = 0; i < sizeof gone / sizeof *gone; i++)
+		ct_meta_drop(&out->meta, gone[i]);
+	if (ct_window_put(&out->meta, window, e))
+		return -1;
+	if (density)
+		return ct_meta_set(&out->meta, CT_META_QUANTITY, CT_QUANTITY_DENSITY, e);
+	return ct_window_volume(out, residual, window, e);
 }

@@ -1,0 +1,30 @@
+/* fit-items.h: which measurements a step of a fit sees, and what they are (fit.h). */
+#ifndef CT_FIELD_FIT_ITEMS_H
+#define CT_FIELD_FIT_ITEMS_H
+#include "field/fit.h"
+
+/* A voxel: centre and edges in the box. A ray: where it begins and runs, a millimetre each, and the
+ * part of it that is in the box. What was measured, and how much a sum of samples counts. */
+struct ct_field_item {
+	double centre[3], edge[3][3];
+	double span[2];
+	double value, weight; /* of its loss: 0 or 1 */
+};
+
+/* Item i of a step. */
+void ct_field_item_of(struct ct_field_item *it, const struct ct_field_fit *f,
+	const struct ct_field_data *d, size_t i);
+/* The ray of a pixel; false, and without weight, if it misses the box. */
+bool ct_field_item_ray(struct ct_field_item *it, const struct ct_field_data *d, size_t view,
+	size_t row, size_t col);
+/* Voxel v of a grid of n. */
+void ct_field_item_voxel(struct ct_field_item *it, const double grid[static 3][4],
+	const size_t n[static 3], size_t v, double radius);
+/* Voxel indices to the box. */
+void ct_field_item_grid(
+	double grid[3][4], const double box[static 3][4], const double affine[static 3][4]);
+/* Where the block of a step begins. */
+void ct_field_item_block(
+	size_t lo[static 3], const struct ct_field_fit *f, const size_t m[static 3]);
+
+#endif

@@ -1,0 +1,72 @@
+/* fit-state.c: a fit as tensors (fit.h). */
+#include "config.h"
+#include "field/fit.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { ARRAYS = 3, NAME = 16 };
+
+/* Array k of a pass, and its name. */
+static float *array_of(const struct ct_field_pass *p, size_t pass, size_t k, char name[static NAME])
+{
+	static const char *const word[ARRAYS] = {"weights", "m", "v"};
+	float *const x[ARRAYS] = {ct_field_weights(p->field), p->m, p->v};
+
+	snprintf(name, NAME, "%s.%zu", word[k], pass);
+	return x[k];
+}
+
+int ct_field_fit_pack(struct ct_tensors *t, const struct ct_field_fit *f, struct ct_err *e)
+{
+	char name[NAME];
+
+	for (size_t p = 0; p < ct_samples_passes(&f->rule.samples); p++) {
+		const size_t n = ct_field_count(f->pass[p].field);
+
+		for (size_t k = 0; k < ARRAYS; k++) {
+			const float *x = array_of(&f->pass[p], p, k, name);
+
+			if (ct_tensors_put(t, name, 1, &n, x, e))
+				return -1;
+		}
+	}
+	return ct_meta_setf(&t->meta, e, CT_META_STEP, "%zu", f->step) ||
+			       ct_meta_setf(&t->meta, e, CT_META_AT, "%d", (int)f->whole) ||
+			       ct_meta_setf(&t->meta, e, CT_META_SCALARS, "%a %a %a", f->used,
+				       f->first, f->last)
+		       ? -1
+		       : 0;
+}
+
+int ct_field_fit_unpack(struct ct_field_fit *f, const struct ct_tensors *t, struct ct_err *e)
+{
+	const char *step = ct_meta_get(&t->meta, CT_META_STEP);
+	const char *at = ct_meta_get(&t->meta, CT_META_AT);
+	const char *scalars = ct_meta_get(&t->meta, CT_META_SCALARS);
+	char name[NAME];
+	int whole;
+
+	for (size_t p = 0; p < ct_samples_passes(&f->rule.samples); p++) {
+		const size_t n = ct_field_count(f->pass[p].field);
+
+		for (size_t k = 0; k < ARRAYS; k++) {
+			float *to = array_of(&f->pass[p], p, k, name);
+			const float *x = ct_tensors_vector(t, name, n, e);
+
+			if (!x)
+				return -1;
+			memcpy(to, x, n * sizeof *to);
+		}
+	}
+	if (!step || sscanf(step, "%zu", &f->step) != 1 ||
+		(f->rule.iterations && f->step > f->rule.iterations))
+		return ct_fail(e, CT_EINPUT, "the state has no valid step");
+	if (!at || sscanf(at, "%d", &whole) != 1 || !scalars ||
+		sscanf(scalars, "%la %la %la", &f->used, &f->first, &f->last) != 3 ||
+		!(isfinite(f->used) && f->used >= 0 && isfinite(f->first) && isfinite(f->last)))
+		return ct_fail(e, CT_EINPUT, "the state has no scalars, or wrong ones");
+	f->whole = whole != 0;
+	return 0;
+}

@@ -1,0 +1,388 @@
+/* t-field-fit.c: the fit of a neural field: the gradient of every kind of samples, through to all
+ * weights, by finite differences; the operator on a block; states; threads. */
+#include "config.h"
+#include "core/mem.h"
+#include "field/fit.h"
+#include "field/render.h"
+#include "formats/format.h"
+#include "xray/geometry.h"
+#include "numbers.h"
+#include "tap.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { LR = 6, HR = 12 };
+
+struct scene {
+	struct ct_vol lr, fine;
+	struct ct_stack rays;
+	struct ct_degrade by;
+};
+
+static double shape_at(double x, double y, double z)
+{
+	return 0.5 + 0.3 * sin(5 * x) * cos(4 * y + 1) * sin(3 * z + 2);
+}
+
+static void grid(struct ct_vol *v, size_t n, double mm)
+{
+	const size_t all[3] = {n, n, n + 1};
+
+	must(ct_vol_alloc(v, all, &err));
+	for (int a = 0; a < 3; a++) {
+		v->affine[a][a] = mm;
+		v->affine[a][3] = 0.5 * mm;
+	}
+	for (size_t i = 0; i < ct_vol_count(v); i++)
+		v->data[i] = (float)shape_at((double)(i % n) / (double)n,
+			(double)(i / n % n) / (double)n, (double)(i / n / n) / (double)n);
+}
+
+static void make(struct scene *s)
+{
+	struct ct_geometry g;
+
+	s->by = (struct ct_degrade){.factor = {2, 2, 2}};
+	ct_degrade_protocol(&s->by, 1);
+	grid(&s->lr, LR, 4);
+	s->fine = (struct ct_vol){.n = {HR, HR, HR + 2}};
+	ct_degrade_refine(s->fine.affine, (const double(*)[4])s->lr.affine, s->lr.n, s->by.factor);
+	ct_geometry_default(&g, CT_CONE, &s->lr);
+	g.views = 3;
+	g.w = g.h = 9;
+	g.pitch[0] = g.pitch[1] = 6;
+	must(ct_geometry_fill(&s->rays, &g, &err));
+	for (size_t i = 0; i < ct_stack_count(&s->rays); i++)
+		s->rays.data[i] = i % 7 ? (float)(3 + sin((double)i)) : 0;
+}
+
+static struct ct_field_data data_of(const struct scene *s, enum ct_samples_kind kind)
+{
+	struct ct_field_data d = {.fine = &s->fine, .by = &s->by};
+
+	if (kind == CT_SAMPLES_RAYS)
+		d.rays = &s->rays;
+	else
+		d.lr = &s->lr;
+	ct_field_data_box(&d, &s->fine);
+	return d;
+}
+
+/* Small, and far from its first state, in which all gradients are small. */
+static struct ct_field_rule rule_of(enum ct_samples_kind kind)
+{
+	struct ct_field_rule r;
+
+	ct_field_rule_like(&r, CT_FIELD_LIKE_AUTO, 0);
+	ct_field_rule_samples(&r, kind);
+	ct_field_rule_network(&r, 2, 8);
+	r.shape.encoding = (struct ct_encoding){
+		.kind = CT_ENCODING_GRID, .levels = 2, .features = 2, .base = 3, .growth = 2};
+	r.shape.network.slope = 0.3;
+	r.adaptive = false;
+	r.rate[0] = 1e-2;
+	r.rate[1] = 1e-3;
+	r.iterations = 40;
+	r.every = 0;
+	if (kind != CT_SAMPLES_POINTS)
+		r.batch = kind == CT_SAMPLES_PROFILE ? 4 : 20;
+	if (kind == CT_SAMPLES_LINES || kind == CT_SAMPLES_CUBES) {
+		r.samples.n = 8;
+		r.samples.fine = 6;
+	}
+	if (kind == CT_SAMPLES_RAYS)
+		r.samples.n = 10;
+	return r;
+}
+
+static void stir(struct ct_field_fit *f, size_t passes)
+{
+	for (size_t p = 0; p < passes; p++) {
+		const size_t n = ct_field_count(f->pass[p].field);
+		float *w = ct_field_weights(f->pass[p].field), *x = normals(n, 7, p, 0.5);
+
+		for (size_t i = 0; i < n; i++)
+			w[i] += x[i];
+		free(x);
+	}
+}
+
+static double loss_at(struct ct_field_fit *f, const struct ct_field_data *d, size_t pass,
+	const float *from, const float *v, double h, const struct ct_env *env)
+{
+	const size_t n = ct_field_count(f->pass[pass].field);
+	float *w = ct_field_weights(f->pass[pass].field);
+	double loss;
+
+	for (size_t i = 0; i < n; i++)
+		w[i] = (float)((double)from[i] + h * (double)v[i]);
+	must(ct_field_fit_step(f, d, 0, true, &loss, env, &err));
+	return loss;
+}
+
+/* Along random directions, of the weights of one pass. */
+static void check_pass(struct ct_field_fit *f, const struct ct_field_data *d, size_t pass,
+	const char *name, const struct ct_env *env)
+{
+	const size_t n = ct_field_count(f->pass[pass].field);
+	const size_t encoded = ct_field_encoded(f->pass[pass].field);
+	float *from = malloc(n * sizeof *from), *grad = malloc(n * sizeof *grad);
+	double worst = 0, loss;
+
+	memcpy(from, ct_field_weights(f->pass[pass].field), n * sizeof *from);
+	must(ct_field_fit_step(f, d, 0, true, &loss, env, &err));
+	memcpy(grad, f->pass[pass].grad, n * sizeof *grad);
+	for (uint64_t k = 0; k < 6; k++) { /* of the encoding, of the network */
+		const double h = 5e-4;
+		float *v = normals(n, 11, k, 1);
+		double slope, want;
+
+		for (size_t i = 0; i < n; i++)
+			v[i] *= (i < encoded) == (k < 3);
+		want = (loss_at(f, d, pass, from, v, h, env) -
+			       loss_at(f, d, pass, from, v, -h, env)) /
+		       (2 * h);
+		slope = dot(n, grad, v);
+		worst = fmax(
+			worst, fabs(slope - want) / (fabs(want) + 0.02 * sqrt(dot(n, grad, grad))));
+		free(v);
+	}
+	(void)loss_at(f, d, pass, from, from, 0, env);
+	OK(worst < 0.05, "%s: gradient of pass %zu (%.2g off)", name, pass + 1, worst);
+	free(from);
+	free(grad);
+}
+
+static void check_kind(
+	const struct scene *s, enum ct_samples_kind kind, double tv, const struct ct_env *env)
+{
+	const struct ct_field_data d = data_of(s, kind);
+	struct ct_field_rule r = rule_of(kind);
+	const size_t passes = ct_samples_passes(&r.samples);
+	struct ct_field_fit f;
+
+	r.tv = tv;
+	must(ct_field_rule_check(&r, &err));
+	must(ct_field_fit_init(&f, &r, &d, env, &err));
+	stir(&f, passes);
+	if (passes == 2)
+		check_pass(&f, &d, 1, CT_WORD(CT_SAMPLES_LIST, kind), env);
+	if (passes == 2) /* a second field of zeros sees nothing, wherever it is asked */
+		memset(ct_field_weights(f.pass[1].field), 0,
+			ct_field_count(f.pass[1].field) * sizeof(float));
+	check_pass(&f, &d, 0, tv > 0 ? "TV" : CT_WORD(CT_SAMPLES_LIST, kind), env);
+	ct_field_fit_free(&f);
+}
+
+/* Of one voxel the adaptive gradient is sqrt|error| times the other. */
+static void check_adaptive(const struct scene *s, const struct ct_env *env)
+{
+	const struct ct_field_data d = data_of(s, CT_SAMPLES_POINTS);
+	struct ct_field_rule r = rule_of(CT_SAMPLES_POINTS);
+	struct ct_field_fit a, b;
+	double la, lb;
+	size_t n;
+
+	r.batch = 1;
+	must(ct_field_fit_init(&a, &r, &d, env, &err));
+	r.adaptive = true;
+	must(ct_field_fit_init(&b, &r, &d, env, &err));
+	must(ct_field_fit_step(&a, &d, 0, true, &la, env, &err));
+	must(ct_field_fit_step(&b, &d, 0, true, &lb, env, &err));
+	n = ct_field_count(a.pass[0].field);
+	NEAR(lb, pow(la, 1.25), 1e-6, "adaptive: the loss of one voxel");
+	NEAR(sqrt(dot(n, b.pass[0].grad, b.pass[0].grad) / dot(n, a.pass[0].grad, a.pass[0].grad)),
+		pow(la, 0.25), 1e-5, "and its gradient");
+	ct_field_fit_free(&a);
+	ct_field_fit_free(&b);
+}
+
+/* A colour that is the same everywhere, and density that lets nothing through. */
+static void check_render(void)
+{
+	float t[4] = {-0.9f, -0.2f, 0.3f, 0.8f}, w[4], y[8];
+
+	for (size_t i = 0; i < 4; i++) {
+		y[2 * i] = 1e4f;
+		y[2 * i + 1] = 0.25f * (float)(i + 1);
+	}
+	NEAR(ct_render(4, w, t, 1, false, y), 0.25, 1e-6, "a dense line shows what comes first");
+	y[0] = y[2] = -1;
+	NEAR(ct_render(4, w, t, 1, false, y), 0.75, 1e-6, "density below 0 is none");
+	for (size_t i = 0; i < 4; i++)
+		y[2 * i] = 1;
+	t[0] = 0;
+	NEAR(ct_render(1, w, t, 1, true, y), 0, 1e-9, "the centre of a cube has no shell");
+	t[0] = 0.5f;
+	NEAR(ct_render(1, w, t, 1, true, y), M_PI * (1 - exp(-0.5)) * 0.25, 1e-6,
+		"a shell counts 4 pi r^2");
+}
+
+static void check_chord(void)
+{
+	const double from[3] = {-1, 0.5, 0.5}, along[3] = {1, 0, 0}, back[3] = {-1, 0, 0};
+	const double off[3] = {-1, 1.5, 0.5};
+	double span[2];
+
+	NEAR(ct_samples_chord(span, from, along, 0), 1, 1e-12, "a ray through the box");
+	NEAR(span[0], 1, 1e-12, "enters at its face");
+	NEAR(ct_samples_chord(span, from, back, 0), 0, 0, "not behind the source");
+	NEAR(ct_samples_chord(span, from, back, 1), 1, 1e-12, "but of a line");
+	NEAR(ct_samples_chord(span, off, along, 0), 0, 0, "a ray beside the box");
+}
+
+/* The block is the CT: D itself. A part of it: nearly, and its adjoint is one. */
+static void check_block(const struct scene *s)
+{
+	const size_t all[3] = {LR, LR, LR + 1}, zero[3] = {0}, lo[3] = {1, 2, 3}, m[3] = {2, 3, 2};
+	struct ct_field_operator op = {0};
+	struct ct_field_block b = {0};
+	struct ct_vol hi = {0}, want = {0};
+	float *x, *y, *back, got[LR * LR * (LR + 1)];
+	double worst = 0;
+
+	must(ct_vol_alloc(&hi, s->fine.n, &err));
+	memcpy(hi.affine, s->fine.affine, sizeof hi.affine);
+	for (size_t i = 0; i < ct_vol_count(&hi); i++)
+		hi.data[i] = (float)shape_at((double)(i % HR) / HR, (double)(i / HR % HR) / HR,
+			(double)(i / HR / HR) / HR);
+	must(ct_degrade_volume(&want, &hi, &s->by, 0, 1, NULL, &err));
+	must(ct_field_operator_alloc(&op, &s->by, hi.n, &err));
+	must(ct_field_block_plan(&b, &op, zero, all, NULL, &err));
+	ct_separable_apply(&b.forward, got, hi.data, NULL);
+	OK(maxdiff(ct_vol_count(&want), got, want.data) < 1e-6, "D of the whole block");
+	ct_field_block_free(&b);
+	must(ct_field_block_plan(&b, &op, lo, m, NULL, &err));
+	x = malloc(b.n[0] * b.n[1] * b.n[2] * sizeof *x);
+	for (size_t i = 0; i < b.n[0] * b.n[1] * b.n[2]; i++) {
+		const size_t at[3] = {b.first[0] + i % b.n[0], b.first[1] + i / b.n[0] % b.n[1],
+			b.first[2] + i / b.n[0] / b.n[1]};
+
+		x[i] = hi.data[(at[2] * HR + at[1]) * HR + at[0]];
+	}
+	ct_separable_apply(&b.forward, got, x, NULL);
+	for (size_t i = 0; i < 12; i++) {
+		const size_t v = ((lo[2] + i / 6) * LR + lo[1] + i / 2 % 3) * LR + lo[0] + i % 2;
+
+		worst = fmax(worst, fabs((double)got[i] - (double)want.data[v]));
+	}
+	OK(worst < 0.02, "D of a part of it (%.2g off)", worst);
+	y = normals(12, 3, 0, 1);
+	back = malloc(b.n[0] * b.n[1] * b.n[2] * sizeof *back);
+	ct_separable_apply(&b.adjoint, back, y, NULL);
+	NEAR(dot(b.n[0] * b.n[1] * b.n[2], back, x), dot(12, y, got), 1e-5, "and its adjoint");
+	ct_field_block_free(&b);
+	ct_field_operator_free(&op);
+	ct_vol_free(&hi);
+	ct_vol_free(&want);
+	free(x);
+	free(y);
+	free(back);
+}
+
+/* So many steps, a state in between if `halt`; the volume. */
+static void fitted(struct ct_vol *out, const struct scene *s, enum ct_samples_kind kind,
+	size_t threads, bool halt)
+{
+	const struct ct_field_data d = data_of(s, kind);
+	struct ct_env env = {.seed = 3};
+	struct ct_field_rule r = rule_of(kind);
+	struct ct_field_fit f, g;
+	struct ct_tensors t = {0};
+	double loss;
+
+	must(ct_par_alloc(&env.par, threads, &err));
+	must(ct_field_fit_init(&f, &r, &d, &env, &err));
+	for (size_t k = 0; halt && k < 15; k++, f.step++)
+		must(ct_field_fit_step(
+			&f, &d, 1e-2 * pow(0.1, (double)k / 40), false, &loss, &env, &err));
+	must(ct_field_fit_pack(&t, &f, &err));
+	must(ct_field_fit_init(&g, &r, &d, &env, &err));
+	must(ct_field_fit_unpack(&g, &t, &err));
+	must(ct_field_fit_run(&g, &d, &env, &err));
+	must(ct_vol_alloc(out, s->fine.n, &err));
+	memcpy(out->affine, s->fine.affine, sizeof out->affine);
+	must(ct_field_fit_volume(out, &g, &d, &env, &err));
+	ct_tensors_free(&t);
+	ct_field_fit_free(&f);
+	ct_field_fit_free(&g);
+	ct_par_free(env.par);
+}
+
+static void check_same(const struct scene *s, enum ct_samples_kind kind)
+{
+	const char *name = CT_WORD(CT_SAMPLES_LIST, kind);
+	struct ct_vol a = {0}, b = {0}, c = {0};
+	size_t bytes;
+
+	fitted(&a, s, kind, 1, false);
+	fitted(&b, s, kind, 3, false);
+	fitted(&c, s, kind, 2, true);
+	bytes = ct_vol_count(&a) * sizeof(float);
+	OK(memcmp(a.data, b.data, bytes) == 0, "%s: 1 and 3 threads, same bytes", name);
+	OK(memcmp(a.data, c.data, bytes) == 0, "%s: from a state, same bytes", name);
+	ct_vol_free(&a);
+	ct_vol_free(&b);
+	ct_vol_free(&c);
+}
+
+/* DUMP/step-before.safetensors and -after: the field before and after its step 6, on points x of
+ * these values; the moments before it, and its rate. For field-torch.py. */
+static void dump(const struct scene *s, const char *folder, const struct ct_env *env)
+{
+	const struct ct_field_data d = data_of(s, CT_SAMPLES_POINTS);
+	const struct ct_field_rule r = rule_of(CT_SAMPLES_POINTS);
+	const float rate = 1e-2f;
+	struct ct_field_fit f;
+	struct ct_tensors t = {0}, after = {0};
+	char path[4096];
+	size_t n, one = 1, shape[2] = {0, 3};
+	double loss;
+
+	must(ct_field_fit_init(&f, &r, &d, env, &err));
+	n = ct_field_count(f.pass[0].field);
+	stir(&f, 1);
+	for (; f.step < 5; f.step++)
+		must(ct_field_fit_step(&f, &d, (double)rate, false, &loss, env, &err));
+	must(ct_field_put(f.pass[0].field, &t, &err));
+	shape[0] = ct_vol_count(&s->lr);
+	must(ct_tensors_put(&t, "x", 2, shape, f.pass[0].x, &err));
+	must(ct_tensors_put(&t, "value", 1, shape, s->lr.data, &err));
+	must(ct_tensors_put(&t, "m", 1, &n, f.pass[0].m, &err));
+	must(ct_tensors_put(&t, "v", 1, &n, f.pass[0].v, &err));
+	must(ct_tensors_put(&t, "rate", 1, &one, &rate, &err));
+	snprintf(path, sizeof path, "%s/step-before.safetensors", folder);
+	must(ct_tensors_write(path, &t, false, env, &err));
+	must(ct_field_fit_step(&f, &d, (double)rate, false, &loss, env, &err));
+	must(ct_field_put(f.pass[0].field, &after, &err));
+	snprintf(path, sizeof path, "%s/step-after.safetensors", folder);
+	must(ct_tensors_write(path, &after, false, env, &err));
+	ct_tensors_free(&t);
+	ct_tensors_free(&after);
+	ct_field_fit_free(&f);
+}
+
+int main(int argc, char **argv)
+{
+	const struct ct_env env = {.seed = 5};
+	struct scene s = {0};
+
+	make(&s);
+	if (argc == 3 && strcmp(argv[1], "dump") == 0) {
+		dump(&s, argv[2], &env);
+		return 0;
+	}
+	check_render();
+	check_chord();
+	check_block(&s);
+	for (int k = 0; k <= CT_SAMPLES_RAYS; k++)
+		check_kind(&s, (enum ct_samples_kind)k, 0, &env);
+	check_kind(&s, CT_SAMPLES_PROFILE, 0.3, &env);
+	check_adaptive(&s, &env);
+	for (int k = 0; k <= CT_SAMPLES_RAYS; k++)
+		check_same(&s, (enum ct_samples_kind)k);
+	ct_vol_free(&s.lr);
+	ct_stack_free(&s.rays);
+	return tap_done();
+}
