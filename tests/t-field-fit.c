@@ -215,8 +215,8 @@ static void check_render(void)
 	t[0] = 0;
 	NEAR(ct_render(1, w, t, 1, true, y), 0, 1e-9, "the centre of a cube has no shell");
 	t[0] = 0.5f;
-	NEAR(ct_render(1, w, t, 1, true, y), M_PI * (1 - exp(-0.5)) * 0.25, 1e-6,
-		"a shell counts 4 pi r^2");
+	NEAR(ct_render(1, w, t, 1, true, y), 0.25 * (1 - exp(-0.5)) * 0.25, 1e-6,
+		"a shell counts by its area");
 }
 
 static void check_chord(void)

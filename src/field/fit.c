@@ -36,6 +36,8 @@ static int pass_alloc(
 		return -1;
 	n = ct_field_count(p->field);
 	net = n - ct_field_encoded(p->field);
+	if (f->rule.shape.network.outputs == 2) /* the bias of the density */
+		ct_field_weights(p->field)[n - 2] = 1;
 	if (ct_alloc0(&p->m, n, sizeof *p->m, e) || ct_alloc0(&p->v, n, sizeof *p->v, e) ||
 		ct_alloc0(&p->grad, n, sizeof *p->grad, e) ||
 		ct_alloc(&p->net, CT_FIELD_GROUPS * net, sizeof *p->net, e) ||

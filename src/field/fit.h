@@ -11,6 +11,9 @@
  * With `adaptive` the squares of the first field, where there are two, and else of the only one,
  * count sqrt|value - measured| times, which is a constant of the gradient (CuNeRF).
  *
+ * A density that is rendered begins with a bias of 1: where it is below 0 everywhere, nothing is
+ * seen and nothing learnt.
+ *
  * Batch: `batch` voxels (0: all), or of profile a block with edges of `batch` voxels; of rays
  * `batch` pixels above 0 of one view, each view once in a turn, and `windows` squares of
  * CT_FIELD_WINDOW pixels about such (SAX-NeRF's local sampling). Rays that miss the box do not

@@ -6,7 +6,7 @@
 
 static double gain(bool cube, float t)
 {
-	return cube ? 4 * M_PI * (double)t * (double)t : 1;
+	return cube ? (double)t * (double)t : 1;
 }
 
 static double width(size_t n, const float *t, double end, size_t i)

@@ -6,9 +6,11 @@
  *   value = sum w_i c_i     w_i = g_i (1 - exp(-a_i)) exp(-(a_0 + ... + a_{i-1}))
  *   a_i = max(s_i, 0) d_i
  *
- * and g_i = 1 for a line (NeRF), 4 pi t_i^2 for a cube, whose t is the distance from its centre
- * (CuNeRF's isotropic rendering). t is in half edges of the voxel, here as in samples.h: papers
- * leave its unit open. Sums in double. Pure; thread-safe.
+ * and g_i = 1 for a line (NeRF), 4 pi r_i^2 for a cube, r the distance from its centre (CuNeRF's
+ * isotropic rendering). t is in half edges of the voxel, as in samples.h, and r in the unit in
+ * which the sphere that touches the faces has the area 1, so that 4 pi r^2 = t^2: papers leave both
+ * open, and values far above 1 drive the density to where nothing is learnt. Sums in double. Pure;
+ * thread-safe.
  */
 #ifndef CT_FIELD_RENDER_H
 #define CT_FIELD_RENDER_H
