@@ -254,6 +254,20 @@ static void test_steps(void)
 	ct_par_free(par);
 }
 
+/* A window that float32 cannot hold. */
+static void test_window(void)
+{
+	static const double bad[][2] = {
+		{1, 1}, {-1e308, 1e308}, {-3e38, 3e38}, {0, 1e-99}, {-1e99, 0}};
+
+	for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+		struct ct_arssr a = {.shape = small, .window = {bad[i][0], bad[i][1]}};
+
+		OK(ct_arssr_alloc(&a, &err) && err.code == CT_EINPUT, "%s", err.msg);
+		ct_arssr_free(&a);
+	}
+}
+
 static void test_files(void)
 {
 	struct ct_tensors w = {0};
@@ -275,6 +289,14 @@ static void test_files(void)
 	ct_arssr_free(&back);
 	must(ct_meta_set(&w.meta, "blocks", "3", &err));
 	OK(ct_arssr_get(&back, &w, &err) && err.code == CT_EINPUT, "another shape: %s", err.msg);
+	ct_arssr_free(&back);
+	for (const char *const *k = (const char *const[]){"features", "growth", "out", NULL}; *k;
+		k++)
+		must(ct_meta_set(&w.meta, *k, "1024", &err));
+	must(ct_meta_set(&w.meta, "blocks", "64", &err) ||
+		ct_meta_set(&w.meta, "layers", "16", &err));
+	OK(ct_arssr_get(&back, &w, &err) && strncmp(err.msg, "tensor", 6) == 0,
+		"a terabyte is said: not so large: %s", err.msg);
 	ct_arssr_free(&back);
 	must(ct_meta_set(&w.meta, "blocks", "-3", &err));
 	OK(ct_arssr_get(&back, &w, &err) && err.code == CT_EINPUT, "no shape: %s", err.msg);
@@ -376,5 +398,6 @@ int main(int argc, char **argv)
 	test_memory();
 	test_steps();
 	test_files();
+	test_window();
 	return tap_done();
 }

@@ -327,6 +327,60 @@ static void check_same(const struct scene *s, enum ct_samples_kind kind)
 	ct_vol_free(&c);
 }
 
+/* A state with this word for `key`, or with NaN or a negative number among the second moments. */
+static bool refused(
+	const struct scene *s, const char *key, const char *value, float v, enum ct_code code)
+{
+	const struct ct_field_data d = data_of(s, CT_SAMPLES_LINES);
+	const struct ct_field_rule r = rule_of(CT_SAMPLES_LINES);
+	const struct ct_env env = {.seed = 3};
+	struct ct_field_fit f;
+	struct ct_tensors t = {0};
+	struct ct_err e = {0};
+	bool is;
+
+	must(ct_field_fit_init(&f, &r, &d, &env, &err) || ct_field_fit_pack(&t, &f, &err));
+	ct_tensors_find(&t, "v.1")->data[2] = v;
+	must(ct_meta_set(&t.meta, key, value, &err));
+	is = ct_field_fit_unpack(&f, &t, &e) && e.code == code;
+	ct_tensors_free(&t);
+	ct_field_fit_free(&f);
+	return is;
+}
+
+static void check_states(const struct scene *s)
+{
+	static const char *const bad[][2] = {{CT_META_STEP, "-1"}, {CT_META_STEP, "41"},
+		{CT_META_STEP, "5x"}, {CT_META_STEP, "0.5"}, {CT_META_STEP, "nan"},
+		{CT_META_AT, ""}, {CT_META_SCALARS, "0 0"}, {CT_META_SCALARS, "nan 0 0"},
+		{CT_META_SCALARS, "-1 0 0"}, {CT_META_SCALARS, "0 0 inf"}};
+
+	OK(!refused(s, CT_META_STEP, "40", 0, CT_EINPUT), "a state");
+	for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
+		OK(refused(s, bad[i][0], bad[i][1], 0, CT_EINPUT), "%s '%s' is refused", bad[i][0],
+			bad[i][1]);
+	OK(refused(s, CT_META_STEP, "1", -1, CT_EINPUT), "so is a negative square");
+	OK(refused(s, CT_META_STEP, "1", NAN, CT_ENUMERIC), "and NaN");
+}
+
+static void check_rule(void)
+{
+	struct ct_field_rule r = rule_of(CT_SAMPLES_PROFILE);
+	struct ct_err e = {0};
+
+	must(ct_field_rule_check(&r, &err));
+	r.rate[0] = 0;
+	OK(ct_field_rule_check(&r, &e) && e.code == CT_EUSAGE, "a rate of 0 is refused");
+	ct_field_rule_like(&r, CT_FIELD_LIKE_AUTO, 0);
+	ct_field_rule_network(&r, 1000, 8);
+	OK(ct_field_rule_check(&r, &e) && e.code == CT_EUSAGE, "so are 1000 layers");
+	ct_field_rule_network(&r, 2, 8);
+	ct_field_rule_levels(&r, 500);
+	OK(r.shape.encoding.levels == 6, "grids up to 256 for 500 voxels");
+	ct_field_rule_levels(&r, 5000);
+	OK(r.shape.encoding.levels == 7 && !ct_field_rule_check(&r, &e), "and 512 at most");
+}
+
 /* DUMP/step-before.safetensors and -after: the field before and after its step 6, on points x of
  * these values; the moments before it, and its rate. For field-torch.py. */
 static void dump(const struct scene *s, const char *folder, const struct ct_env *env)
@@ -382,6 +436,8 @@ int main(int argc, char **argv)
 	check_adaptive(&s, &env);
 	for (int k = 0; k <= CT_SAMPLES_RAYS; k++)
 		check_same(&s, (enum ct_samples_kind)k);
+	check_states(&s);
+	check_rule();
 	ct_vol_free(&s.lr);
 	ct_stack_free(&s.rays);
 	return tap_done();
