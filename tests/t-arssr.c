@@ -254,6 +254,28 @@ static void test_steps(void)
 	ct_par_free(par);
 }
 
+/* A number that is none in HU. */
+static void test_large(void)
+{
+	struct ct_env env = {0};
+	struct ct_arssr net;
+	struct ct_arssr_volume a;
+	struct ct_vol v = {0};
+	float *out = calloc(23 * 31 * 64, sizeof *out);
+
+	network(&net, &small);
+	net.all[net.n - 1] = 1e37f;
+	volume(&v, 9, 10, 28);
+	a = of(&net, &v);
+	must(ct_par_alloc(&env.par, 1, &err));
+	must(ct_arssr_volume_plan(&a, 1e9, 1, &err));
+	OK(ct_arssr_volume_run(&a, out, &env, &err) && err.code == CT_ENUMERIC, "%s", err.msg);
+	ct_par_free(env.par);
+	ct_vol_free(&v);
+	ct_arssr_free(&net);
+	free(out);
+}
+
 /* A window that float32 cannot hold. */
 static void test_window(void)
 {
@@ -399,5 +421,6 @@ int main(int argc, char **argv)
 	test_steps();
 	test_files();
 	test_window();
+	test_large();
 	return tap_done();
 }
