@@ -254,6 +254,42 @@ static void test_steps(void)
 	ct_par_free(par);
 }
 
+/* A number that is none in HU. */
+static void test_large(void)
+{
+	struct ct_env env = {0};
+	struct ct_arssr net;
+	struct ct_arssr_volume a;
+	struct ct_vol v = {0};
+	float *out = calloc(23 * 31 * 64, sizeof *out);
+
+	network(&net, &small);
+	net.all[net.n - 1] = 1e37f;
+	volume(&v, 9, 10, 28);
+	a = of(&net, &v);
+	must(ct_par_alloc(&env.par, 1, &err));
+	must(ct_arssr_volume_plan(&a, 1e9, 1, &err));
+	OK(ct_arssr_volume_run(&a, out, &env, &err) && err.code == CT_ENUMERIC, "%s", err.msg);
+	ct_par_free(env.par);
+	ct_vol_free(&v);
+	ct_arssr_free(&net);
+	free(out);
+}
+
+/* A window that float32 cannot hold. */
+static void test_window(void)
+{
+	static const double bad[][2] = {
+		{1, 1}, {-1e308, 1e308}, {-3e38, 3e38}, {0, 1e-99}, {-1e99, 0}};
+
+	for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+		struct ct_arssr a = {.shape = small, .window = {bad[i][0], bad[i][1]}};
+
+		OK(ct_arssr_alloc(&a, &err) && err.code == CT_EINPUT, "%s", err.msg);
+		ct_arssr_free(&a);
+	}
+}
+
 static void test_files(void)
 {
 	struct ct_tensors w = {0};
@@ -275,6 +311,14 @@ static void test_files(void)
 	ct_arssr_free(&back);
 	must(ct_meta_set(&w.meta, "blocks", "3", &err));
 	OK(ct_arssr_get(&back, &w, &err) && err.code == CT_EINPUT, "another shape: %s", err.msg);
+	ct_arssr_free(&back);
+	for (const char *const *k = (const char *const[]){"features", "growth", "out", NULL}; *k;
+		k++)
+		must(ct_meta_set(&w.meta, *k, "1024", &err));
+	must(ct_meta_set(&w.meta, "blocks", "64", &err) ||
+		ct_meta_set(&w.meta, "layers", "16", &err));
+	OK(ct_arssr_get(&back, &w, &err) && strncmp(err.msg, "tensor", 6) == 0,
+		"a terabyte is said: not so large: %s", err.msg);
 	ct_arssr_free(&back);
 	must(ct_meta_set(&w.meta, "blocks", "-3", &err));
 	OK(ct_arssr_get(&back, &w, &err) && err.code == CT_EINPUT, "no shape: %s", err.msg);
@@ -376,5 +420,7 @@ int main(int argc, char **argv)
 	test_memory();
 	test_steps();
 	test_files();
+	test_window();
+	test_large();
 	return tap_done();
 }

@@ -26,6 +26,9 @@ exits 3 'another network cannot resume' ct-train $small -a features=7 -n 4 --res
 exits 2 'a word that there is not' ct-train $small -a colour=3 z.safetensors scans; has err '--arch: there is no "colour"$' 'is named'
 exits 2 'no blocks' ct-train $small -a blocks=0 z.safetensors scans; has err 'blocks=0: expected a number from 1 to 64$' 'is named'
 exits 5 'volumes smaller than a cube' ct-train $small -p 12 z.safetensors scans; has err '^ct-train: scans: no volume has 48 voxels along each axis$' 'are too small'
+cp truth.nii nan.nii; printf '\000\000\300\177' | dd of=nan.nii bs=1 conv=notrunc seek=$(($(wc -c <truth.nii) - 4)) 2>/dev/null
+exits 6 'NaN' ct-train $small z.safetensors nan.nii; has err '^ct-train: nan.nii: voxel' 'is named'
+exits 2 'a window beyond float32' ct-train $small --expert=window=-1e308:1e308 z.safetensors scans; has err 'window' 'is named'
 exits 6 'a training that diverges' ct-train -q $small --expert=lr=1,decay=10 -n 500 z.safetensors scans
 [ ! -e z.safetensors ]; ok $? 'no output of a failed run'
 exits 2 'what is of other kinds' ct-train $small -x 3 z.safetensors scans

@@ -56,6 +56,7 @@ long() { cd "$1" && shift && exec setsid ct-field -q --expert every=5 --samples 
 (export CTSR_TEST_SIGNAL='ct-field 30 9'; long cut); [ -e cut/r.nii.state ] && [ ! -e cut/r.nii ]; ok $? 'killed: the state stays'
 (long cut) 2>err; [ $? -eq 4 ]; ok $? 'a state is not overwritten'
 (export CTSR_TEST_SIGNAL='ct-field 20 15'; long cut --resume); [ $? -eq 75 ]; ok $? 'stops with 75'
+(export CTSR_TEST_SIGNAL='ct-field 9 15'; long cut --resume --expert every=7); [ $? -eq 75 ]; ok $? 'other places to save are no other run'
 exits 3 'a state of other options' sh -c 'cd cut && ct-field -q --samples points -b 61 --expert every=5 --resume ../lr.nii r.nii'
 (long cut --resume) && cmp whole/r.nii cut/r.nii; ok $? 'resumes, to the same bytes'
 [ ! -e cut/r.nii.state ]; ok $? 'and removes the state'
@@ -64,6 +65,7 @@ ct-phantom --size=40x40x40 ellipsoids big.nii
 late() { cd late && exec setsid ct-field -q --expert every=0 --samples points -b 3 --grid ../big.nii "$@" ../lr.nii r.nii; }
 (export CTSR_TEST_SIGNAL='ct-field 4 15'; late); [ $? -eq 75 ] && [ -e late/r.nii.state ]; ok $? 'stopped on the grid: the state stays'
 (late --resume) && [ -s late/r.nii ] && [ ! -e late/r.nii.state ]; ok $? 'and serves'
+mv late/r.nii late.nii; (late) && cmp late/r.nii late.nii; ok $? 'to the same bytes'
 
 exits 3 'a stack for cubes' ct-field --samples cubes p.exr no.nii; has err 'p.exr.*cubes' 'is named'
 exits 3 'a CT for rays' ct-field --like naf lr.nii no.nii; has err 'lr.nii.*rays' 'is named'
@@ -75,6 +77,10 @@ exits 2 'a loss that is none' ct-field --loss l3 lr.nii no.nii
 exits 2 'TV of points' ct-field --samples points --loss tv:1 lr.nii no.nii
 exits 2 'a lattice of 10' ct-field --samples cubes --expert count=10 lr.nii no.nii
 exits 2 'a network that is none' ct-field --network 8 lr.nii no.nii
+exits 2 'a network that is too large' ct-field --network 1000x100000 lr.nii no.nii
+exits 2 'grids that are too many' ct-field --expert levels=16 lr.nii no.nii
+exits 2 'a rate of 0' ct-field --expert rate=0 lr.nii no.nii; has err 'rate' 'is named'
+exits 2 'a window beyond float32' ct-field --samples points -w -1e308:1e308 eight.nii no.nii; has err 'window' 'is named'
 exits 2 'a factor beside a grid' ct-field -x 2 --grid hr.nii lr.nii no.nii
 exits 3 'a scan of unknown blur' ct-field -x 2 hr.nii no.nii; has err 'hr.nii.*points' 'says what serves'
 cp lr.nii nan.nii

@@ -2,7 +2,7 @@
  * weights, by finite differences; the operator on a block; states; threads. */
 #include "config.h"
 #include "core/mem.h"
-#include "field/fit.h"
+#include "field/fit-items.h"
 #include "field/render.h"
 #include "formats/format.h"
 #include "xray/geometry.h"
@@ -327,6 +327,172 @@ static void check_same(const struct scene *s, enum ct_samples_kind kind)
 	ct_vol_free(&c);
 }
 
+/* A state with this word for `key`, or with NaN or a negative number among the second moments. */
+static bool refused(
+	const struct scene *s, const char *key, const char *value, float v, enum ct_code code)
+{
+	const struct ct_field_data d = data_of(s, CT_SAMPLES_LINES);
+	const struct ct_field_rule r = rule_of(CT_SAMPLES_LINES);
+	const struct ct_env env = {.seed = 3};
+	struct ct_field_fit f;
+	struct ct_tensors t = {0};
+	struct ct_err e = {0};
+	bool is;
+
+	must(ct_field_fit_init(&f, &r, &d, &env, &err) || ct_field_fit_pack(&t, &f, &err));
+	ct_tensors_find(&t, "v.1")->data[2] = v;
+	must(ct_meta_set(&t.meta, key, value, &err));
+	is = ct_field_fit_unpack(&f, &t, &e) && e.code == code;
+	ct_tensors_free(&t);
+	ct_field_fit_free(&f);
+	return is;
+}
+
+static void check_states(const struct scene *s)
+{
+	static const char *const bad[][2] = {{CT_META_STEP, "-1"}, {CT_META_STEP, "41"},
+		{CT_META_STEP, "5x"}, {CT_META_STEP, "0.5"}, {CT_META_STEP, "nan"},
+		{CT_META_AT, ""}, {CT_META_SCALARS, "0 0"}, {CT_META_SCALARS, "nan 0 0"},
+		{CT_META_SCALARS, "-1 0 0"}, {CT_META_SCALARS, "0 0 inf"}};
+
+	OK(!refused(s, CT_META_STEP, "40", 0, CT_EINPUT), "a state");
+	for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
+		OK(refused(s, bad[i][0], bad[i][1], 0, CT_EINPUT), "%s '%s' is refused", bad[i][0],
+			bad[i][1]);
+	OK(refused(s, CT_META_STEP, "1", -1, CT_EINPUT), "so is a negative square");
+	OK(refused(s, CT_META_STEP, "1", NAN, CT_ENUMERIC), "and NaN");
+}
+
+static void check_rule(void)
+{
+	struct ct_field_rule r = rule_of(CT_SAMPLES_PROFILE);
+	struct ct_err e = {0};
+
+	must(ct_field_rule_check(&r, &err));
+	r.rate[0] = 0;
+	OK(ct_field_rule_check(&r, &e) && e.code == CT_EUSAGE, "a rate of 0 is refused");
+	ct_field_rule_like(&r, CT_FIELD_LIKE_AUTO, 0);
+	ct_field_rule_network(&r, 1000, 8);
+	OK(ct_field_rule_check(&r, &e) && e.code == CT_EUSAGE, "so are 1000 layers");
+	ct_field_rule_network(&r, 2, 8);
+	ct_field_rule_levels(&r, 500);
+	OK(r.shape.encoding.levels == 6, "grids up to 256 for 500 voxels");
+	ct_field_rule_levels(&r, 5000);
+	OK(r.shape.encoding.levels == 7 && !ct_field_rule_check(&r, &e), "and 512 at most");
+	ct_field_rule_network(&r, 8, 256);
+	OK(r.shape.network.skip == 5, "8 layers have the code again at 5");
+	ct_field_rule_network(&r, 5, 256);
+	OK(r.shape.network.skip == 0, "5 layers do not");
+}
+
+/* The largest change of a weight by a run to its end, from the state that `steps` steps at
+ * `rate` lead to. */
+static double moved(const struct scene *s, const struct ct_field_rule *r, size_t steps, double rate)
+{
+	const struct ct_field_data d = data_of(s, CT_SAMPLES_POINTS);
+	const struct ct_env env = {.seed = 3};
+	struct ct_field_fit f, g;
+	double loss, most = 0;
+
+	must(ct_field_fit_init(&f, r, &d, &env, &err) || ct_field_fit_init(&g, r, &d, &env, &err));
+	for (; f.step < steps; f.step++)
+		must(ct_field_fit_step(&f, &d, rate, false, &loss, &env, &err));
+	must(ct_field_fit_run(&g, &d, &env, &err));
+	for (size_t i = 0; i < ct_field_count(f.pass[0].field); i++)
+		most = fmax(most, fabs((double)ct_field_weights(f.pass[0].field)[i] -
+					  (double)ct_field_weights(g.pass[0].field)[i]));
+	ct_field_fit_free(&f);
+	ct_field_fit_free(&g);
+	return most;
+}
+
+static void check_rates(const struct scene *s)
+{
+	struct ct_field_rule r = rule_of(CT_SAMPLES_POINTS);
+
+	r.iterations = 4;
+	r.stepwise = true;
+	r.rate[1] = 1e-30;
+	OK(moved(s, &r, 2, 1e-2) < 1e-12, "stepwise: the first rate for half of the steps");
+	r.stepwise = false;
+	r.rate[0] = r.rate[1] = 1e-2;
+	r.iterations = 1;
+	r.warm = 10;
+	r.cold = 0.25;
+	OK(moved(s, &r, 1, 0.25e-2) < 1e-9, "the first step is a cold one");
+	r.warm = 1;
+	r.iterations = 2;
+	r.cold = 0;
+	OK(moved(s, &r, 0, 0) > 1e-3, "and those after the warm-up are not");
+}
+
+/* Pixel p of view v has the value 1000 v + p + 1. */
+static void check_rays(const struct scene *s)
+{
+	struct ct_field_data d = data_of(s, CT_SAMPLES_RAYS);
+	struct ct_field_rule r = rule_of(CT_SAMPLES_RAYS);
+	const struct ct_env env = {.seed = 3};
+	struct ct_stack rays = s->rays;
+	const size_t w = rays.w, area = w * rays.h;
+	size_t turns = 0, squares = 0;
+	struct ct_field_fit f;
+
+	rays.data = malloc(ct_stack_count(&rays) * sizeof *rays.data);
+	for (size_t i = 0; i < ct_stack_count(&rays); i++)
+		rays.data[i] = (float)(i / area * 1000 + i % area + 1);
+	d.rays = &rays;
+	r.batch = 1;
+	r.windows = 1;
+	must(ct_field_fit_init(&f, &r, &d, &env, &err));
+	for (size_t turn = 0, seen = 0; turn < 20; turn++, seen = 0) {
+		for (size_t k = 0; k < rays.views; k++, f.step++) {
+			struct ct_field_item it;
+			bool square = true;
+			double first = 0;
+
+			for (size_t i = 0; i < CT_FIELD_WINDOW * CT_FIELD_WINDOW; i++) {
+				const size_t at = i / CT_FIELD_WINDOW * w + i % CT_FIELD_WINDOW;
+
+				ct_field_item_of(&it, &f, &d, 1 + i);
+				first = i ? first : it.value;
+				square = square && it.value == first + (double)at;
+			}
+			squares += square;
+			seen |= (size_t)1 << (size_t)(first / 1000);
+		}
+		turns += seen == ((size_t)1 << rays.views) - 1;
+	}
+	OK(turns == 20, "each view once in a turn (%zu of 20)", turns);
+	OK(squares == 20 * rays.views, "windows are squares (%zu)", squares);
+	ct_field_fit_free(&f);
+	free(rays.data);
+}
+
+/* Far outside the box there is what is on its face. */
+static void check_outside(const struct scene *s)
+{
+	const struct ct_field_data d = data_of(s, CT_SAMPLES_POINTS);
+	const struct ct_field_rule r = rule_of(CT_SAMPLES_POINTS);
+	const struct ct_env env = {.seed = 3};
+	struct ct_field_fit f;
+	struct ct_vol v[2] = {{.data = NULL}, {.data = NULL}};
+
+	must(ct_field_fit_init(&f, &r, &d, &env, &err));
+	stir(&f, 1);
+	for (int k = 0; k < 2; k++) {
+		must(ct_vol_alloc(&v[k], (const size_t[3]){3, 1, 1}, &err));
+		memcpy(v[k].affine, s->lr.affine, sizeof v[k].affine);
+		v[k].affine[0][0] = k ? 5000 : 500;
+		v[k].affine[0][3] = -v[k].affine[0][0];
+		must(ct_field_fit_volume(&v[k], &f, &d, &env, &err));
+	}
+	OK(v[0].data[0] != v[0].data[2], "the faces of the box differ");
+	OK(v[0].data[0] == v[1].data[0] && v[0].data[2] == v[1].data[2], "and reach outwards");
+	ct_vol_free(&v[0]);
+	ct_vol_free(&v[1]);
+	ct_field_fit_free(&f);
+}
+
 /* DUMP/step-before.safetensors and -after: the field before and after its step 6, on points x of
  * these values; the moments before it, and its rate. For field-torch.py. */
 static void dump(const struct scene *s, const char *folder, const struct ct_env *env)
@@ -382,6 +548,11 @@ int main(int argc, char **argv)
 	check_adaptive(&s, &env);
 	for (int k = 0; k <= CT_SAMPLES_RAYS; k++)
 		check_same(&s, (enum ct_samples_kind)k);
+	check_states(&s);
+	check_rule();
+	check_rates(&s);
+	check_rays(&s);
+	check_outside(&s);
 	ct_vol_free(&s.lr);
 	ct_stack_free(&s.rays);
 	return tap_done();

@@ -358,7 +358,7 @@ static void test_window(void)
 	struct ct_meta m = {0};
 	const double w[] = {-512.25, 1e6};
 	static const char *const spoilt[] = {"x", "4", "4:", ":4", "4e:9", "0x:9", "0:9e", "0:9x",
-		"0:0x11p", "0:9 ", "9:0", "0:inf"};
+		"0:0x11p", "0:9 ", "9:0", "0:inf", "-1e308:1e308", "-3e38:3e38", "0:1e-99"};
 
 	OK(window_is(NULL, NULL, -1024, 3071) && window_is(NULL, &m, -1024, 3071), "a window");
 	OK(window_is("-5:7", NULL, -5, 7) && window_is("-5:7", &m, -5, 7), "that is asked for");
@@ -374,6 +374,9 @@ static void test_window(void)
 		   "--window 0:1e6 contradicts a b.nii, whose window is -512.25:1000000"),
 		"whose the other is");
 	OK(window_is_refused("1:0", &m, CT_EUSAGE, "--window: '1:0' is empty"), "none");
+	OK(window_is_refused(
+		   "-1e308:1e308", &m, CT_EUSAGE, "--window: float32 does not hold -1e308:1e308"),
+		"one that is too wide");
 	for (size_t i = 0; i < sizeof spoilt / sizeof *spoilt; i++) {
 		must(ct_meta_set(&m, CT_META_WINDOW, spoilt[i], &err));
 		OK(window_is_refused(

@@ -53,6 +53,8 @@ has err '^ct-train: little.nii: no volume is large enough for an example$' 'is t
 exits 3 'to validate, too' ct-train $small --validate little.nii no.safetensors scans
 has err '^ct-train: little.nii: no volume is large enough for an example$' 'which is said'
 ct-phantom -q --size 40x40x40 constant flat.nii
+cp scans/1.nii nan.nii; printf '\000\000\300\177' | dd of=nan.nii bs=1 conv=notrunc seek=$(($(wc -c <nan.nii) - 4)) 2>/dev/null
+exits 6 'NaN' ct-train $small no.safetensors nan.nii; has err 'nan.nii: voxel' 'is named'
 exits 3 'nothing at all' ct-train $small no.safetensors flat.nii
 has err '^ct-train: flat.nii: every voxel is ' 'is told'
 mkdir none; exits 3 'an empty folder' ct-train $small no.safetensors none

@@ -137,11 +137,12 @@ static int flush(
 	if (ct_decoder_run(d, rows, e))
 		return -1;
 	for (size_t i = 0; i < rows; i++) {
-		const float x = d->h[9][i];
+		const double x = (double)d->h[9][i];
+		const float hu = (float)(window[0] + x * (window[1] - window[0]));
 
-		if (!isfinite(x))
-			return ct_fail(e, CT_ENUMERIC, "the network makes %g", (double)x);
-		j->out[at[i]] = (float)(window[0] + (double)x * (window[1] - window[0]));
+		if (!isfinite(hu))
+			return ct_fail(e, CT_ENUMERIC, "the network makes %g", x);
+		j->out[at[i]] = hu;
 	}
 	return 0;
 }

@@ -109,20 +109,27 @@ static void layers(struct ct_arssr *a)
 	}
 }
 
-int ct_arssr_alloc(struct ct_arssr *a, struct ct_err *e)
+/* Where all weights lie, and none of them. */
+static int plan(struct ct_arssr *a, struct ct_err *e)
 {
 	for (size_t i = 0; i < KEYS; i++)
 		if (*word_of(&a->shape, i) < 1 || *word_of(&a->shape, i) > keys[i].most)
 			return ct_fail(e, CT_EINPUT, "%s is %zu: expected 1 to %zu", keys[i].name,
 				*word_of(&a->shape, i), keys[i].most);
-	if (!(a->window[1] > a->window[0]) || !isfinite(a->window[1] - a->window[0]))
+	if (!((float)a->window[1] > (float)a->window[0]) || !isfinite((float)a->window[0]) ||
+		!isfinite((float)(a->window[1] - a->window[0])))
 		return ct_fail(
 			e, CT_EINPUT, "the window %g:%g is none", a->window[0], a->window[1]);
 	a->n = a->layers = 0;
 	if (ct_alloc0(&a->layer, ct_arssr_stage(a, CT_ARSSR_DECODER), sizeof *a->layer, e))
 		return -1;
 	layers(a);
-	return ct_alloc0(&a->all, a->n, sizeof *a->all, e);
+	return 0;
+}
+
+int ct_arssr_alloc(struct ct_arssr *a, struct ct_err *e)
+{
+	return plan(a, e) || ct_alloc0(&a->all, a->n, sizeof *a->all, e) ? -1 : 0;
 }
 
 void ct_arssr_free(struct ct_arssr *a)
@@ -185,7 +192,7 @@ int ct_arssr_put(const struct ct_arssr *a, const float *all, struct ct_tensors *
 	return 0;
 }
 
-static int take(float *to, const struct ct_tensors *w, const char *name, size_t rank,
+static int check_tensor(const struct ct_tensors *w, const char *name, size_t rank,
 	const size_t *dim, struct ct_err *e)
 {
 	const struct ct_tensor *t = ct_tensors_find(w, name);
@@ -198,7 +205,20 @@ static int take(float *to, const struct ct_tensors *w, const char *name, size_t 
 		if (!isfinite(t->data[i]))
 			return ct_fail(e, CT_ENUMERIC, "tensor \"%s\": value %zu is %g", name, i,
 				(double)t->data[i]);
-	memcpy(to, t->data, ct_tensor_count(t) * sizeof *to);
+	return 0;
+}
+
+/* Is all there of what the metadata say, before as much is allocated? */
+static int check_tensors(const struct ct_arssr *a, const struct ct_tensors *w, struct ct_err *e)
+{
+	char name[104];
+	size_t rank, dim[5];
+
+	for (size_t i = 0; i < 2 * a->layers; i++) {
+		tensor_of(name, &rank, dim, &a->layer[i / 2], i % 2);
+		if (check_tensor(w, name, rank, dim, e))
+			return -1;
+	}
 	return 0;
 }
 
@@ -223,13 +243,13 @@ int ct_arssr_get(struct ct_arssr *a, const struct ct_tensors *w, struct ct_err *
 	}
 	if (window && sscanf(window, "%lf:%lf%c", &a->window[0], &a->window[1], &more) != 2)
 		return ct_fail(e, CT_EINPUT, "window \"%.40s\": expected LO:HI", window);
-	if (ct_arssr_alloc(a, e))
+	if (plan(a, e) || check_tensors(a, w, e) || ct_alloc(&a->all, a->n, sizeof *a->all, e))
 		return -1;
 	for (size_t i = 0; i < 2 * a->layers; i++) {
 		const size_t at = tensor_of(name, &rank, dim, &a->layer[i / 2], i % 2);
+		const struct ct_tensor *t = ct_tensors_find(w, name);
 
-		if (take(a->all + at, w, name, rank, dim, e))
-			return -1;
+		memcpy(a->all + at, t->data, ct_tensor_count(t) * sizeof *a->all);
 	}
 	return 0;
 }

@@ -47,6 +47,8 @@ void ct_field_rule_samples(struct ct_field_rule *r, enum ct_samples_kind kind)
 	r->tv = kind == CT_SAMPLES_PROFILE ? 5e-3 : 0;
 }
 
+enum { FINEST = 512 }; /* intervals of a dense grid: a finer one is more than int32_t counts */
+
 void ct_field_rule_levels(struct ct_field_rule *r, size_t side)
 {
 	struct ct_encoding *c = &r->shape.encoding;
@@ -54,7 +56,7 @@ void ct_field_rule_levels(struct ct_field_rule *r, size_t side)
 
 	if (c->kind != CT_ENCODING_GRID)
 		return;
-	for (c->levels = 1; grid * c->growth <= (double)side; c->levels++)
+	for (c->levels = 1; grid * c->growth <= fmin((double)side, FINEST); c->levels++)
 		grid *= c->growth;
 }
 
@@ -125,7 +127,11 @@ int ct_field_rule_check(const struct ct_field_rule *r, struct ct_err *e)
 	if (a->segment && (s->kind != CT_SAMPLES_RAYS || s->n % a->segment))
 		return ct_fail(e, CT_EUSAGE,
 			"attention of sax-nerf needs --samples rays, and an even number of them");
-	return ct_encoding_check(&r->shape.encoding, e) || ct_network_check(&r->shape.network, e)
-		       ? -1
-		       : 0;
+	if (!(r->rate[0] > 0))
+		return ct_fail(e, CT_EUSAGE, "--expert rate: %g is not above 0", r->rate[0]);
+	if (ct_encoding_check(&r->shape.encoding, e) || ct_network_check(&r->shape.network, e)) {
+		e->code = CT_EUSAGE;
+		return -1;
+	}
+	return 0;
 }

@@ -42,11 +42,10 @@ int ct_field_fit_pack(struct ct_tensors *t, const struct ct_field_fit *f, struct
 
 int ct_field_fit_unpack(struct ct_field_fit *f, const struct ct_tensors *t, struct ct_err *e)
 {
-	const char *step = ct_meta_get(&t->meta, CT_META_STEP);
-	const char *at = ct_meta_get(&t->meta, CT_META_AT);
+	const size_t most = f->rule.iterations;
 	const char *scalars = ct_meta_get(&t->meta, CT_META_SCALARS);
 	char name[NAME];
-	int whole;
+	double step, whole;
 
 	for (size_t p = 0; p < ct_samples_passes(&f->rule.samples); p++) {
 		const size_t n = ct_field_count(f->pass[p].field);
@@ -57,16 +56,21 @@ int ct_field_fit_unpack(struct ct_field_fit *f, const struct ct_tensors *t, stru
 
 			if (!x)
 				return -1;
+			for (size_t i = 0; k == 2 && i < n; i++)
+				if (x[i] < 0)
+					return ct_fail(e, CT_EINPUT, "tensor %s: value %zu is %g",
+						name, i, (double)x[i]);
 			memcpy(to, x, n * sizeof *to);
 		}
 	}
-	if (!step || sscanf(step, "%zu", &f->step) != 1 ||
-		(f->rule.iterations && f->step > f->rule.iterations))
+	if (ct_meta_numbers(&t->meta, CT_META_STEP, 1, &step, e) || step != floor(step) ||
+		!(step >= 0 && step <= (most ? (double)most : 0x1p53)))
 		return ct_fail(e, CT_EINPUT, "the state has no valid step");
-	if (!at || sscanf(at, "%d", &whole) != 1 || !scalars ||
+	if (ct_meta_numbers(&t->meta, CT_META_AT, 1, &whole, e) || !scalars ||
 		sscanf(scalars, "%la %la %la", &f->used, &f->first, &f->last) != 3 ||
 		!(isfinite(f->used) && f->used >= 0 && isfinite(f->first) && isfinite(f->last)))
 		return ct_fail(e, CT_EINPUT, "the state has no scalars, or wrong ones");
+	f->step = (size_t)step;
 	f->whole = whole != 0;
 	return 0;
 }

@@ -69,8 +69,8 @@ void ct_field_rule_like(struct ct_field_rule *r, enum ct_field_like like, size_t
 void ct_field_rule_samples(struct ct_field_rule *r, enum ct_samples_kind kind);
 void ct_field_rule_encoding(struct ct_field_rule *r, enum ct_encoding_kind kind);
 void ct_field_rule_network(struct ct_field_rule *r, size_t depth, size_t width);
-/* Of dense grids those that are no finer than `side` voxels across the box: what finer ones say
- * between the voxels that are fitted, nothing determines. */
+/* Of dense grids those that are no finer than `side` voxels across the box, nor than 512: what
+ * finer ones say between the voxels that are fitted, nothing determines. */
 void ct_field_rule_levels(struct ct_field_rule *r, size_t side);
 /* CT_EUSAGE for what does not go together. */
 int ct_field_rule_check(const struct ct_field_rule *r, struct ct_err *e);

@@ -65,7 +65,7 @@ static const struct ct_opt opts[] = {
 		"HU of density 0 and 1 (what IN says, or -1024:3071)"),
 	CT_FLAG(resume, 0, "resume", "continue from OUT.state if it is there", CT_IDLE),
 	CT_EXPERT(every, "every", "N", 0, 10000000,
-		"iterations between states in OUT.state; 0 writes one only when stopped"),
+		"iterations between states in OUT.state; 0 writes one only when stopped", CT_IDLE),
 	CT_EXPERT(batch, "batch", "N", 0, 1000000,
 		"voxels or rays of an iteration, or of profile the voxels of IN along an edge of a "
 		"block; 0 is as --like"),

@@ -5,6 +5,7 @@
 #include "core/mem.h"
 #include "tools/lib/prior-opts.h"
 #include "tools/train.h"
+#include "xray/window.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -279,14 +280,14 @@ static int begin_volumes(struct train_subject *s, struct train_data *data,
 			.decay = isnan(p->decay) ? 0 : p->decay,
 			.average = isnan(p->ema) ? 0.999 : p->ema,
 			.cosine = p->cosine}};
-	return parse_shape(&r->network.shape, p->arch, e) ||
-			       (p->bytes && ct_cli_numbers("bytes", p->bytes, ':', 2, false,
-						    r->bytes, e)) ||
-			       (p->window && ct_cli_range("expert window", p->window,
-						     r->network.window, e)) ||
-			       train_volumes(s, data, r, env, e)
-		       ? -1
-		       : 0;
+	if (parse_shape(&r->network.shape, p->arch, e) ||
+		(p->bytes && ct_cli_numbers("bytes", p->bytes, ':', 2, false, r->bytes, e)) ||
+		(p->window && ct_cli_range("expert window", p->window, r->network.window, e)))
+		return -1;
+	if (!ct_window_is(r->network.window))
+		return ct_fail(
+			e, CT_EUSAGE, "--expert window: float32 does not hold %s", p->window);
+	return train_volumes(s, data, r, env, e);
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)

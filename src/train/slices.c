@@ -93,7 +93,7 @@ static int learn_file(struct train_slices_job *j, struct lessons *l, const char 
 {
 	struct ct_vol v = {0};
 	uint64_t bits[2];
-	int rc = ct_vol_read(path, &v, e) || ct_vol_check_finite(&v, e) ||
+	int rc = ct_vol_read(path, &v, e) || (ct_vol_check_finite(&v, e) && ct_blame(e, path)) ||
 				 train_data_hu(&v, path, j->p->bytes, e) ||
 				 train_data_hash(
 					 bits, v.data, ct_vol_count(&v) * sizeof *v.data, e) ||

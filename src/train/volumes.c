@@ -39,7 +39,7 @@ static int add(struct train_volumes_job *j, struct shelf *s, const char *path, s
 
 	if (ct_grow(&s->v, &s->cap, s->n + 1, sizeof *s->v, e))
 		return -1;
-	if (ct_vol_read(path, &v, e) || ct_vol_check_finite(&v, e) ||
+	if (ct_vol_read(path, &v, e) || (ct_vol_check_finite(&v, e) && ct_blame(e, path)) ||
 		train_data_hu(&v, path, j->p->bytes, e)) {
 		ct_vol_free(&v);
 		return -1;

@@ -60,6 +60,13 @@ size_t ct_window_above(size_t n, const float *src, const double window[static 2]
 	return above;
 }
 
+bool ct_window_is(const double window[static 2])
+{
+	const float lo = (float)window[0], hi = (float)window[1];
+
+	return isfinite(lo) && lo < hi && isfinite((float)(window[1] - window[0]));
+}
+
 int ct_window_get(double window[static 2], const struct ct_meta *m, struct ct_err *e)
 {
 	const char *text = m ? ct_meta_get(m, CT_META_WINDOW) : NULL;
@@ -73,8 +80,7 @@ int ct_window_get(double window[static 2], const struct ct_meta *m, struct ct_er
 	if (end != text && *end == ':') {
 		text = end + 1;
 		window[1] = strtod(text, &end);
-		if (end != text && !*end && isfinite(window[0]) && isfinite(window[1]) &&
-			window[0] < window[1])
+		if (end != text && !*end && ct_window_is(window))
 			return 0;
 	}
 	return ct_fail(e, CT_EINPUT, "metadata: the window is not LO:HI with LO < HI");

@@ -32,6 +32,8 @@ size_t ct_window_above(size_t n, const float *src, const double window[static 2]
 /* A volume of density in place to HU, and its quantity; a residual has no offset. CT_ENOMEM. */
 int ct_window_volume(
 	struct ct_vol *v, bool residual, const double window[static 2], struct ct_err *e);
+/* Is it one that float32 holds: two ends, apart, and their distance? */
+bool ct_window_is(const double window[static 2]);
 /* The window that the metadata say (m may be NULL), else -1024 to 3071 HU. CT_EINPUT. */
 int ct_window_get(double window[static 2], const struct ct_meta *m, struct ct_err *e);
 int ct_window_put(struct ct_meta *m, const double window[static 2], struct ct_err *e);

@@ -109,6 +109,8 @@ int ct_geometry_opts_window(
 		return 0;
 	if (ct_cli_range("window", option, asked, e))
 		return -1;
+	if (!ct_window_is(asked))
+		return ct_fail(e, CT_EUSAGE, "--window: float32 does not hold %s", option);
 	if (had && (asked[0] != window[0] || asked[1] != window[1])) {
 		const char *file = ct_meta_get(m, CT_META_INPUT); /* "NAME HASH" */
 		const char *end = file ? strrchr(file, ' ') : NULL;
