@@ -23,6 +23,10 @@ has err 'the best, held-out loss' 'and so it says'
 ct-train -q $small -f -n 3 --half half.safetensors scans; exits 0 'half precision' ct-upsample -q -m arssr -p half.safetensors lo.nii x.nii
 exits 0 'an estimate' ct-train $small --dry-run z.safetensors scans; has out '2 volumes, [0-9]* parameters' 'with the size of the work'
 exits 3 'another network cannot resume' ct-train $small -a features=7 -n 4 --resume a.safetensors scans
+mkdir more; cp scans/*.nii more; ct-phantom -q -s 3 --size 44x42x46 ellipsoids more/3.nii
+exits 3 'other data cannot resume' ct-train $small -n 4 --resume a.safetensors more; has err 'DATA' 'and are named'
+ct-phantom -q --size 44x42x20 ellipsoids low.nii
+exits 5 'a volume that is low' ct-train $small z.safetensors low.nii
 exits 2 'a word that there is not' ct-train $small -a colour=3 z.safetensors scans; has err '--arch: there is no "colour"$' 'is named'
 exits 2 'no blocks' ct-train $small -a blocks=0 z.safetensors scans; has err 'blocks=0: expected a number from 1 to 64$' 'is named'
 exits 5 'volumes smaller than a cube' ct-train $small -p 12 z.safetensors scans; has err '^ct-train: scans: no volume has 48 voxels along each axis$' 'are too small'

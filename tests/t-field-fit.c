@@ -468,15 +468,53 @@ static void check_rays(const struct scene *s)
 	free(rays.data);
 }
 
+/* Where blocks of 4 of the 6 voxels across begin: as often at a face as what reaches beyond it. */
+static void check_blocks(const struct scene *s)
+{
+	const struct ct_field_data d = data_of(s, CT_SAMPLES_PROFILE);
+	const struct ct_field_rule r = rule_of(CT_SAMPLES_PROFILE);
+	const struct ct_env env = {.seed = 3};
+	size_t count[LR] = {0}, lo[3];
+	struct ct_field_fit f;
+
+	must(ct_field_fit_init(&f, &r, &d, &env, &err));
+	for (; f.step < 900; f.step++) {
+		ct_field_item_block(lo, &f, (const size_t[3]){4, 4, 4});
+		count[lo[0] < LR ? lo[0] : LR - 1]++;
+	}
+	OK(count[0] > 300 && count[1] > 50 && count[2] > 300 && count[3] + count[4] + count[5] == 0,
+		"blocks begin at %zu %zu %zu of 900", count[0], count[1], count[2]);
+	ct_field_fit_free(&f);
+}
+
+/* A density that is rendered begins above 0. */
+static void check_begin(const struct scene *s)
+{
+	const struct ct_field_data d = data_of(s, CT_SAMPLES_LINES);
+	const struct ct_field_rule r = rule_of(CT_SAMPLES_LINES);
+	const struct ct_env env = {.seed = 3};
+	struct ct_field_fit f;
+
+	must(ct_field_fit_init(&f, &r, &d, &env, &err));
+	for (size_t p = 0; p < 2; p++) {
+		const size_t n = ct_field_count(f.pass[p].field);
+		const float bias = ct_field_weights(f.pass[p].field)[n - 2];
+
+		OK(bias > 0.999f && bias < 1.001f, "pass %zu: its bias is %g", p, (double)bias);
+	}
+	ct_field_fit_free(&f);
+}
+
 /* Far outside the box there is what is on its face. */
 static void check_outside(const struct scene *s)
 {
 	const struct ct_field_data d = data_of(s, CT_SAMPLES_POINTS);
-	const struct ct_field_rule r = rule_of(CT_SAMPLES_POINTS);
+	struct ct_field_rule r = rule_of(CT_SAMPLES_POINTS);
 	const struct ct_env env = {.seed = 3};
 	struct ct_field_fit f;
 	struct ct_vol v[2] = {{.data = NULL}, {.data = NULL}};
 
+	ct_field_rule_encoding(&r, CT_ENCODING_FREQUENCIES); /* grids end by themselves */
 	must(ct_field_fit_init(&f, &r, &d, &env, &err));
 	stir(&f, 1);
 	for (int k = 0; k < 2; k++) {
@@ -552,6 +590,8 @@ int main(int argc, char **argv)
 	check_rule();
 	check_rates(&s);
 	check_rays(&s);
+	check_blocks(&s);
+	check_begin(&s);
 	check_outside(&s);
 	ct_vol_free(&s.lr);
 	ct_stack_free(&s.rays);
