@@ -1,6 +1,6 @@
 #!/bin/sh
 # b-field.sh: processor seconds of a step of the fit of a neural field, one thread each, by ct-field and by
-# PyTorch (field-twin.py, dense grids by grid_sample, hashed ones by a gather), in turn, A B A B: all points of a
+# PyTorch (field-twin.py, dense grids by grid_sample, hashed ones as naf_twin.py), in turn, A B A B: all points of a
 # CT of 32^3 on dense grids of 8 to 32, and 1024 rays of 192 samples of NAF. A step is the difference of two runs.
 set -e
 for PY in python3 /usr/bin/python3; do "$PY" -c 'import torch, numpy' 2>/dev/null && break; PY=; done
@@ -28,7 +28,7 @@ for kind, n in ("points", 100), ("naf", 6):
     s, t = [], []
     for turn in range(int(os.environ.get("ROUNDS", "3"))):
         s.append((ours(kind, n + 1) - ours(kind, 1)) / n)
-        t.append(float(subprocess.run([sys.executable, src + "/bench/field-twin.py", kind, str(n)], check=True,
+        t.append(float(subprocess.run([sys.executable, "-B", src + "/bench/field-twin.py", kind, str(n)], check=True,
                                       capture_output=True, text=True).stdout))
     r = sorted(b / a for a, b in zip(s, t))
     print("%s: %.3g CPU s a step, %.3g PyTorch, ratio %.3g [%.3g..%.3g]"

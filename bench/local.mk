@@ -46,4 +46,4 @@ EXTRA_PROGRAMS += bench/b-encoding
 bench_b_encoding_SOURCES = bench/b-encoding.c bench/bench.h
 BENCH_C += bench/b-encoding
 BENCH_SH += bench/b-field.sh
-EXTRA_DIST += bench/field-twin.py bench/naf-twin.py
+EXTRA_DIST += bench/field-twin.py bench/naf_twin.py

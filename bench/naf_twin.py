@@ -1,9 +1,9 @@
-"""naf-twin.py P.exr HR.nii OUT.nii STEPS: NAF of projections by PyTorch, as its authors configure it; prints
+"""naf_twin.py P.exr HR.nii OUT.nii STEPS: NAF of projections by PyTorch, as its authors configure it; prints
 processor seconds. What ct-field --like naf is compared with, for the same number of steps:
 
     ct-convert --cube 64 HEAD.nii.gz - | ct-degrade -x 1 --clip=-512:3071 - hr.nii
     ct-project --views 100 --det 64 --window=-512:3071 hr.nii p.exr
-    CTSR_LIBRARY=build/libctsr.so.0 PYTHONPATH=python python3 bench/naf-twin.py p.exr hr.nii twin.nii 400
+    CTSR_LIBRARY=build/libctsr.so.0 PYTHONPATH=python python3 bench/naf_twin.py p.exr hr.nii twin.nii 400
     ct-field -t 1 --like naf --grid hr.nii -b 400 p.exr ours.nii
     for f in twin ours; do ct-metrics -w -512:3071 hr.nii $f.nii; done
 
@@ -14,7 +14,6 @@ those between its samples; the 1024 pixels of a step differ.
 import sys
 import time
 
-import ctsr
 import numpy as np
 import torch
 import torch.nn.functional as F
@@ -123,6 +122,7 @@ def volume(net, scan, grid):
 
 
 def main(projections, hr, out, steps):
+    import ctsr
     grid = ctsr.read(hr)
     scan = Scan(ctsr.read_projections(projections), grid)
     net, steps = Naf(), int(steps)
@@ -143,4 +143,5 @@ def main(projections, hr, out, steps):
     ctsr.write(ctsr.Image(low + (high - low) * volume(net, scan, grid), grid.affine), out, overwrite=True)
 
 
-main(*sys.argv[1:])
+if __name__ == '__main__':
+    main(*sys.argv[1:])
