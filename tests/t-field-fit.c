@@ -567,6 +567,48 @@ static void dump(const struct scene *s, const char *folder, const struct ct_env 
 	ct_field_fit_free(&f);
 }
 
+/* Samples of a cube lie as far from its centre as they say, in all directions and by distance;
+ * those of a ray one in each of equal parts, anywhere in it. */
+static void check_samples(void)
+{
+	enum { N = 64 };
+	const struct ct_samples cube = {CT_SAMPLES_CUBES, N, N}, ray = {CT_SAMPLES_RAYS, N, 0};
+	const struct ct_samples_draw draw = {.seed = 3, .item = 7};
+	const double centre[3] = {0.5, 0.5, 0.5}, span[2] = {0, 1}, from[3] = {0, 0.5, 0.5};
+	const double edge[3][3] = {{0.1, 0, 0}, {0, 0.1, 0}, {0, 0, 0.1}}, along[3] = {1, 0, 0};
+	float x[2 * 3 * N], t[2 * N], x1[3 * N], t1[N], w[N];
+	double far = 0, least = 1, most = 0, mean[3] = {0};
+	bool sorted = true, inside = true;
+
+	for (size_t i = 0; i < N; i++)
+		w[i] = 1;
+	ct_samples_voxel(&cube, x1, t1, centre, edge, &draw);
+	ct_samples_second(&cube, x, t, x1, t1, w, centre, edge, &draw);
+	for (size_t i = 0; i < 2 * N; i++) {
+		double r = 0;
+
+		for (size_t a = 0; a < 3; a++) {
+			const double o = ((double)x[3 * i + a] - 0.5) / 0.1;
+
+			r += o * o;
+			mean[a] += o / (2 * N);
+		}
+		far = fmax(far, fabs(sqrt(r) - (double)t[i]));
+		sorted = sorted && (i == 0 || t[i] >= t[i - 1]);
+	}
+	OK(far < 1e-5 && sorted, "samples of a cube lie where they say, the nearest first");
+	OK(fabs(mean[0]) < 0.2 && fabs(mean[1]) < 0.2 && fabs(mean[2]) < 0.2, "on all sides");
+	ct_samples_ray(&ray, x, from, along, span, &draw);
+	for (size_t i = 0; i < N; i++) {
+		const double at = N * (double)x[3 * i] - (double)i;
+
+		inside = inside && at > -1e-5 && at < 1 + 1e-5;
+		least = fmin(least, at);
+		most = fmax(most, at);
+	}
+	OK(inside && least < 0.2 && most > 0.8, "samples of a ray lie anywhere in its parts");
+}
+
 int main(int argc, char **argv)
 {
 	const struct ct_env env = {.seed = 5};
@@ -579,6 +621,7 @@ int main(int argc, char **argv)
 	}
 	check_render();
 	check_chord();
+	check_samples();
 	check_block(&s);
 	for (int k = 0; k <= CT_SAMPLES_RAYS; k++)
 		check_kind(&s, (enum ct_samples_kind)k, 0, &env);
