@@ -10,7 +10,7 @@
 # and make -j is fine, but that seconds are then those of a busy machine.
 #
 # A case is a protocol of ct-degrade, FACTOR times along every axis, or thick: means of FACTOR slices.
-# A run is a method of ct-upsample, or a word of ct-sr --quality, or projections, paper or release, and any options of
+# A run is a method of ct-upsample, or a word of ct-sr --quality, or paper or release, and any options of
 # that command, :NAME=VALUE each, or :steps=N, calls of the network a view, of what goes by way of projections, or
 # :threads=N. PROJECTIONS adds runs of PROJECT, VIEWS:STEPS:GAUSSIANS:ITERATIONS each; THREADS makes every run with
 # each of these numbers of threads. A grid is a list of them; hours, at the published numbers:
@@ -35,7 +35,7 @@ include $(dir $(lastword $(MAKEFILE_LIST)))scan.mk
 parts = $(subst :, ,$(1))
 plain = $(subst :,_,$(subst =,-,$(1)))
 # Of a run by way of projections some are keys of --expert.
-keys = $(if $(filter projections paper release,$(firstword $(call parts,$(1)))),$(filter views=% iterations=% gaussians=%,$(call parts,$(1))))
+keys = $(if $(filter paper release,$(firstword $(call parts,$(1)))),$(filter views=% iterations=% gaussians=%,$(call parts,$(1))))
 empty =
 space = $(empty) $(empty)
 options = $(addprefix --,$(filter-out steps=% threads=% $(call keys,$(1)),$(wordlist 2,99,$(call parts,$(1))))) \
@@ -44,7 +44,7 @@ said = $(patsubst $(1)=%,%,$(filter $(1)=%,$(call parts,$(2))))
 factor = $(if $(filter thick,$(1)),1$(comma)1$(comma)$(FACTOR),$(FACTOR))
 comma = ,
 METHODS = linear cubic bspline lanczos sinc dc tv htv
-command = $(if $(filter $(METHODS),$(1)),ct-upsample -m $(1),$(if $(filter projections paper release,$(1)),ct-sr --$(1),ct-sr -Q $(1)))
+command = $(if $(filter $(METHODS),$(1)),ct-upsample -m $(1),$(if $(filter paper release,$(1)),ct-sr --$(1),ct-sr -Q $(1)))
 way = $(PROJECT):views=$(word 1,$(1)):steps=$(word 2,$(1)):gaussians=$(word 3,$(1)):iterations=$(word 4,$(1))
 SINGLE = $(RUNS) $(foreach p,$(PROJECTIONS),$(call way,$(call parts,$(p))))
 GRID = $(if $(THREADS),$(foreach r,$(SINGLE),$(THREADS:%=$(r):threads=%)),$(SINGLE))
