@@ -385,6 +385,32 @@ static void check_rule(void)
 	OK(r.shape.network.skip == 0, "5 layers do not");
 }
 
+/* The numbers of the papers. */
+static void check_published(void)
+{
+	struct ct_field_rule r;
+
+	ct_field_rule_like(&r, CT_FIELD_LIKE_NERF, 0);
+	OK(r.samples.kind == CT_SAMPLES_LINES && r.shape.encoding.frequencies == 10, "nerf");
+	ct_field_rule_like(&r, CT_FIELD_LIKE_CUNERF, 0);
+	OK(r.samples.kind == CT_SAMPLES_CUBES && r.samples.n == 64 && r.samples.fine == 64 &&
+			r.shape.encoding.frequencies == 11 && r.shape.network.width == 256 &&
+			r.shape.network.depth == 8 && r.batch == 1024 && r.iterations == 200000 &&
+			r.adaptive && r.rate[0] == 2e-3 && r.rate[1] == 2e-5 && r.warm == 1000,
+		"cunerf");
+	ct_field_rule_like(&r, CT_FIELD_LIKE_NAF, 100);
+	OK(r.samples.n == 192 && r.shape.encoding.levels == 16 && r.shape.encoding.features == 2 &&
+			r.shape.encoding.log2_table == 19 && r.shape.encoding.base == 16 &&
+			r.shape.network.width == 32 && r.batch == 1024 && r.windows == 0 &&
+			r.rate[0] == 1e-3 && r.rate[1] == 1e-4 && r.iterations == 300000,
+		"naf");
+	ct_field_rule_like(&r, CT_FIELD_LIKE_SAX, 100);
+	OK(r.samples.n == 256 && r.windows == 16 && r.shape.network.attention.segment == 2 &&
+			r.shape.network.attention.heads == 8 &&
+			r.shape.network.attention.head == 4 && r.iterations == 150000,
+		"sax-nerf");
+}
+
 /* The largest change of a weight by a run to its end, from the state that `steps` steps at
  * `rate` lead to. */
 static double moved(const struct scene *s, const struct ct_field_rule *r, size_t steps, double rate)
@@ -631,6 +657,7 @@ int main(int argc, char **argv)
 		check_same(&s, (enum ct_samples_kind)k);
 	check_states(&s);
 	check_rule();
+	check_published();
 	check_rates(&s);
 	check_rays(&s);
 	check_blocks(&s);
