@@ -254,6 +254,84 @@ static void test_steps(void)
 	ct_par_free(par);
 }
 
+/* The weights after two steps, at the rates given or along a cosine (rate[1] < 0). */
+static struct ct_arssr_train *stepped(const struct ct_vol *v, const double rate[2], float *first)
+{
+	struct ct_arssr_train *t = training(v, 1, &small, SIDE, NULL);
+	double loss;
+
+	memcpy(first, t->net.all, t->net.n * sizeof *first);
+	t->rule.steps = 2;
+	t->rule.cosine = rate[1] < 0;
+	for (int i = 0; i < 2; i++) {
+		t->rule.rate = rate[t->rule.cosine ? 0 : i];
+		must(ct_arssr_train_step(t, &loss, &err));
+		if (i == 0)
+			memcpy(first + t->net.n, t->net.all, t->net.n * sizeof *first);
+	}
+	return t;
+}
+
+static void test_rates(void)
+{
+	struct ct_vol v = {0};
+	struct ct_arssr_train *t[2];
+	struct ct_arssr net;
+	float *first;
+	double worst = 0;
+
+	volume(&v, 24, 25, 26);
+	network(&net, &small);
+	must(ct_alloc(&first, 2 * net.n, sizeof *first, &err));
+	t[0] = stepped(&v, (const double[2]){1e-3, -1}, first);
+	t[1] = stepped(&v, (const double[2]){1e-3, 5e-4}, first);
+	OK(memcmp(t[0]->net.all, t[1]->net.all, net.n * sizeof *first) == 0,
+		"half way along the cosine the rate is half");
+	/* After k steps the mean keeps (1 + k)/(10 + k) of what it was. */
+	for (size_t i = 0; i < net.n; i++) {
+		const double one = (2 * (double)first[i] + 9 * (double)first[net.n + i]) / 11;
+		const double two = (3 * one + 9 * (double)t[1]->net.all[i]) / 12;
+
+		worst = fmax(worst, fabs(two - (double)t[1]->mean[i]));
+	}
+	OK(worst < 1e-7, "the mean of the weights begins short (%.2g)", worst);
+	for (int i = 0; i < 2; i++)
+		ct_arssr_train_free(t[i]);
+	ct_arssr_free(&net);
+	free(first);
+	ct_vol_free(&v);
+}
+
+/* A ramp stays one when it is reduced, so where a voxel is in the LR cube says its value. */
+static void test_piece(void)
+{
+	static const struct ct_arssr_piece_rule r = {
+		.side = 8, .factor = {2.3, 2.3}, .window = {0, 1000}};
+	const size_t n = ct_arssr_piece_least(&r);
+	struct ct_vol v = {0};
+	struct ct_arssr_piece p = {0};
+	double worst = 0;
+	size_t inner = 0;
+
+	must(ct_vol_alloc(&v, (const size_t[3]){n, n, n}, &err));
+	for (size_t i = 0; i < ct_vol_count(&v); i++)
+		v.data[i] = (float)(100 + 10 * (i % n) + 20 * (i / n % n));
+	must(ct_arssr_piece_alloc(&p, &r, &err) || ct_arssr_piece_draw(&p, &r, &v, 1, 0, &err));
+	for (size_t i = 0; i < p.points; i++) {
+		const double x = p.at[i][0] - 3, y = p.at[i][1] - 3;
+		const double at = (double)p.lo[(3 * 8 + 3) * 8 + 3] + 2.3e-2 * (x + 2 * y);
+
+		if (fabs(x - 0.5) > 1.5 || fabs(y - 0.5) > 1.5)
+			continue;
+		inner++;
+		worst = fmax(worst, fabs(at - (double)p.want[i]));
+	}
+	OK(n != 8 * 2 && inner > 20 && worst < 2e-3, "voxels lie where they are asked for (%.2g)",
+		worst);
+	ct_arssr_piece_free(&p);
+	ct_vol_free(&v);
+}
+
 /* A number that is none in HU. */
 static void test_large(void)
 {
@@ -419,6 +497,8 @@ int main(int argc, char **argv)
 	test_volume();
 	test_memory();
 	test_steps();
+	test_rates();
+	test_piece();
 	test_files();
 	test_window();
 	test_large();

@@ -452,6 +452,29 @@ static void check_rates(const struct scene *s)
 	OK(moved(s, &r, 0, 0) > 1e-3, "and those after the warm-up are not");
 }
 
+/* The first loss, and the mean that forgets 5 % of it a step. */
+static void check_loss(const struct scene *s)
+{
+	const struct ct_field_data d = data_of(s, CT_SAMPLES_POINTS);
+	const struct ct_env env = {.seed = 3};
+	struct ct_field_rule r = rule_of(CT_SAMPLES_POINTS);
+	struct ct_field_fit f, g;
+	double loss[3];
+
+	r.iterations = 3;
+	r.rate[0] = r.rate[1] = 1e-2;
+	must(ct_field_fit_init(&f, &r, &d, &env, &err) ||
+		ct_field_fit_init(&g, &r, &d, &env, &err));
+	for (; f.step < 3; f.step++)
+		must(ct_field_fit_step(&f, &d, 1e-2, false, &loss[f.step], &env, &err));
+	must(ct_field_fit_run(&g, &d, &env, &err));
+	NEAR(g.first, loss[0], 0, "the loss of the first step");
+	NEAR(g.last, 0.95 * (0.95 * loss[0] + 0.05 * loss[1]) + 0.05 * loss[2], 1e-12 * loss[0],
+		"and the running mean");
+	ct_field_fit_free(&f);
+	ct_field_fit_free(&g);
+}
+
 /* Pixel p of view v has the value 1000 v + p + 1. */
 static void check_rays(const struct scene *s)
 {
@@ -659,6 +682,7 @@ int main(int argc, char **argv)
 	check_rule();
 	check_published();
 	check_rates(&s);
+	check_loss(&s);
 	check_rays(&s);
 	check_blocks(&s);
 	check_begin(&s);

@@ -3,21 +3,6 @@
 #include "arssr/arssr-kernels.h"
 #include "core/vec.h"
 
-static void relu(size_t n, float *restrict y, const float *restrict b)
-{
-	for (size_t i = 0; i < n; i++) {
-		const float v = y[i] + b[i];
-
-		y[i] = v > 0 ? v : 0;
-	}
-}
-
-void CT_SIMD_HERE(ct_arssr_kernels_relu)(size_t rows, size_t n, float *y, const float *b)
-{
-	for (size_t r = 0; r < rows; r++)
-		relu(n, y + r * n, b);
-}
-
 void CT_SIMD_HERE(ct_arssr_kernels_mask)(size_t n, float *dy, const float *y)
 {
 	for (size_t i = 0; i < n; i++)

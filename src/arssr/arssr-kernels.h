@@ -7,8 +7,6 @@
 
 #include <stddef.h>
 
-/* y[rows][n] = max(0, y + b). */
-CT_SIMD_DECLARE(void, ct_arssr_kernels_relu, (size_t rows, size_t n, float *y, const float *b));
 /* dy = 0 where y is not above 0; y may be dy. */
 CT_SIMD_DECLARE(void, ct_arssr_kernels_mask, (size_t n, float *dy, const float *y));
 /* y[rows][n] = b. */

@@ -2,7 +2,7 @@
 #include "config.h"
 #include "field/attention.h"
 #include "field/attention-kernels.h"
-#include "field/dense.h"
+#include "unet/dense.h"
 
 #include <string.h>
 

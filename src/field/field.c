@@ -2,7 +2,7 @@
 #include "config.h"
 #include "field/field.h"
 #include "core/mem.h"
-#include "field/dense-kernels.h"
+#include "unet/dense-kernels.h"
 #include "field/field-impl.h"
 #include "unet/dnn.h"
 

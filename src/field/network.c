@@ -2,7 +2,7 @@
 #include "config.h"
 #include "field/network.h"
 #include "core/rng.h"
-#include "field/dense.h"
+#include "unet/dense.h"
 
 #include <math.h>
 #include <stdio.h>

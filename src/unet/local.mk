@@ -2,6 +2,8 @@
 libct_a_SOURCES += src/unet/dnn.c src/unet/dnn.h src/unet/dnn-impl.h
 libct_a_SOURCES += src/unet/conv.c src/unet/conv.h
 libct_a_SOURCES += src/unet/product.c src/unet/product.h
+libct_a_SOURCES += src/unet/dense.c src/unet/dense.h
+SIMD_SOURCES += src/unet/dense-kernels.c src/unet/dense-kernels.h
 SIMD_SOURCES += src/unet/layers.c src/unet/layers.h
 SIMD_SOURCES += src/unet/norm.c src/unet/norm.h
 SIMD_SOURCES += src/unet/pointwise.c src/unet/pointwise.h

@@ -4,8 +4,8 @@
  * Matrices are rows of floats, feature-major: row f holds feature f of all points. The number of
  * columns is a multiple of CT_DENSE_LANES. Pure functions; thread-safe.
  */
-#ifndef CT_FIELD_DENSE_KERNELS_H
-#define CT_FIELD_DENSE_KERNELS_H
+#ifndef CT_UNET_DENSE_KERNELS_H
+#define CT_UNET_DENSE_KERNELS_H
 #include "core/simd.h"
 
 #include <stdbool.h>

@@ -1,6 +1,6 @@
 /* dense.c: see dense.h. */
 #include "config.h"
-#include "field/dense.h"
+#include "unet/dense.h"
 #include "unet/dnn.h"
 
 enum { NARROW = 64 };

@@ -1,14 +1,14 @@
-/* dense.h: linear layers of a neural field, forward and backward.
+/* dense.h: dense layers of many points, forward and backward: of neural fields and of ArSSR.
  *
  * Activations are feature-major: row f of `ld` floats holds feature f of all points; `cols` columns
  * count, a multiple of CT_DENSE_LANES. Narrow layers run in kernels of their own, wide ones in
  * oneDNN's sgemm (unet/dnn.h), on the calling thread between ct_dnn_enter and ct_dnn_leave. Which
  * of both depends on the shape alone. CT_EFAIL of oneDNN. Thread-safe.
  */
-#ifndef CT_FIELD_DENSE_H
-#define CT_FIELD_DENSE_H
+#ifndef CT_UNET_DENSE_H
+#define CT_UNET_DENSE_H
 #include "core/err.h"
-#include "field/dense-kernels.h"
+#include "unet/dense-kernels.h"
 
 /* A layer of W (out,in), rows of `stride` floats, and b (out), or NULL: on columns of activations.
  */

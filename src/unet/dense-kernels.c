@@ -1,6 +1,6 @@
 /* dense-kernels.c: see dense-kernels.h. */
 #include "config.h"
-#include "field/dense-kernels.h"
+#include "unet/dense-kernels.h"
 #include "core/vec-exp.h"
 
 /* Accumulators are ROWS x WIDE vectors, few enough for the registers of the level. */
