@@ -90,7 +90,7 @@ no ct-ddnm --steps=9 --sampler once
 no ct-ddnm @t-start=9
 no ct-ddnm --std=sd.exr
 no ct-ddnm --std=sd.exr --samples 1
-for o in --prior=p.x --preset=best; do for m in auto linear tv; do no ct-upsample $o -m $m; done; done
+for o in --prior=p.x --preset=fast; do for m in auto linear tv; do no ct-upsample $o -m $m; done; done
 for o in --factor=3 --bytes=0:1 --with=none --cache=none; do
 	no ct-train $o
 done
@@ -117,7 +117,7 @@ done
 no ct-metrics --factor=4
 no ct-metrics --map=m.nii
 no ct-info --factor=2
-for p in --paper --release; do for o in --quality=best --sigma=1 --noise=2 --decimate=mean --profile=box --slice-thickness=5; do no ct-sr $o $p; done; done
+for p in --paper --release; do for o in --quality=fast --sigma=1 --noise=2 --decimate=mean --profile=box --slice-thickness=5; do no ct-sr $o $p; done; done
 for p in --paper --release; do for o in --spacing=1 --confidence=c.nii --sidecar=c.json; do no ct-sr $o $p; done; done
 no ct-sr --paper --release
 no ct-sr --keep=k

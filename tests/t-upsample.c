@@ -262,69 +262,6 @@ static void test_variation(void)
 	ct_vol_free(&lo);
 }
 
-static void turn_over(struct ct_vol *v, int axis)
-{
-	struct ct_vol was = {0};
-
-	must(ct_vol_alloc(&was, v->n, &err));
-	memcpy(was.data, v->data, ct_vol_count(v) * sizeof *v->data);
-	for (size_t q = 0; q < ct_vol_count(v); q++) {
-		size_t at[3] = {q % v->n[0], q / v->n[0] % v->n[1], q / v->n[0] / v->n[1]};
-
-		at[axis] = v->n[axis] - 1 - at[axis];
-		v->data[(at[2] * v->n[1] + at[1]) * v->n[0] + at[0]] = was.data[q];
-	}
-	ct_vol_free(&was);
-}
-
-/* The mean of two or four solutions: as the scan lies, and turned over along two axes. */
-static void test_ways(void)
-{
-	static const int pairs[][2] = {{0, 0}, {0, 2}, {0, 1}, {1, 2}}; /* the first is none */
-	struct ct_upsample_rule rule = {
-		.method = CT_UPSAMPLE_TV, .known = true, .by = D, .iterations = 30};
-	struct ct_vol lo, hi, one;
-	struct ct_upsample_report r;
-	float *sum = NULL;
-	size_t n = 0;
-
-	make(&lo, 1, 0);
-	for (size_t k = 0; k < 4; k++) {
-		for (int q = 0; q < 2; q++)
-			turn_over(&lo, pairs[k][q]);
-		rule.ways = 1;
-		up(&one, &lo, &rule);
-		for (int q = 0; q < 2; q++) {
-			turn_over(&lo, pairs[k][q]);
-			turn_over(&one, pairs[k][q]);
-		}
-		n = ct_vol_count(&one);
-		sum = sum ? sum : calloc(n, sizeof *sum);
-		must(!sum);
-		for (size_t i = 0; i < n; i++)
-			sum[i] += one.data[i];
-		rule.ways = k + 1;
-		r = up(&hi, &lo, &rule);
-		for (size_t i = 0; i < n; i++)
-			hi.data[i] *= (float)(k + 1);
-		OK(apart(n, hi.data, sum) < 1e-4, "the mean of %zu ways", k + 1);
-		OK(k == 0 || apart(n, hi.data, one.data) > 1e-2, "it is none of them");
-		NEAR(r.residual, 0, 1e-3, "it agrees with the scan");
-		OK(r.iterations == 30, "iterations are those of one");
-		ct_vol_free(&hi);
-		ct_vol_free(&one);
-	}
-	rule.method = CT_UPSAMPLE_HTV;
-	up(&hi, &lo, &rule);
-	rule.ways = 1;
-	up(&one, &lo, &rule);
-	OK(apart(n, hi.data, one.data) == 0, "only TV has ways");
-	ct_vol_free(&hi);
-	ct_vol_free(&one);
-	ct_vol_free(&lo);
-	free(sum);
-}
-
 /* HTV of points that are farther apart than 4 voxels goes on until it moves less. */
 static void test_rest(void)
 {
@@ -481,7 +418,6 @@ int main(void)
 	test_sinc();
 	test_settle();
 	test_variation();
-	test_ways();
 	test_rest();
 	test_choice();
 	test_lost();

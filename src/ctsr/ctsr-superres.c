@@ -38,8 +38,8 @@ static int check(const ctsr_superres_options *o, struct ct_err *e)
 {
 	if (o->method < CTSR_AUTO || o->method > CTSR_PRIOR)
 		return ct_fail(e, CT_EUSAGE, "the method %d is not one of 0 to 9", o->method);
-	if (o->preset < CTSR_FAST || o->preset > CTSR_BEST)
-		return ct_fail(e, CT_EUSAGE, "the preset %d is not one of 0 to 2", o->preset);
+	if (o->preset < CTSR_FAST || o->preset > CTSR_BALANCED)
+		return ct_fail(e, CT_EUSAGE, "the preset %d is not one of 0 and 1", o->preset);
 	if (o->sampling < -1 || o->sampling > CTSR_MEAN)
 		return ct_fail(e, CT_EUSAGE, "the sampling %d is not one of -1 to 2", o->sampling);
 	for (int a = 0; a < 3; a++)
@@ -72,7 +72,6 @@ static struct ct_refine_rule rule_of(const ctsr_superres_options *o, bool error)
 	r.iterations = (size_t)o->iterations;
 	r.tolerance = o->tolerance;
 	r.one_axis = o->preset == CTSR_FAST;
-	r.passes = o->preset == CTSR_BEST ? 2 : 1;
 	r.error = error;
 	r.memory = o->memory;
 	return r;

@@ -234,9 +234,9 @@ enum ctsr_method {
 };
 
 enum ctsr_preset {
-	CTSR_FAST = 0,     /* one inversion; slices across one axis */
-	CTSR_BALANCED = 1, /* mean of two inversions, one of the scan turned over; all axes */
-	CTSR_BEST = 2      /* mean of four; and a second pass over what the first made */
+	CTSR_FAST = 0,    /* one inversion; slices across one axis */
+	CTSR_BALANCED = 1 /* mean of inversions of the scan as it lies and mirrored; slices across
+			   * all axes; a second pass where the first added much */
 };
 
 typedef struct ctsr_superres_options {
@@ -258,8 +258,8 @@ typedef struct ctsr_superres_options {
 	double memory;    /* bytes that the call may use, input and result included. What needs more
 			   * is refined in slabs, within 0.1 HU RMS of the whole. 0 (default): all */
 	int iterations;   /* of CTSR_TV and CTSR_HTV, at most; default 300 */
-	double tolerance; /* they stop when an iteration moves less than this, HU RMS (CTSR_BEST:
-			   * than half of it); default 0.1 */
+	double tolerance; /* they stop when an iteration moves less than this, HU RMS; default 0.1
+			   */
 } ctsr_superres_options;
 
 /* What was done. The caller sets size = sizeof, the library fills in as much as fits. */

@@ -32,12 +32,10 @@ struct ct_upsample_rule ct_refine_inversion(const struct ct_refine *r)
 		.noise = r->is.noise,
 		.alike = r->is.alike,
 		.iterations = p->iterations,
-		.tolerance = p->passes > 1 ? p->tolerance / 2 : p->tolerance,
+		.tolerance = p->tolerance,
 		.spread = r->spread,
 		.texture = r->texture,
-		.ways = !r->adds || p->one_axis ? 1
-			: p->passes > 1         ? CT_UPSAMPLE_WAYS
-						: 2,
+		.ways = r->adds && !p->one_axis,
 		.plain = r->adds};
 }
 
@@ -169,15 +167,14 @@ static double confidence(double said, bool weighted, double best)
 }
 
 /* What the prior may add, and with what confidence. */
-static int plan_prior(
-	struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
+static int plan_prior(struct ct_refine *r, const struct ct_vol *in, struct ct_err *e)
 {
 	const struct ct_refine_rule *p = &r->rule;
 	const bool weighted = !isnan(p->weight);
 	const double *x = r->is.by.factor;
-	bool little, again, can[3];
+	bool little, can[3];
 	size_t cell;
-	int gains, last = 2;
+	int last = 2;
 
 	r->restore = (struct ct_restore_rule){.by = r->is.by, .noise = r->is.noise};
 	if (!r->is.known)
@@ -201,13 +198,10 @@ static int plan_prior(
 		last--;
 	for (int a = 0; a < 3; a++)
 		r->restore.axes[a] = !p->one_axis || a == last;
-	gains = weighted ? 2 : r->restore.passes;
-	again = ct_slice_prior_knows(can, p->prior, &r->is.by, true);
-	r->restore.passes = again && gains == 2 ? p->passes : 1;
-	if (r->restore.passes < p->passes)
-		ct_log(env, CT_INFO, "one pass: %s",
-			again ? "a second gains nothing where a band-limited CT has noise"
-			      : "the prior has no network for a second");
+	if (p->one_axis || !ct_slice_prior_knows(can, p->prior, &r->is.by, true))
+		r->restore.passes = 1;
+	if (!isnan(p->least))
+		r->restore.least = p->least;
 	r->restore.weight = weighted ? p->weight : 1;
 	r->restore.doubt = confidence(p->doubt, weighted, r->restore.doubt);
 	r->restore.gate = confidence(p->gate, weighted, r->restore.gate);
@@ -279,7 +273,7 @@ int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const
 		return -1;
 	if (rule->method == CT_REFINE_ARSSR)
 		return ct_refine_arssr_plan(r, in, env, e);
-	if (prior && plan_prior(r, in, env, e))
+	if (prior && plan_prior(r, in, e))
 		return -1;
 	if (choose_method(r, in, env, e) || choose_slabs(r, in, e))
 		return -1;

@@ -34,12 +34,11 @@ struct ct_refine_rule {
 				     * With the prior: what it adds to */
 	/* Of the prior: */
 	const struct ct_slice_prior *prior; /* borrowed */
-	bool one_axis;                      /* slices across one axis, not all */
-	int passes; /* 2: a second pass over what the first made, and an inversion in more ways
-		       (upsample.h) to half of the tolerance */
+	bool one_axis;                      /* slices across one axis, one pass, and an inversion in
+					       one way (upsample.h) */
 	/* NaN: what was found best for the operator (restore/confidence.c). A weight takes all
 	 * corrections with the same confidence. */
-	double weight, doubt, gate, cap, steps;
+	double weight, doubt, gate, cap, steps, least;
 	const struct ct_arssr *arssr; /* the network of that method, borrowed */
 	bool error;                   /* also the predicted error */
 	double memory; /* bytes that all of it may take, CT and result included; 0: no bound */
@@ -47,9 +46,9 @@ struct ct_refine_rule {
 /* What no caller has to say. */
 #define CT_REFINE_DEFAULTS                                                                         \
 	{                                                                                          \
-		.said = CT_SAID_NOTHING, .iterations = 300, .tolerance = 0.1, .passes = 1,         \
+		.said = CT_SAID_NOTHING, .iterations = 300, .tolerance = 0.1,                      \
 		.weight = (double)NAN, .doubt = (double)NAN, .gate = (double)NAN,                  \
-		.cap = (double)NAN, .steps = (double)NAN                                           \
+		.cap = (double)NAN, .steps = (double)NAN, .least = (double)NAN                     \
 	}
 
 struct ct_refine {

@@ -18,6 +18,7 @@ libct_a_SOURCES += src/resolution/consistency.c src/resolution/consistency-plane
 libct_a_SOURCES += src/resolution/tv.c src/resolution/tv.h
 SIMD_SOURCES += src/resolution/tv-row.c src/resolution/tv-row.h
 libct_a_SOURCES += src/resolution/upsample.c src/resolution/upsample.h
+libct_a_SOURCES += src/resolution/mirror.c src/resolution/mirror.h
 libct_a_SOURCES += src/resolution/pilot.c src/resolution/pilot.h
 libct_a_SOURCES += src/resolution/trial.c src/resolution/trial.h
 libct_a_SOURCES += src/resolution/hessian-tv.c

@@ -112,7 +112,7 @@ int ct_pilot_run(struct ct_pilot *p, const struct ct_vol *lo, const struct ct_up
 	own.multipliers = &p->multipliers;
 	own.spread = rule->spread > 0 ? rule->spread : ct_upsample_spread(lo);
 	own.start = NULL;
-	own.ways = 1;
+	own.ways = false;
 	quiet.log = NULL; /* what has another context */
 	quiet.progress = env->progress ? pass_on : NULL;
 	quiet.ctx = (void *)(uintptr_t)env;

@@ -160,15 +160,11 @@ static void iterate(void *job, size_t it, bool measure, double sums[2], struct c
 /* The proximal step of |x - to|^2 / (2 mu) goes from x to (x + b to) / (1 + b), b = t / mu. */
 static void draw(struct tv_job *j, const struct ct_tv_near *near)
 {
-	size_t count = j->plane * j->n[2];
-	float b = (float)((double)j->t / near->mu);
+	const float b = (float)((double)j->t / near->mu);
 
 	j->to = near->to;
 	j->pull = b / (1 + b);
 	j->t /= 1 + b;
-	j->lent = true;
-	for (size_t a = 0; a < CT_TV_DUAL; a++)
-		j->p[a] = near->dual + a * count;
 }
 
 static int job_alloc(struct tv_job *j, struct ct_consistency *dc, const struct ct_tv_rule *rule,
@@ -193,8 +189,11 @@ static int job_alloc(struct tv_job *j, struct ct_consistency *dc, const struct c
 	j->s *= CT_TV_ONE;
 	if (ct_size_mul(&count, j->plane, j->n[2], "volume", e))
 		return -1;
-	for (int a = 0; a < CT_TV_DUAL && !j->lent; a++)
-		if (ct_alloc0(&j->p[a], count, sizeof *j->p[a], e))
+	j->lent = rule->near.dual;
+	for (size_t a = 0; a < CT_TV_DUAL; a++)
+		if (j->lent)
+			j->p[a] = rule->near.dual + a * count;
+		else if (ct_alloc0(&j->p[a], count, sizeof *j->p[a], e))
 			return -1;
 	if (ct_alloc(&j->first, j->slabs * j->plane, sizeof(float), e) ||
 		ct_alloc(&j->last, j->slabs * j->plane, sizeof(float), e) ||
@@ -273,7 +272,7 @@ int ct_tv(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rule,
 	ct_consistency_take(dc, x, env->par);
 	ct_consistency_correct(dc, false, env->par);
 	rc = ct_tv_run(&loop, rule, report, env, e);
-	if (rc == 0 || !j.lent)
+	if (rc == 0 || !rule->near.to)
 		ct_consistency_add(dc, x, env->par);
 out:
 	job_free(&j);

@@ -30,7 +30,7 @@ enum { CT_TV_DUAL = 3 };
 struct ct_tv_near {
 	const float *to; /* as x; NULL: nothing is added */
 	double mu;       /* > 0, in the unit of the values */
-	int16_t *dual;   /* (CT_TV_DUAL volumes) begin with it, leave the last there */
+	int16_t *dual;   /* (CT_TV_DUAL volumes) begin with it, leave the last there; NULL: zeros */
 };
 
 struct ct_tv_rule {
@@ -49,7 +49,7 @@ struct ct_tv_report {
 };
 
 /* x: the volume to start from, dc->n; replaced by the solution. CT_ENUMERIC naming the iteration if
- * it diverges, CT_ENOMEM, CT_ESTOP: x is then the volume so far; with `near`, before its
+ * it diverges, CT_ENOMEM, CT_ESTOP: x is then the volume so far; with near.to, before its
  * correction, and it and the dual are such that a call with the iterations that are left,
  * report->iterations less, makes the same bytes. */
 int ct_tv(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rule,

@@ -1,6 +1,7 @@
 /* upsample.c: see upsample.h. */
 #include "config.h"
 #include "core/mem.h"
+#include "resolution/mirror.h"
 #include "resolution/upsample.h"
 #include "resolution/consistency.h"
 #include "resolution/flat.h"
@@ -23,7 +24,10 @@
  * misfit is used up. Measured with noise of 11 HU on three scans: best from 0.6 to 0.8 of it. */
 #define NOISE_SHARE 0.7
 
-enum { TV_BORDERS = 8 }; /* one plane of so many is kept twice, beside a slab of tv.c */
+enum {
+	TV_BORDERS = 8, /* one plane of so many is kept twice, beside a slab of tv.c */
+	WAYS = 4
+};
 
 const char *ct_upsample_name(enum ct_upsample method)
 {
@@ -110,7 +114,7 @@ int ct_upsample_bytes(double *bytes, enum ct_upsample method, const struct ct_up
 		return -1;
 	solver += one + (method == CT_UPSAMPLE_TV ? CT_TV_DUAL * dual + one / TV_BORDERS
 						  : one + CT_HESSIAN_PARTS * dual);
-	if (method == CT_UPSAMPLE_TV && rule->ways > 1)
+	if (method == CT_UPSAMPLE_TV && rule->ways)
 		solver += one + coarse;
 	*bytes = fmax(*bytes, solver);
 	return 0;
@@ -190,9 +194,9 @@ double ct_upsample_spread(const struct ct_vol *v)
 	return sqrt(square / (double)n);
 }
 
-/* The volume of least variation, from hi, which it replaces. */
+/* The volume of least variation, from hi, which it replaces, and, of TV, from a dual, or NULL. */
 static int solve(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsample_rule *rule,
-	struct ct_upsample_report *r, const struct ct_env *env, struct ct_err *e)
+	struct ct_upsample_report *r, int16_t *dual, const struct ct_env *env, struct ct_err *e)
 {
 	const double *f = rule->by.factor, most = fmax(f[0], fmax(f[1], f[2]));
 	bool first_order = r->method == CT_UPSAMPLE_TV;
@@ -200,7 +204,8 @@ static int solve(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_ups
 					 (rule->spread > 0 ? rule->spread : ct_upsample_spread(lo)),
 		.iterations = rule->iterations,
 		.tolerance = rule->tolerance *
-			     (first_order ? 1 : fmin(HTV_FACTOR * HTV_FACTOR / (most * most), 1))};
+			     (first_order ? 1 : fmin(HTV_FACTOR * HTV_FACTOR / (most * most), 1)),
+		.near.dual = dual};
 	struct ct_tv_report did;
 	struct ct_consistency dc = {0};
 	double mm[3], least;
@@ -238,61 +243,51 @@ static int begin(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_ups
 	return 0;
 }
 
-/* Turned over along the axes whose bits are set. */
-static void turn_over(struct ct_vol *v, unsigned axes)
+/* TV in several ways; *sum is theirs. dual: zeros. */
+static int solve_ways(struct ct_vol *hi, struct ct_vol *turned, struct ct_vol *sum, int16_t *dual,
+	const struct ct_vol *lo, const struct ct_upsample_rule *rule, struct ct_upsample_report *r,
+	const struct ct_env *env, struct ct_err *e)
 {
-	const size_t *n = v->n;
+	static const unsigned turns[WAYS] = {0, 5, 3, 6};
+	struct ct_upsample_rule own = *rule;
+	struct ct_upsample_report later = {.method = r->method};
+	struct ct_env_part part = {env, "way", 0, WAYS};
+	struct ct_env told;
 
-	for (size_t k = 0; axes && k < n[2]; k++)
-		for (size_t j = 0; j < n[1]; j++) {
-			const size_t b = axes & 2 ? n[1] - 1 - j : j,
-				     c = axes & 4 ? n[2] - 1 - k : k;
-			float *x = v->data + (k * n[1] + j) * n[0];
-			float *y = v->data + (c * n[1] + b) * n[0];
+	ct_env_part(&told, &part);
+	for (; part.k < WAYS; part.k++) {
+		const unsigned turn = turns[part.k];
 
-			for (size_t i = 0; i < n[0]; i++) {
-				float *to = y + (axes & 1 ? n[0] - 1 - i : i), was = x[i];
-
-				if (x + i < to) { /* each pair once */
-					x[i] = *to;
-					*to = was;
-				}
-			}
-		}
+		memcpy(turned->data, lo->data, ct_vol_count(lo) * sizeof *lo->data);
+		ct_mirror_volume(turned->data, lo->n, turn, env->par);
+		ct_mirror_volume(hi->data, hi->n, turn, env->par);
+		ct_mirror_dual(dual, hi->n, turn, env->par);
+		if (solve(hi, turned, &own, part.k ? &later : r, dual, &told, e))
+			return -1;
+		ct_mirror_volume(hi->data, hi->n, turn, env->par);
+		ct_mirror_dual(dual, hi->n, turn, env->par);
+		for (size_t i = 0; i < ct_vol_count(hi); i++)
+			sum->data[i] = (part.k ? sum->data[i] : 0) + hi->data[i] / WAYS;
+		own.iterations = (r->iterations + WAYS - 1) / WAYS;
+		own.tolerance = 0;
+	}
+	return 0;
 }
 
-/* The mean of the solutions for several ways in which the scan can lie. */
-static int solve_ways(struct ct_vol *hi, const struct ct_vol *lo,
-	const struct ct_upsample_rule *rule, struct ct_upsample_report *r, const struct ct_env *env,
-	struct ct_err *e)
+static int in_ways(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsample_rule *rule,
+	struct ct_upsample_report *r, const struct ct_env *env, struct ct_err *e)
 {
-	static const unsigned turns[CT_UPSAMPLE_WAYS] = {0, 5, 3, 6};
 	const size_t count = ct_vol_count(hi);
-	const float share = 1 / (float)rule->ways;
-	struct ct_env_part part = {env, "way", 0, rule->ways};
 	struct ct_vol turned = {0}, sum = {0};
-	struct ct_env own;
+	int16_t *dual = NULL;
 	int rc = -1;
 
-	ct_env_part(&own, &part);
-	if (ct_vol_alloc(&turned, lo->n, e) || ct_vol_alloc(&sum, hi->n, e))
-		goto out;
-	for (size_t way = 0; way < rule->ways; way++) {
-		part.k = way;
-		if (way > 0 && begin(hi, lo, rule, r->method, env, e))
-			goto out;
-		memcpy(turned.data, lo->data, ct_vol_count(lo) * sizeof *lo->data);
-		turn_over(&turned, turns[way]);
-		turn_over(hi, turns[way]);
-		if (solve(hi, &turned, rule, r, &own, e))
-			goto out;
-		turn_over(hi, turns[way]);
-		for (size_t i = 0; i < count; i++)
-			sum.data[i] = (way > 0 ? sum.data[i] : 0) + share * hi->data[i];
+	if (ct_vol_alloc(&turned, lo->n, e) == 0 && ct_vol_alloc(&sum, hi->n, e) == 0 &&
+		ct_alloc0(&dual, CT_TV_DUAL * count, sizeof *dual, e) == 0) {
+		rc = solve_ways(hi, &turned, &sum, dual, lo, rule, r, env, e);
+		memcpy(hi->data, sum.data, count * sizeof *hi->data);
 	}
-	memcpy(hi->data, sum.data, count * sizeof *hi->data);
-	rc = 0;
-out:
+	free(dual);
 	ct_vol_free(&turned);
 	ct_vol_free(&sum);
 	return rc;
@@ -302,9 +297,8 @@ static int regularise(struct ct_vol *hi, const struct ct_vol *lo,
 	const struct ct_upsample_rule *rule, struct ct_upsample_report *r, const struct ct_env *env,
 	struct ct_err *e)
 {
-	const bool mean = rule->ways > 1 && r->method == CT_UPSAMPLE_TV;
-
-	return mean ? solve_ways(hi, lo, rule, r, env, e) : solve(hi, lo, rule, r, env, e);
+	return rule->ways && r->method == CT_UPSAMPLE_TV ? in_ways(hi, lo, rule, r, env, e)
+							 : solve(hi, lo, rule, r, NULL, env, e);
 }
 
 /* What is flat, of point-sampled, aliased scans: they are then linear there, and nearly consistent.

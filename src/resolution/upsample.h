@@ -16,9 +16,10 @@
  *          B-spline if there is no D
  *
  * TV of forward differences moves an edge towards one of its sides. D is the same for a scan that
- * is turned over, so TV in several ways is the mean of the solutions: for the scan as it lies; also
- * turned over along x and z; and also along x and y, and along y and z. It agrees with the scan as
- * they do.
+ * is turned over, so TV in several ways is the mean of the solutions: for the scan as it lies, and
+ * turned over along x and z, x and y, and y and z. It agrees with the scan as they do. Each of the
+ * last three begins with the volume and the dual of the one before, and makes a quarter of the
+ * iterations of the first.
  *
  * With noise > 0 (HU, of y) TV and HTV ask for |D x - y| <= 0.7 noise sqrt(M) instead of equality;
  * DC shows it.
@@ -32,7 +33,6 @@
 #include "resolution/degrade.h"
 
 #define CT_UPSAMPLE_ALIAS 0.2
-enum { CT_UPSAMPLE_WAYS = 4 };
 
 #define CT_UPSAMPLE_LIST(X)                                                                        \
 	X(CT_UPSAMPLE_AUTO, "auto")                                                                \
@@ -58,7 +58,7 @@ struct ct_upsample_rule {
 	double spread;  /* TV, HTV: standard deviation of the scan of which lo is a part, HU; 0: of
 			   lo */
 	double texture; /* HU, with `spread`: of that scan, too (flat.h) */
-	size_t ways;    /* TV: the mean of so many solutions: 2 or CT_UPSAMPLE_WAYS; 0, 1: one */
+	bool ways;      /* TV in several ways */
 	bool plain;     /* AUTO: HTV as it is, for what was made for that */
 	const struct ct_vol *start; /* DC, TV, HTV begin with this, not the B-spline; may be NULL */
 };

@@ -127,8 +127,7 @@ static void moments(
 	m[2] = depth > 1 ? z / across : 1; /* one slice has no other side */
 }
 
-/* From 0 at t = 0 to 1 at t = 1, smoothly. */
-static float rise(float t)
+float ct_patch_rise(float t)
 {
 	const float u = fminf(fmaxf(t, 0), 1);
 
@@ -138,7 +137,7 @@ static float rise(float t)
 /* What the flag has of a cell whose moment, or difference of two, is m: half at 0. */
 static float share_of(bool flag, float m)
 {
-	return rise(0.5f + (flag ? -m : m) / (2 * NEARLY));
+	return ct_patch_rise(0.5f + (flag ? -m : m) / (2 * NEARLY));
 }
 
 /* Poses of those moments, and their shares of `all`; the turn that makes the moments positive, and
@@ -176,7 +175,7 @@ size_t ct_patch_look(float *raw, struct ct_patch_pose pose[static CT_PATCH_POSES
 	any.s = spread(raw, ct_patch_count(shape), any.mu);
 	if (!(any.s > CT_PATCH_FLAT))
 		return 0;
-	any.share = rise(any.s / CT_PATCH_FLAT - 1);
+	any.share = ct_patch_rise(any.s / CT_PATCH_FLAT - 1);
 	moments(m, raw, shape, any.mu, any.s);
 	return poses(pose, &any, m, shape->swap);
 }
@@ -260,6 +259,18 @@ void ct_patch_back(float *cell, const float *in, const struct ct_patch_shape *sh
 			for (ptrdiff_t i = 0; i < n; i++)
 				cell[t.first + k * t.step[2] + j * t.step[1] + i * t.step[0]] +=
 					*in++ * pose->s * pose->share;
+}
+
+void ct_patch_take(float *cell, const float *from, const struct ct_slicing *s,
+	const struct ct_patch_shape *shape, const size_t at[static 3])
+{
+	for (size_t k = 0; k < shape->slices; k++)
+		for (size_t j = 0; j < shape->cell; j++)
+			for (size_t i = 0; i < shape->cell; i++)
+				*cell++ = at[2] + k < s->n[2] ? from[(at[0] + i) * s->stride[0] +
+									(at[1] + j) * s->stride[1] +
+									(at[2] + k) * s->stride[2]]
+							      : 0;
 }
 
 void ct_patch_put(float *to, float *square, const float *cell, const struct ct_slicing *s,

@@ -13,6 +13,7 @@ enum { ROWS = 128 };
 struct side {
 	struct ct_slice_network_work w;
 	struct ct_patch_pose pose[ROWS];
+	float part[ROWS];                                       /* of the cell from there */
 	size_t at[ROWS][3], poses[ROWS], rows, textured, cells; /* poses: of the cell from there */
 	struct ct_err failed;
 };
@@ -40,27 +41,50 @@ size_t ct_predict_axes(bool axes[static 3], const struct ct_slice_network *r,
 	return count;
 }
 
+/* What the axes before expect of a cell, once more, times `rest`; added. */
+static void recall(float *cell, const struct predict_job *j, const float *sum,
+	const size_t at[static 3], float rest)
+{
+	float was[CT_PATCH_CELL_MOST];
+
+	if (!(rest > 0) || j->g->axes == 0)
+		return;
+	ct_patch_take(was, sum, &j->s, &j->r->shape, at);
+	for (size_t k = 0; k < j->r->cell; k++)
+		cell[k] += rest / (float)j->g->axes * was[k];
+}
+
+/* A cell and its error v, both times `part`, to h. */
+static void add(
+	const struct predict_job *j, float *cell, float v, const size_t at[static 3], float part)
+{
+	const struct ct_patch_shape *shape = &j->r->shape;
+
+	recall(cell, j, j->g->h, at, 1 - part);
+	ct_patch_put(j->g->h, j->g->square, cell, &j->s, shape, at);
+	if (!j->g->v)
+		return;
+	for (size_t k = 0; k < j->r->cell; k++)
+		cell[k] = j->r->spread[0] * v;
+	recall(cell, j, j->g->v, at, 1 - part);
+	ct_patch_put(j->g->v, NULL, cell, &j->s, shape, at);
+}
+
 /* What the rows from i on, the poses of a cell, hold, to h. */
 static void put(struct predict_job *j, const struct side *d, size_t i)
 {
 	const size_t out = j->r->out, end = i + d->poses[i];
-	const struct ct_patch_shape *shape = &j->r->shape;
-	const size_t count = j->r->cell;
 	float cell[CT_PATCH_CELL_MOST] = {0}, v = 0;
-	const size_t *at = d->at[i];
+	const size_t first = i;
 
 	for (; i < end; i++) {
 		const struct ct_patch_pose *pose = &d->pose[i];
 		const float *said = d->w.out + i * out;
 
-		ct_patch_back(cell, said, shape, pose);
+		ct_patch_back(cell, said, &j->r->shape, pose);
 		v += pose->share * pose->s * pose->s * expf(fminf(said[out - 1], 20));
 	}
-	ct_patch_put(j->g->h, j->g->square, cell, &j->s, shape, at);
-	for (size_t k = 0; k < count; k++)
-		cell[k] = j->r->spread[0] * v;
-	if (j->g->v)
-		ct_patch_put(j->g->v, NULL, cell, &j->s, shape, at);
+	add(j, cell, v, d->at[first], d->part[first]);
 }
 
 /* What the rows that are gathered hold, to h. */
@@ -73,17 +97,58 @@ static void flush(struct predict_job *j, struct side *d)
 	d->rows = 0;
 }
 
+/* What a pass before added to the block of a cell, RMS. */
+static double added(const struct predict_job *j, const size_t at[static 3])
+{
+	const struct ct_added *b = j->g->before;
+	const size_t *n = j->scene->n, *stride = j->s.stride;
+	const size_t i = at[0] * stride[0] + at[1] * stride[1] + at[2] * stride[2];
+	const size_t of[3] = {i % n[0], i / n[0] % n[1], i / n[0] / n[1]};
+	size_t block = 0;
+
+	for (int a = 2; a >= 0; a--)
+		block = block * b->m[a] + of[a] * b->m[a] / n[a];
+	return (double)b->rms[block];
+}
+
+/* What the axes before expect of a cell, RMS. */
+static double expected(const struct predict_job *j, const size_t at[static 3])
+{
+	float was[CT_PATCH_CELL_MOST];
+	double square = 0;
+
+	ct_patch_take(was, j->g->h, &j->s, &j->r->shape, at);
+	for (size_t k = 0; k < j->r->cell; k++)
+		square += (double)was[k] * (double)was[k];
+	return sqrt(square / (double)j->r->cell) / (double)j->g->axes;
+}
+
+/* The share of a cell that is looked at. */
+static float part_of(const struct predict_job *j, const size_t at[static 3])
+{
+	const struct ct_guess *g = j->g;
+
+	if (!(g->least > 0) || (g->axes == 0 && !g->before))
+		return 1;
+	return ct_patch_rise((float)((g->axes ? expected(j, at) : added(j, at)) / g->least) - 1);
+}
+
 static void look(struct predict_job *j, struct side *d, const size_t at[static 3])
 {
 	const struct ct_patch_shape *shape = &j->r->shape;
+	const float part = part_of(j, at);
 	struct ct_patch_pose pose[CT_PATCH_POSES];
-	float raw[CT_PATCH_MOST];
-	size_t count;
+	float raw[CT_PATCH_MOST], none[CT_PATCH_CELL_MOST] = {0};
+	size_t count = 0;
 
 	d->cells++;
-	count = ct_patch_look(raw, pose, &j->s, shape, at);
-	if (count == 0)
+	if (part > 0)
+		count = ct_patch_look(raw, pose, &j->s, shape, at);
+	if (count == 0) {
+		if (part < 1)
+			add(j, none, 0, at, part);
 		return;
+	}
 	d->textured++;
 	if (d->rows + count > ROWS)
 		flush(j, d);
@@ -95,6 +160,8 @@ static void look(struct predict_job *j, struct side *d, const size_t at[static 3
 		ct_slice_network_describe(ct_slice_network_features(&d->w, j->r, i), &pose[p],
 			&j->scene->regime, at[2], j->coarse ? shape->cell : 1, shape->slices);
 		d->pose[i] = pose[p];
+		d->pose[i].share *= part;
+		d->part[i] = part;
 		memcpy(d->at[i], at, sizeof d->at[i]);
 	}
 }
@@ -152,19 +219,20 @@ int ct_predict(struct ct_guess *g, const struct ct_scene *s, const struct ct_sli
 	const size_t threads = ct_par_threads(env->par);
 	struct predict_job j = {.r = r, .scene = s, .g = g, .env = env};
 	bool use[3];
-	const size_t used = ct_predict_axes(use, r, s, axes);
 	int rc = -1;
 
-	if (used == 0)
+	if (ct_predict_axes(use, r, s, axes) == 0)
 		return ct_fail(e, CT_EGEOM, "no axis has slices that the prior knows");
 	if (sides(&j, threads, e) || ct_slice_network_ready_alloc(&j.ready, r, e))
 		goto out;
 	for (int a = 0; a < 3; a++)
-		if (use[a] && across(&j, a, e))
-			goto out;
+		if (use[a]) {
+			if (across(&j, a, e))
+				goto out;
+			g->axes++;
+		}
 	if (g->slices)
 		ct_progress(env, "slices", g->done, g->slices);
-	g->axes += used;
 	for (size_t t = 0; t < threads; t++) {
 		*textured += j.side[t].textured;
 		*cells += j.side[t].cells;

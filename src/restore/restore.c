@@ -102,16 +102,19 @@ size_t ct_slice_prior_knows(
 {
 	double least = log(CELL_RATIO);
 	struct ct_scene s = {0};
-	size_t cell = 0;
+	size_t cell = 0, most = CT_PATCH_CELL;
 	bool can[3];
 
 	axes[0] = axes[1] = axes[2] = false;
 	if (!scene_of(&s, d))
 		return 0;
+	for (int a = 0; a < 3 && again; a++)
+		if (s.coarse[a] && d->factor[a] < (double)most)
+			most = (size_t)d->factor[a];
 	for (size_t i = 0; i < p->n; i++) {
 		const double apart = apart_of(p->r[i].shape.cell, d->factor);
 
-		if (p->again[i] == again && apart < least &&
+		if (p->again[i] == again && p->r[i].shape.cell <= most && apart < least &&
 			ct_predict_axes(can, &p->r[i], &s, NULL)) {
 			least = apart;
 			cell = p->r[i].shape.cell;
@@ -142,6 +145,7 @@ struct pass {
 	size_t cell;
 	float *own;
 	struct weights w;
+	struct ct_added *added; /* of the first pass; NULL: there is one */
 };
 
 /* What all slice networks expect that know slices of the scene; *floor += what the noise alone
@@ -311,6 +315,20 @@ static int bring(const struct pass *s, float *x, const float *y, bool add, struc
 	return 0;
 }
 
+/* w becomes the RMS of h in its blocks. */
+static void measure(const struct pass *s, float *h)
+{
+	const struct ct_guess sum = {.h = h, .axes = 1};
+	const size_t f = s->cell, *m = s->w.m;
+
+	for (size_t i = 0; i < m[0] * m[1] * m[2]; i++) {
+		const size_t at[3] = {i % m[0] * f, i / m[0] % m[1] * f, i / m[0] / m[1] * f};
+		const struct block b = block_of(&sum, s->scene.n, at, f);
+
+		s->w.w[i] = (float)sqrt(b.square / b.count);
+	}
+}
+
 /* Add what is expected. */
 static int add(struct pass *s, struct ct_guess *g, struct ct_err *e)
 {
@@ -367,7 +385,8 @@ static int predict(struct pass *s, float *std, struct ct_err *e)
 	const size_t all = s->scene.n[0] * s->scene.n[1] * s->scene.n[2];
 	const bool apart = s->rule->doubt > 0, own_v = std && s->own;
 	const size_t cells = s->w.m[0] * s->w.m[1] * s->w.m[2];
-	struct ct_guess g = {.v = std};
+	struct ct_guess g = {
+		.v = std, .least = s->rule->least, .before = s->again ? s->added : NULL};
 	double floor = 0;
 	int rc = -1;
 
@@ -383,6 +402,11 @@ static int predict(struct pass *s, float *std, struct ct_err *e)
 	if (expect(&g, &floor, s, e) || (std && deviate(s, std, g.v, &g, floor, e)))
 		goto out;
 	rc = add(s, &g, e);
+	if (rc == 0 && s->added && !s->again) {
+		measure(s, g.h);
+		*s->added = (struct ct_added){s->w.w, {s->w.m[0], s->w.m[1], s->w.m[2]}};
+		s->w.w = NULL;
+	}
 out:
 	free(s->w.w);
 	free(g.h);
@@ -410,18 +434,21 @@ double ct_restore_bytes(const struct ct_slice_prior *prior, const struct ct_rest
 	return NETWORKS + one * (2 + apart + error) + (coarse - 1) * fmax(one, fine);
 }
 
-static int once(struct ct_vol *x, float *std, bool again, const struct ct_vol *lo,
-	const struct ct_slice_prior *prior, const struct ct_restore_rule *rule,
-	struct ct_restore_report *report, const struct ct_env *env, struct ct_err *e)
+/* A pass: the second, where the first added much; of the first that becomes *added, or NULL. */
+static int once(struct ct_vol *x, float *std, struct ct_added *added, bool again,
+	const struct ct_vol *lo, const struct ct_slice_prior *prior,
+	const struct ct_restore_rule *rule, struct ct_restore_report *report,
+	const struct ct_env *env, struct ct_err *e)
 {
 	struct pass s = {.x = x,
 		.again = again,
+		.added = added,
 		.prior = prior,
 		.rule = rule,
 		.report = report,
 		.env = env,
 		.scene = {.x = x->data, .n = {x->n[0], x->n[1], x->n[2]}}};
-	const bool last = again || rule->passes != 2;
+	const bool last = again || !added;
 	bool axes[3];
 	int rc;
 
@@ -449,12 +476,15 @@ int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,
 	const struct ct_slice_prior *prior, const struct ct_restore_rule *rule,
 	struct ct_restore_report *report, const struct ct_env *env, struct ct_err *e)
 {
-	const bool twice = rule->passes == 2;
 	struct ct_restore_rule second = *rule;
+	struct ct_added added = {0};
+	const bool twice = rule->passes == 2;
+	int rc = once(x, std, twice ? &added : NULL, false, lo, prior, rule, report, env, e);
 
-	if (once(x, twice ? NULL : std, false, lo, prior, rule, report, env, e))
-		return -1;
 	second.gate = fmax(rule->gate, rule->second_gate);
 	second.cap = rule->second_cap;
-	return twice ? once(x, std, true, lo, prior, &second, report, env, e) : 0;
+	if (rc == 0 && twice)
+		rc = once(x, NULL, &added, true, lo, prior, &second, report, env, e);
+	free(added.rms);
+	return rc;
 }

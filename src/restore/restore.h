@@ -11,9 +11,10 @@
  *   x   base + w h, and then the nearest volume that D maps to the LR scan: exactly, or, if that
  *       has noise, to within three standard deviations of it at each voxel
  *
- * and with two passes all that once more. If the scan is point-sampled and aliased, and has no
- * noise, x becomes linear where these are flat (flat.h), before it is made to agree for the last
- * time: nets that learned what a solver makes there take off the greater part of it, not all.
+ * and with two passes all that once more, where the first added much (predict.h). If the scan is
+ * point-sampled and aliased, and has no noise, x becomes linear where these are flat (flat.h),
+ * before it is made to agree for the last time: nets that learned what a solver makes there take
+ * off the greater part of it, not all.
  *
  * The prior is a set of slice networks: "S" for slices whose two axes are S times coarser,
  * "thick-S" for those with one such axis; "again-S" and "again-thick-S" for volumes that the former
@@ -42,7 +43,8 @@ struct ct_slice_prior {
 int ct_slice_prior_alloc(struct ct_slice_prior *p, const struct ct_tensors *w, struct ct_err *e);
 void ct_slice_prior_free(struct ct_slice_prior *p);
 /* The cell of its networks for scans that d made, as a solver refined them, or (again) as the prior
- * did: the one nearest to the factors of the coarse axes; 0: none. And the axes across which they
+ * did, on a grid no finer than the volume's: the one nearest to the factors of the coarse axes; 0:
+ * none. And the axes across which they
  * take slices. */
 size_t ct_slice_prior_knows(bool axes[static 3], const struct ct_slice_prior *p,
 	const struct ct_degrade *d, bool again);
@@ -54,6 +56,7 @@ struct ct_restore_rule {
 					    noise (HU), maximum (HU, 0: none) */
 	double steps;                    /* their limit (steps.h), 0 none */
 	double second_gate, second_cap;  /* of a second pass: the least gate, and its cap, HU */
+	double least;                    /* HU (predict.h) */
 	double texture;                  /* HU (flat.h) */
 	bool flat;                       /* what is flat becomes linear */
 	bool axes[3];                    /* slices across these */
@@ -71,7 +74,7 @@ double ct_restore_bytes(const struct ct_slice_prior *prior, const struct ct_rest
 	const size_t n[static 3], bool error);
 
 struct ct_restore_report {
-	size_t cells, textured; /* cells of slices, and those that were not flat */
+	size_t cells, textured; /* cells of slices; looked at, and not flat */
 	double added;           /* RMS of w h, HU */
 	double residual;        /* RMS of D x - y, HU */
 };
@@ -79,8 +82,8 @@ struct ct_restore_report {
 /* x, finite, on the grid of which `by` makes that of lo, becomes the restored volume. CT_EGEOM if
  * it is not, or the prior knows no slices of it; CT_ENOMEM, CT_ENUMERIC, CT_ESTOP. Memory beside x
  * and lo: ct_restore_bytes, or that of ct_upsample_settle. std, if not NULL,
- * becomes the predicted error of each voxel, HU (slice-network.h). The report is of the last pass.
- */
+ * becomes the predicted error of each voxel after the first pass, HU (slice-network.h). The report
+ * is of the last pass. */
 int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,
 	const struct ct_slice_prior *prior, const struct ct_restore_rule *rule,
 	struct ct_restore_report *report, const struct ct_env *env, struct ct_err *e);

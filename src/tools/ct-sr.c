@@ -45,7 +45,7 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(VOLUMES, CT_UNLESS(said.factor)), CT_WHEN(VOLUMES), CT_WHEN(VOLUMES)),
 	CT_CHOICE(quality, 'Q', "quality", CT_WORDS(QUALITIES),
 		"draft inverts blur and sampling; fast adds predicted detail across one axis, balanced "
-		"across all; best makes a second pass",
+		"across all, and looks twice where it added much",
 		CT_WHEN(VOLUMES)),
 	CT_TEXT(series, 0, "series", "UID|N", "use this series of a DICOM folder"),
 	CT_FLAG(deid, 0, "deid", "remove what tells who the patient is from DICOM of OUT"),
@@ -196,7 +196,6 @@ static int rule_of(struct ct_refine_rule *r, const struct files *f, struct ct_er
 	r->tolerance = SR_TOLERANCE;
 	r->prior = &f->prior;
 	r->one_axis = p->quality == FAST;
-	r->passes = p->quality == BEST ? 2 : 1;
 	r->error = p->confidence != NULL;
 	return 0;
 }

@@ -14,7 +14,7 @@
 
 #include <stdio.h>
 
-#define PRESETS(X) X(FAST, "fast") X(BALANCED, "balanced") X(BEST, "best")
+#define PRESETS(X) X(FAST, "fast") X(BALANCED, "balanced")
 enum { PRESETS(CT_WORD_VALUE) };
 
 struct params {
@@ -70,12 +70,15 @@ static const struct ct_opt opts[] = {
 		"network of arssr",
 		WITH(PRIOR | ARSSR)),
 	CT_CHOICE(preset, 'Q', "preset", CT_WORDS(PRESETS),
-		"fast uses slices across one axis, balanced across all, best makes a second pass",
+		"fast uses slices across one axis, balanced across all, and looks twice where it added "
+		"much",
 		WITH_PRIOR),
 	CT_EXPERT(rule.weight, "weight", "W", 0, 10,
 		"add W times the prediction, all of it with the same confidence", WITH_PRIOR),
 	CT_EXPERT(rule.doubt, "doubt", "X", 0, 1000,
 		"lower the confidence where axes disagree, X times their variance", WITH_PRIOR),
+	CT_EXPERT(rule.least, "least", "HU", 0, 1e6,
+		"look again only where those axes or passes before expect HU or more", WITH_PRIOR),
 	CT_EXPERT(rule.gate, "gate", "HU", 0, 1e6, "lower the confidence of corrections below HU",
 		WITH_PRIOR),
 	CT_EXPERT(rule.cap, "cap", "HU", 0, 1e6, "lower the confidence of corrections beyond HU",
@@ -93,7 +96,6 @@ static int rule_of(struct ct_refine_rule *r, const struct params *p, struct ct_e
 	r->said.estimate = p->estimate;
 	r->iterations = (size_t)p->iterations;
 	r->one_axis = p->preset == FAST;
-	r->passes = p->preset == BEST ? 2 : 1;
 	r->error = p->std != NULL;
 	return 0;
 }

@@ -7,8 +7,7 @@
 #define QUALITIES(X)                                                                               \
 	X(DRAFT, "draft")                                                                          \
 	X(FAST, "fast")                                                                            \
-	X(BALANCED, "balanced")                                                                    \
-	X(BEST, "best")
+	X(BALANCED, "balanced")
 enum quality { QUALITIES(CT_WORD_VALUE) };
 
 /* What the command line says. */
