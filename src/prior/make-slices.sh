@@ -20,6 +20,6 @@ net 2 cubes=32,cube=64,slices=2,depth=6,components=320,width=768 -x 2 -p 12 -n 1
 net 3 cubes=32,cube=72,depth=5,components=240,width=768 -x 3 -p 13 -n 10000
 net 8 cubes=10,cube=96,depth=3,components=240,width=512 -x 8 -n 5000
 net thick-4 thick=yes,cubes=32,cube=80,depth=5,components=240,width=768 -x 4 -p 12 -n 8000
-# the network of the second pass (ct-upsample --preset best)
+# the network of the second pass
 net again-4 again=yes,cubes=32,cube=80,slices=4,depth=8,components=448,width=768 -x 4 -p 16 -n 12000
 cp "$with" "$out"

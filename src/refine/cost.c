@@ -16,7 +16,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { SOLVER_PIECE = 192, PRIOR_PIECE = 64, TRIES = 9, PLACES = 3 };
+enum { SOLVER_PIECE = 192, PRIOR_PIECE = 64, TRIES = 8, PLACES = 3 };
 #define CELLS 36000.0 /* of slices of the piece on which the prior is tried */
 #define LOOKS 1e5     /* cells at which texture is looked for */
 
