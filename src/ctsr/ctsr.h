@@ -234,9 +234,8 @@ enum ctsr_method {
 };
 
 enum ctsr_preset {
-	CTSR_FAST = 0,    /* one inversion; slices across one axis */
-	CTSR_BALANCED = 1 /* mean of inversions of the scan as it lies and mirrored; slices across
-			   * all axes; a second pass where the first added much */
+	CTSR_FAST = 0,    /* slices across one axis */
+	CTSR_BALANCED = 1 /* slices across all axes, and a second pass where the first added much */
 };
 
 typedef struct ctsr_superres_options {

@@ -35,7 +35,7 @@ struct ct_upsample_rule ct_refine_inversion(const struct ct_refine *r)
 		.tolerance = p->tolerance,
 		.spread = r->spread,
 		.texture = r->texture,
-		.ways = r->adds && !p->one_axis,
+		.ways = r->adds,
 		.plain = r->adds};
 }
 

@@ -34,8 +34,7 @@ struct ct_refine_rule {
 				     * With the prior: what it adds to */
 	/* Of the prior: */
 	const struct ct_slice_prior *prior; /* borrowed */
-	bool one_axis;                      /* slices across one axis, one pass, and an inversion in
-					       one way (upsample.h) */
+	bool one_axis;                      /* slices across one axis, and one pass */
 	/* NaN: what was found best for the operator (restore/confidence.c). A weight takes all
 	 * corrections with the same confidence. */
 	double weight, doubt, gate, cap, steps, least;
