@@ -65,7 +65,8 @@ static void weights(void)
 		must(ct_restore_confidence(&got, &little, cell_of(&want[k].by), size, &err));
 		OK(got.weight == 1 && got.doubt == want[k].doubt && got.gate == want[k].gate &&
 				got.steps == want[k].steps && got.cap == want[k].cap &&
-				got.second_gate == 10 && got.second_cap == want[k].cap * 0.12 &&
+				got.second_gate == 10 && got.least == 10 &&
+				got.second_cap == want[k].cap * 0.16 &&
 				got.passes == want[k].passes && little == want[k].little,
 			"weights of scan %zu: %g, %g HU, %g, %g HU, %d passes", k, got.doubt,
 			got.gate, got.steps, got.cap, got.passes);

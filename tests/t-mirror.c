@@ -8,7 +8,7 @@
 #include <string.h>
 
 static const size_t size[3] = {9, 6, 7};
-enum { ALL = 9 * 6 * 7, SIDE = 32, ITERATIONS = 100, REST = 4000 };
+enum { ALL = 9 * 6 * 7, SIDE = 32, ITERATIONS = 40, REST = 4000 };
 
 static size_t mirrored(size_t i, const size_t n[3], unsigned axes)
 {
@@ -118,7 +118,7 @@ static void test_ways(void)
 		apart(all, hi.data, mean), apart(all, one.data, mean));
 	ct_vol_free(&hi);
 	solve(&hi, &lo, CT_UPSAMPLE_TV, ITERATIONS, true);
-	OK(apart(all, hi.data, mean) < 0.15, "each way begins with the dual of that before (%.2g)",
+	OK(apart(all, hi.data, mean) < 0.25, "each way begins with the dual of that before (%.2g)",
 		apart(all, hi.data, mean));
 	for (int k = 0; k < 2; k++) {
 		ct_vol_free(k ? &one : &hi);

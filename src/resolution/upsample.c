@@ -268,7 +268,7 @@ static int solve_ways(struct ct_vol *hi, struct ct_vol *turned, struct ct_vol *s
 		ct_mirror_dual(dual, hi->n, turn, env->par);
 		for (size_t i = 0; i < ct_vol_count(hi); i++)
 			sum->data[i] = (part.k ? sum->data[i] : 0) + hi->data[i] / WAYS;
-		own.iterations = (r->iterations + WAYS - 1) / WAYS;
+		own.iterations = (r->iterations + 1) / 2;
 		own.tolerance = 0;
 	}
 	return 0;

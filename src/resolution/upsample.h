@@ -18,7 +18,7 @@
  * TV of forward differences moves an edge towards one of its sides. D is the same for a scan that
  * is turned over, so TV in several ways is the mean of the solutions: for the scan as it lies, and
  * turned over along x and z, x and y, and y and z. It agrees with the scan as they do. Each of the
- * last three begins with the volume and the dual of the one before, and makes a quarter of the
+ * last three begins with the volume and the dual of the one before, and makes half of the
  * iterations of the first.
  *
  * With noise > 0 (HU, of y) TV and HTV ask for |D x - y| <= 0.7 noise sqrt(M) instead of equality;

@@ -50,7 +50,7 @@ int ct_restore_confidence(struct ct_restore_rule *rule, bool *little, size_t cel
 	rule->steps = aliases ? 0 : 0.05;
 	rule->cap = aliases ? 0 : 125 * most;
 	rule->second_gate = SECOND_GATE;
-	rule->second_cap = aliases ? 0 : 15 * most; /* more spoils plastic, where nothing aliases */
+	rule->second_cap = aliases ? 0 : 20 * most; /* more spoils plastic, where nothing aliases */
 	rule->least = LEAST;
 	rule->flat = points && !(rule->noise > 0);
 	rule->passes = rule->noise > 0 && !points ? 1 : 2; /* the most that gain */
