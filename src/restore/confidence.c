@@ -9,7 +9,8 @@
  * inside soft tissue of point-sampled, aliased scans (eight scans). PSNR changes by -.03 to +.02
  * dB. */
 #define SECOND_GATE 10
-/* HU: doc/results.md, "Where the network looks". */
+/* HU, of thick slices and of others: doc/results.md, "Where the network looks". */
+#define LEAST_THICK 3
 #define LEAST 10
 
 /* The operator on the grid of the networks: the same blur, in LR voxels. */
@@ -51,7 +52,7 @@ int ct_restore_confidence(struct ct_restore_rule *rule, bool *little, size_t cel
 	rule->cap = aliases ? 0 : 125 * most;
 	rule->second_gate = SECOND_GATE;
 	rule->second_cap = aliases ? 0 : 20 * most; /* more spoils plastic, where nothing aliases */
-	rule->least = LEAST;
+	rule->least = coarse == 1 ? LEAST_THICK : LEAST;
 	rule->flat = points && !(rule->noise > 0);
 	rule->passes = rule->noise > 0 && !points ? 1 : 2; /* the most that gain */
 	/* thick slices that are well sampled */
