@@ -478,13 +478,19 @@ int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,
 {
 	struct ct_restore_rule second = *rule;
 	struct ct_added added = {0};
-	const bool twice = rule->passes == 2;
-	int rc = once(x, std, twice ? &added : NULL, false, lo, prior, rule, report, env, e);
+	struct ct_env_part part = {env, "pass", 0, 2};
+	struct ct_env told;
+	int rc;
 
+	if (rule->passes != 2)
+		return once(x, std, NULL, false, lo, prior, rule, report, env, e);
+	ct_env_part(&told, &part);
+	rc = once(x, std, &added, false, lo, prior, rule, report, &told, e);
+	part.k = 1;
 	second.gate = fmax(rule->gate, rule->second_gate);
 	second.cap = rule->second_cap;
-	if (rc == 0 && twice)
-		rc = once(x, NULL, &added, true, lo, prior, &second, report, env, e);
+	if (rc == 0)
+		rc = once(x, NULL, &added, true, lo, prior, &second, report, &told, e);
 	free(added.rms);
 	return rc;
 }
