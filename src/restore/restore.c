@@ -421,17 +421,18 @@ double ct_restore_bytes(const struct ct_slice_prior *prior, const struct ct_rest
 {
 	const double apart = rule->doubt > 0, *factor = rule->by.factor;
 	const double fine = 4 * (double)n[0] * (double)n[1] * (double)n[2];
-	double one = fine, coarse = 0, cell;
+	double one = fine, coarse = 0, cell, blocks;
 	bool axes[3];
 
 	cell = (double)ct_slice_prior_knows(axes, prior, &rule->by, false);
+	blocks = rule->passes == 2 ? fine / pow(cell, 3) : 0;
 	if (apart_of((size_t)cell, factor) == 0)
-		return NETWORKS + one * (1 + apart);
+		return NETWORKS + one * (1 + apart) + blocks;
 	for (int a = 0; a < 3; a++) {
 		one *= factor[a] > 1 ? cell / factor[a] : 1;
 		coarse += factor[a] > 1;
 	}
-	return NETWORKS + one * (2 + apart + error) + (coarse - 1) * fmax(one, fine);
+	return NETWORKS + one * (2 + apart + error) + (coarse - 1) * fmax(one, fine) + blocks;
 }
 
 /* A pass: the second, where the first added much; of the first that becomes *added, or NULL. */
