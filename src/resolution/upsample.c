@@ -283,10 +283,10 @@ static int in_ways(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_u
 	int rc = -1;
 
 	if (ct_vol_alloc(&turned, lo->n, e) == 0 && ct_vol_alloc(&sum, hi->n, e) == 0 &&
-		ct_alloc0(&dual, CT_TV_DUAL * count, sizeof *dual, e) == 0) {
+		ct_alloc0(&dual, CT_TV_DUAL * count, sizeof *dual, e) == 0)
 		rc = solve_ways(hi, &turned, &sum, dual, lo, rule, r, env, e);
+	if (rc == 0)
 		memcpy(hi->data, sum.data, count * sizeof *hi->data);
-	}
 	free(dual);
 	ct_vol_free(&turned);
 	ct_vol_free(&sum);
