@@ -2,6 +2,7 @@
 #include "config.h"
 #include "arssr/arssr-kernels.h"
 #include "arssr/encoder.h"
+#include "unet/dense.h"
 
 #include <string.h>
 
@@ -45,15 +46,13 @@ static void take(size_t rows, size_t n, float *dx, const float *d, size_t all, s
 
 /* Of y += x W^T, W of n rows and ci columns from w on, m of them: dW += dy^T x, dx (+)= dy W. */
 static int product(const struct back *b, const struct ct_arssr_layer *l, size_t column, size_t m,
-	float *dx, float beta, const float *dy, const float *x, struct ct_err *e)
+	float *dx, bool add, const float *dy, const float *x, struct ct_err *e)
 {
-	const size_t n = l->co;
-	const float *w = b->c->net->all + l->weight + column;
+	const struct ct_dense_rows s = {
+		m, l->co, l->ci, b->c->net->all + l->weight + column, b->rows, m, l->co};
 
-	return ct_dnn_sgemm(true, false, n, m, b->rows, 1, dy, n, x, m, 1,
-		       b->grad + l->weight + column, l->ci, e) ||
-			       ct_dnn_sgemm(false, false, b->rows, m, n, 1, dy, n, w, l->ci, beta,
-				       dx, m, e)
+	return ct_dense_rows_gradient(&s, b->grad + l->weight + column, dy, x, true, e) ||
+			       ct_dense_rows_back(&s, dx, dy, add, e)
 		       ? -1
 		       : 0;
 }
@@ -86,14 +85,14 @@ static int block(struct back *b, size_t at, struct ct_err *e)
 	struct ct_encoder_source from[CT_ENCODER_SOURCES];
 	float *dense = b->s->dx, *spare;
 
-	if (product(b, all, at * f, f, b->carry, 1, b->sum, ct_encoder_x(c, at + 1), e))
+	if (product(b, all, at * f, f, b->carry, true, b->sum, ct_encoder_x(c, at + 1), e))
 		return -1;
 	CT_SIMD(ct_arssr_kernels_sum)(rows, f, b->grad + l->bias, b->carry);
 	memcpy(b->own, b->carry, rows * f * sizeof *b->own);
-	if (product(b, l, 0, f, b->own, 1, b->carry, ct_encoder_x(c, at), e))
+	if (product(b, l, 0, f, b->own, true, b->carry, ct_encoder_x(c, at), e))
 		return -1;
 	for (size_t j = 0; j < s->layers; j++)
-		if (product(b, l, f + j * g, g, dense + j * rows * g, 0, b->carry,
+		if (product(b, l, f + j * g, g, dense + j * rows * g, false, b->carry,
 			    ct_encoder_o(c, at, j), e))
 			return -1;
 	for (size_t j = s->layers; j-- > 0;) {

@@ -1,6 +1,7 @@
 /* encoder.c: see encoder.h. */
 #include "config.h"
 #include "arssr/encoder.h"
+#include "unet/dense.h"
 #include "arssr/arssr-kernels.h"
 #include "core/mem.h"
 
@@ -215,20 +216,24 @@ static void fuse_planes(void *arg, size_t i, size_t worker)
 	const float *w = c->net->all + l->weight;
 	float *y = c->train ? p->to + i * rows * f : c->side[worker].d;
 	float *sum = c->sum + i * rows * f;
+	const struct ct_dense_rows fused = {
+		f, f, g->ci, c->net->all + g->weight + p->block * f, rows, f, f};
 	struct ct_err *e = &p->e[worker];
 	const int was = ct_dnn_enter();
 	int rc = 0;
 
 	CT_SIMD(ct_arssr_kernels_fill)(rows, f, y, c->net->all + l->bias);
-	for (size_t k = 0; k < p->parts && rc == 0; w += p->from[k++].c)
-		rc = ct_dnn_sgemm(false, true, rows, f, p->from[k].c, 1,
-			p->from[k].x + i * rows * p->from[k].c, p->from[k].c, w, l->ci, 1, y, f, e);
+	for (size_t k = 0; k < p->parts && rc == 0; w += p->from[k++].c) {
+		const size_t m = p->from[k].c;
+		const struct ct_dense_rows s = {m, f, l->ci, w, rows, m, f};
+
+		rc = ct_dense_rows_forward(&s, y, p->from[k].x + i * rows * m, true, e);
+	}
 	CT_SIMD(ct_arssr_kernels_add)(rows * f, y, p->from[0].x + i * rows * f);
 	if (p->block == 0)
 		CT_SIMD(ct_arssr_kernels_fill)(rows, f, sum, c->net->all + g->bias);
 	if (rc == 0)
-		(void)ct_dnn_sgemm(false, true, rows, f, f, 1, y, f,
-			c->net->all + g->weight + p->block * f, g->ci, 1, sum, f, e);
+		(void)ct_dense_rows_forward(&fused, sum, y, true, e);
 	if (!c->train)
 		memcpy(p->to + i * rows * f, y, rows * f * sizeof *y);
 	ct_dnn_leave(was);

@@ -89,49 +89,47 @@ static void errors(struct ct_learn_side *d, size_t cell)
 	}
 }
 
-/* grad (rows,columns) = d^T in, and its bias, of n rows. */
-static int outer(float *grad, float *bias, const float *d, const float *in, size_t rows,
-	size_t columns, struct ct_err *e)
+/* The gradient of part p, whose results have the gradient d, and of its bias. */
+static int outer(const struct ct_learn *l, float *g, enum ct_slice_network_part p, const float *d,
+	const float *in, struct ct_err *e)
 {
-	memset(bias, 0, rows * sizeof *bias);
+	const struct ct_dense_rows s = ct_slice_network_layer(&l->r, l->all, p, PIECE);
+	float *bias = g + l->r.at[p + 1];
+
+	memset(bias, 0, s.out * sizeof *bias);
 	for (size_t i = 0; i < PIECE; i++)
-		for (size_t j = 0; j < rows; j++)
-			bias[j] += d[i * rows + j];
-	return ct_dnn_sgemm(
-		true, false, rows, columns, PIECE, 1, d, rows, in, columns, 0, grad, columns, e);
+		for (size_t j = 0; j < s.out; j++)
+			bias[j] += d[i * s.out + j];
+	return ct_dense_rows_gradient(&s, g + l->r.at[p], d, in, false, e);
 }
 
-/* d_in (n,columns) = d matrix, times the derivative of the layer there. */
-static int back(float *d_in, const float *d, const float *matrix, size_t rows, size_t columns,
+/* d_in of what part p reads, the activation of a. */
+static int back(const struct ct_learn *l, float *d_in, enum ct_slice_network_part p, const float *d,
 	const float *a, struct ct_err *e)
 {
-	if (ct_dnn_sgemm(false, false, PIECE, columns, rows, 1, d, rows, matrix, columns, 0, d_in,
-		    columns, e))
+	const struct ct_dense_rows s = ct_slice_network_layer(&l->r, l->all, p, PIECE);
+
+	if (ct_dense_rows_back(&s, d_in, d, false, e))
 		return -1;
-	CT_SIMD(ct_layer_silu_back)(PIECE * columns, d_in, d_in, a, false);
+	CT_SIMD(ct_layer_silu_back)(PIECE * s.in, d_in, d_in, a, false);
 	return 0;
 }
 
 static int gradient(const struct ct_learn *l, struct ct_learn_side *d, float *g, struct ct_err *e)
 {
-	const struct ct_slice_network *r = &l->r;
-	const size_t f = r->inputs, out = r->out, wide = r->width;
-	const size_t *at = r->at;
 	const struct ct_slice_network_work *w = &d->w;
+	const size_t out = l->r.out;
 
-	if (outer(g + at[CT_PART_LINEAR], g + at[CT_PART_LINEAR_BIAS], w->out, w->feature, out, f,
-		    e) ||
-		outer(g + at[CT_PART_3], g + at[CT_PART_3_BIAS], w->out, w->h2, out, wide, e))
+	if (outer(l, g, CT_PART_LINEAR, w->out, w->feature, e) ||
+		outer(l, g, CT_PART_3, w->out, w->h2, e))
 		return -1;
 	/* The spread learns from the layers, not they from it. */
 	for (size_t i = 0; i < PIECE; i++)
 		w->out[i * out + out - 1] = 0;
-	return back(d->d2, w->out, l->all + at[CT_PART_3], out, wide, w->a2, e) ||
-			       outer(g + at[CT_PART_2], g + at[CT_PART_2_BIAS], d->d2, w->h1, wide,
-				       wide, e) ||
-			       back(d->d1, d->d2, l->all + at[CT_PART_2], wide, wide, w->a1, e) ||
-			       outer(g + at[CT_PART_1], g + at[CT_PART_1_BIAS], d->d1, w->feature,
-				       wide, f, e)
+	return back(l, d->d2, CT_PART_3, w->out, w->a2, e) ||
+			       outer(l, g, CT_PART_2, d->d2, w->h1, e) ||
+			       back(l, d->d1, CT_PART_2, d->d2, w->a1, e) ||
+			       outer(l, g, CT_PART_1, d->d1, w->feature, e)
 		       ? -1
 		       : 0;
 }

@@ -3,7 +3,6 @@
 #include "core/mem.h"
 #include "restore/slice-network.h"
 #include "solve/vector.h"
-#include "unet/dnn.h"
 #include "unet/layers.h"
 
 #include <math.h>
@@ -117,14 +116,6 @@ float *ct_slice_network_features(
 	return w->feature + i * r->inputs + r->components;
 }
 
-/* out (n,rows; ldo) = in (n,columns) matrix^T, or added to out. */
-static int times(float *out, size_t ldo, const float *in, const float *matrix, size_t n,
-	size_t rows, size_t columns, bool add, struct ct_err *e)
-{
-	return ct_dnn_sgemm(false, true, n, rows, columns, 1, in, columns, matrix, columns,
-		add ? 1 : 0, out, ldo, e);
-}
-
 static void centre(const struct ct_slice_network *r, struct ct_slice_network_work *w, size_t n)
 {
 	const size_t count = ct_patch_count(&r->shape);
@@ -138,25 +129,35 @@ int ct_slice_network_components(const struct ct_slice_network *r, struct ct_slic
 	size_t n, struct ct_err *e)
 {
 	const size_t count = ct_patch_count(&r->shape);
+	const struct ct_dense_rows s = {count, r->components, count, r->basis, n, count, r->inputs};
 
 	centre(r, w, n);
-	return times(w->feature, r->inputs, w->patch, r->basis, n, r->components, count, false, e);
+	return ct_dense_rows_forward(&s, w->feature, w->patch, false, e);
 }
 
-/* h = a(in matrix^T + bias), of n rows; `ready` is the product with that matrix, or NULL. */
-static int hidden(float *h, float *a, const float *in, const float *matrix,
-	const struct ct_product *ready, const float *bias, size_t n, size_t rows, size_t columns,
-	struct ct_err *e)
+struct ct_dense_rows ct_slice_network_layer(
+	const struct ct_slice_network *r, const float *all, enum ct_slice_network_part p, size_t n)
 {
-	if (ready ? ct_product_run(ready, in, n, a, e)
-		  : times(a, rows, in, matrix, n, rows, columns, false, e))
-		return -1;
-	for (size_t i = 0; i < n; i++) {
-		const struct ct_vector add = {.y = a + i * rows, .x = bias, .c = 1, .b = 1};
+	struct ct_slice_network own = *r;
+	const struct kept it = kept_at(&own, WEIGHTS + (int)p);
 
-		CT_SIMD(ct_vector_mix)(rows, &add);
+	return (struct ct_dense_rows){
+		it.dim[1], it.dim[0], it.dim[1], all + r->at[p], n, it.dim[1], it.dim[0]};
+}
+
+/* h = a(layer of in + bias); `ready` is the product with its matrix, or NULL. */
+static int hidden(float *h, float *a, const float *in, const struct ct_dense_rows *s,
+	const struct ct_product *ready, const float *bias, struct ct_err *e)
+{
+	if (ready ? ct_product_run(ready, in, s->n, a, e)
+		  : ct_dense_rows_forward(s, a, in, false, e))
+		return -1;
+	for (size_t i = 0; i < s->n; i++) {
+		const struct ct_vector add = {.y = a + i * s->out, .x = bias, .c = 1, .b = 1};
+
+		CT_SIMD(ct_vector_mix)(s->out, &add);
 	}
-	CT_SIMD(ct_layer_silu_forward)(n * rows, h, a);
+	CT_SIMD(ct_layer_silu_forward)(s->n * s->out, h, a);
 	return 0;
 }
 
@@ -164,21 +165,20 @@ static int layers(const struct ct_slice_network *r, const float *all,
 	const struct ct_slice_network_ready *q, struct ct_slice_network_work *w, size_t n,
 	struct ct_err *e)
 {
-	const size_t f = r->inputs, out = r->out, wide = r->width;
-	const float *at[CT_PARTS];
+	const struct ct_dense_rows one = ct_slice_network_layer(r, all, CT_PART_1, n);
+	const struct ct_dense_rows two = ct_slice_network_layer(r, all, CT_PART_2, n);
+	const struct ct_dense_rows three = ct_slice_network_layer(r, all, CT_PART_3, n);
+	const struct ct_dense_rows linear = ct_slice_network_layer(r, all, CT_PART_LINEAR, n);
+	const float *bias[2] = {all + r->at[CT_PART_LINEAR_BIAS], all + r->at[CT_PART_3_BIAS]};
 
-	for (int p = 0; p < CT_PARTS; p++)
-		at[p] = all + r->at[p];
-	if (hidden(w->h1, w->a1, w->feature, at[CT_PART_1], q->w1, at[CT_PART_1_BIAS], n, wide, f,
-		    e) ||
-		hidden(w->h2, w->a2, w->h1, at[CT_PART_2], q->w2, at[CT_PART_2_BIAS], n, wide, wide,
-			e))
+	if (hidden(w->h1, w->a1, w->feature, &one, q->w1, all + r->at[CT_PART_1_BIAS], e) ||
+		hidden(w->h2, w->a2, w->h1, &two, q->w2, all + r->at[CT_PART_2_BIAS], e))
 		return -1;
 	for (size_t i = 0; i < n; i++)
-		for (size_t j = 0; j < out; j++)
-			w->out[i * out + j] = at[CT_PART_LINEAR_BIAS][j] + at[CT_PART_3_BIAS][j];
-	return times(w->out, out, w->feature, at[CT_PART_LINEAR], n, out, f, true, e) ||
-			       times(w->out, out, w->h2, at[CT_PART_3], n, out, wide, true, e)
+		for (size_t j = 0; j < r->out; j++)
+			w->out[i * r->out + j] = bias[0][j] + bias[1][j];
+	return ct_dense_rows_forward(&linear, w->out, w->feature, true, e) ||
+			       ct_dense_rows_forward(&three, w->out, w->h2, true, e)
 		       ? -1
 		       : 0;
 }

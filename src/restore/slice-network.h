@@ -16,6 +16,7 @@
 #include "core/tensors.h"
 #include "resolution/degrade.h"
 #include "restore/patch.h"
+#include "unet/dense.h"
 #include "unet/product.h"
 
 enum { CT_SLICE_NETWORK_FEATURES = 8 };
@@ -92,6 +93,9 @@ int ct_slice_network_components(const struct ct_slice_network *r, struct ct_slic
 	size_t n, struct ct_err *e);
 int ct_slice_network_forward(const struct ct_slice_network *r, const float *all,
 	struct ct_slice_network_work *w, size_t n, struct ct_err *e);
+/* A matrix of it as a layer of n rows. */
+struct ct_dense_rows ct_slice_network_layer(
+	const struct ct_slice_network *r, const float *all, enum ct_slice_network_part p, size_t n);
 
 /* Tensors NAME.mean, NAME.basis, NAME.linear, ..., shapes among them. CT_EINPUT naming the one that
  * is missing, of another shape or not finite. */

@@ -77,3 +77,24 @@ int ct_dense_gradient(const struct ct_dense *s, float *dw, float *db, const floa
 	return ct_dnn_sgemm(
 		false, true, s->out, s->in, s->cols, 1, d, s->ld, x, s->ld, 1, dw, s->stride, e);
 }
+
+int ct_dense_rows_forward(
+	const struct ct_dense_rows *s, float *y, const float *x, bool add, struct ct_err *e)
+{
+	return ct_dnn_sgemm(false, true, s->n, s->out, s->in, 1, x, s->ldx, s->w, s->stride,
+		add ? 1 : 0, y, s->ldy, e);
+}
+
+int ct_dense_rows_back(
+	const struct ct_dense_rows *s, float *dx, const float *d, bool add, struct ct_err *e)
+{
+	return ct_dnn_sgemm(false, false, s->n, s->in, s->out, 1, d, s->ldy, s->w, s->stride,
+		add ? 1 : 0, dx, s->ldx, e);
+}
+
+int ct_dense_rows_gradient(const struct ct_dense_rows *s, float *dw, const float *d, const float *x,
+	bool add, struct ct_err *e)
+{
+	return ct_dnn_sgemm(true, false, s->out, s->in, s->n, 1, d, s->ldy, x, s->ldx, add ? 1 : 0,
+		dw, s->stride, e);
+}
