@@ -22,7 +22,7 @@ int main(int argc, char **argv)
 	ctsr_volume *in = NULL, *out = NULL;
 	ctsr_superres_report report = {.size = sizeof report};
 	ctsr_superres_options o;
-	ctsr_context c;
+	ctsr_context c = {.size = sizeof c};
 	ctsr_error e;
 	int rc;
 
@@ -30,7 +30,6 @@ int main(int argc, char **argv)
 		fprintf(stderr, "usage: superres IN OUT FACTOR [PRIOR]\n");
 		return CTSR_USAGE;
 	}
-	ctsr_context_init(&c, sizeof c);
 	c.progress = progress;
 	c.overwrite = 1;
 	ctsr_superres_options_init(&o, sizeof o);

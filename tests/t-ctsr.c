@@ -18,9 +18,9 @@ static ctsr_volume *ball(size_t side)
 	ctsr_volume *v;
 	float *x;
 
-	if (ctsr_volume_new(&v, n, grid, &e))
+	if (ctsr_volume_new(&v, n, grid, NULL, &e))
 		exit(99);
-	x = ctsr_volume_data(v);
+	x = ctsr_volume_data(v, NULL, NULL);
 	for (size_t i = 0; i < side * side * side; i++) {
 		double r = 0;
 
@@ -35,14 +35,15 @@ static size_t count(const ctsr_volume *v)
 {
 	size_t n[3];
 
-	ctsr_volume_grid(v, n, NULL);
+	ctsr_volume_data(v, n, NULL);
 	return n[0] * n[1] * n[2];
 }
 
 static int same(const ctsr_volume *a, const ctsr_volume *b)
 {
 	return a && b && count(a) == count(b) &&
-	       memcmp(ctsr_volume_data(a), ctsr_volume_data(b), count(a) * sizeof(float)) == 0;
+	       memcmp(ctsr_volume_data(a, NULL, NULL), ctsr_volume_data(b, NULL, NULL),
+		       count(a) * sizeof(float)) == 0;
 }
 
 static int failed(int rc, int code)
@@ -56,9 +57,8 @@ static int failed(int rc, int code)
 
 static ctsr_operator by_two(void)
 {
-	ctsr_operator o;
+	ctsr_operator o = {.size = sizeof o};
 
-	ctsr_operator_init(&o, sizeof o);
 	for (int a = 0; a < 3; a++) {
 		o.factor[a] = 2;
 		o.sigma[a] = 0.85;
@@ -100,10 +100,11 @@ static void test_volumes(void)
 
 	for (int i = 0; i < 24; i++)
 		raw[i] = (int16_t)(mine[i] = (float)(i * 10));
-	OK(ctsr_volume_wrap(&v, n, grid, mine, &e) == 0 && ctsr_volume_data(v) == mine,
+	OK(ctsr_volume_new(&v, n, grid, mine, &e) == 0 && ctsr_volume_data(v, NULL, NULL) == mine,
 		"a volume on the caller's memory");
-	ctsr_volume_grid(v, m, affine);
-	OK(memcmp(m, n, sizeof n) == 0 && memcmp(affine, grid, sizeof grid) == 0, "with its grid");
+	OK(ctsr_volume_data(v, m, affine) == mine && memcmp(m, n, sizeof n) == 0 &&
+			memcmp(affine, grid, sizeof grid) == 0,
+		"with its grid");
 	OK(ctsr_volume_sample(value, v, 3, at, &e) == 0 && value[0] == 5.0f && value[1] == 220.0f &&
 			isnan(value[2]),
 		"sampled between centres, at one, and outside");
@@ -115,13 +116,14 @@ static void test_volumes(void)
 	ctsr_volume_free(v);
 	OK(mine[23] == 230.0f, "the caller's memory is left alone");
 	OK(ctsr_volume_from_int16(&v, n, NULL, raw, 2, -5, &e) == 0 &&
-			ctsr_volume_data(v)[23] == 455.0f &&
+			ctsr_volume_data(v, NULL, NULL)[23] == 455.0f &&
 			ctsr_volume_to_int16(v, back, &e) == 0 && back[23] == 455,
 		"int16 there and back");
-	ctsr_volume_data(v)[0] = 1e6f;
+	ctsr_volume_data(v, NULL, NULL)[0] = 1e6f;
 	OK(failed(ctsr_volume_to_int16(v, back, &e), CTSR_NUMBER), "what does not fit int16");
 	ctsr_volume_free(v);
-	OK(failed(ctsr_volume_new(&v, n, sheared, &e), CTSR_GEOMETRY) && !v, "a sheared grid");
+	OK(failed(ctsr_volume_new(&v, n, sheared, NULL, &e), CTSR_GEOMETRY) && !v,
+		"a sheared grid");
 	ctsr_volume_free(NULL);
 }
 
@@ -129,9 +131,8 @@ static void test_files(void)
 {
 	const ctsr_format *const nifti[] = {ctsr_nifti(), NULL};
 	ctsr_volume *v = ball(12), *w;
-	ctsr_context c;
+	ctsr_context c = {.size = sizeof c};
 
-	ctsr_context_init(&c, sizeof c);
 	OK(ctsr_volume_write(v, "v.nii", ctsr_nifti(), NULL, &e) == 0 &&
 			ctsr_volume_read(&w, "v.nii", nifti, &e) == 0 && same(v, w),
 		"NIfTI there and back");
@@ -162,10 +163,9 @@ static void test_history(void)
 {
 	ctsr_volume *hi = ball(16), *lo;
 	const ctsr_operator by = by_two();
-	ctsr_context c;
+	ctsr_context c = {.size = sizeof c};
 	const char *said;
 
-	ctsr_context_init(&c, sizeof c);
 	OK(ctsr_degrade(&lo, hi, &by, &c, &e) == 0 && !ctsr_volume_get(lo, "history"),
 		"no history unless asked");
 	ctsr_volume_free(lo);
@@ -208,7 +208,7 @@ static void test_operators(void)
 	ctsr_volume_free(out);
 	o.method = CTSR_AUTO;
 	OK(ctsr_superres(&out, &error, NULL, lo, &o, NULL, &e) == 0 && count(error) == count(hi) &&
-			ctsr_volume_data(error)[0] >= 0,
+			ctsr_volume_data(error, NULL, NULL)[0] >= 0,
 		"with its predicted error");
 	ctsr_volume_free(out);
 	ctsr_volume_free(error);
@@ -224,13 +224,14 @@ static double measured(double sigma)
 	ctsr_superres_options with = tv();
 	ctsr_operator o = by_two();
 	size_t n[3];
+	float *x;
 
 	o.sigma[0] = o.sigma[1] = o.sigma[2] = sigma;
 	must(ctsr_degrade(&lo, hi, &o, NULL, &e));
 	o = by_two();
 	must(ctsr_estimate_operator(&o, lo, NULL, &e));
-	ctsr_volume_grid(lo, n, NULL);
-	must(ctsr_volume_wrap(&blind, n, grid, ctsr_volume_data(lo), &e));
+	x = ctsr_volume_data(lo, n, NULL);
+	must(ctsr_volume_new(&blind, n, grid, x, &e));
 	with.factor[0] = with.factor[1] = with.factor[2] = 2;
 	must(ctsr_superres(&out, NULL, &report, blind, &with, NULL, &e));
 	OK(report.method == CTSR_TV && fabs(report.sigma[0] - o.sigma[0]) < 1e-9,
@@ -264,12 +265,12 @@ static void test_projections(void)
 	ctsr_volume *v = ball(24), *back;
 	ctsr_projections *p, *q, *of;
 	ctsr_gaussians *g, *again;
-	ctsr_fit_options fit;
-	ctsr_gaussian one;
+	ctsr_fit_options fit = {.size = sizeof fit};
+	ctsr_gaussian two[2] = {0};
 	ctsr_geometry geo;
 	ctsr_metrics m = {.size = sizeof m};
 	ctsr_view view[2];
-	size_t n[3];
+	size_t n[3], all;
 
 	OK(ctsr_geometry_init(&geo, sizeof geo, v, &e) == 0 && geo.views == 100, "a geometry");
 	geo.views = 60;
@@ -279,7 +280,8 @@ static void test_projections(void)
 	must(ctsr_fdk(&back, p, v, NULL, &e) || ctsr_compare(&m, v, back, NULL, NULL, NULL, &e));
 	OK(m.psnr > 15, "and reconstructed: %.1f dB", m.psnr);
 	ctsr_volume_free(back);
-	OK(ctsr_backproject(&back, p, v, NULL, &e) == 0 && ctsr_volume_data(back)[0] >= 0,
+	OK(ctsr_backproject(&back, p, v, NULL, &e) == 0 &&
+			ctsr_volume_data(back, NULL, NULL)[0] >= 0,
 		"the adjoint");
 	ctsr_volume_free(back);
 	OK(ctsr_projections_write(p, "p.exr", NULL, &e) == 0 &&
@@ -292,19 +294,20 @@ static void test_projections(void)
 		"views");
 	ctsr_projections_free(q);
 	OK(ctsr_projections_new(&q, CTSR_CONE, 2, n[1], n[2], view, &e) == 0, "new projections");
-	ctsr_fit_options_init(&fit, sizeof fit);
 	fit.gaussians = 200;
 	fit.iterations = 30;
 	fit.full = 1;
-	OK(ctsr_gaussians_fit(&g, p, v, &fit, NULL, &e) == 0 && ctsr_gaussians_count(g) > 0,
+	OK(ctsr_gaussians_fit(&g, p, v, &fit, NULL, &e) == 0 &&
+			ctsr_gaussians_get(NULL, g, 0, 0) > 0,
 		"Gaussians fitted");
-	OK(ctsr_gaussians_get(&one, g, 0, 1, &e) == 0 && one.sigma[0] > 0 &&
-			failed(ctsr_gaussians_get(&one, g, ctsr_gaussians_count(g), 1, &e),
-				CTSR_USAGE),
-		"looked at");
+	all = ctsr_gaussians_get(two, g, 0, 1);
+	OK(two[0].sigma[0] > 0 && two[1].sigma[0] == 0 &&
+			ctsr_gaussians_get(two, g, all - 1, 2) == all && two[1].sigma[0] == 0 &&
+			ctsr_gaussians_get(two, g, SIZE_MAX, 2) == all,
+		"looked at, and no further than to the last");
 	OK(ctsr_gaussians_write(g, "g.ply", NULL, &e) == 0 &&
 			ctsr_gaussians_read(&again, "g.ply", &e) == 0 &&
-			ctsr_gaussians_count(again) == ctsr_gaussians_count(g),
+			ctsr_gaussians_get(NULL, again, 0, 0) == all,
 		"PLY there and back");
 	OK(ctsr_gaussians_voxelise(&back, g, v, NULL, &e) == 0 && count(back) == count(v),
 		"voxelised");
@@ -330,10 +333,9 @@ static void test_cancel(void)
 {
 	const ctsr_superres_options o = tv();
 	ctsr_volume *lo = low(32), *out;
-	ctsr_context c;
+	ctsr_context c = {.size = sizeof c};
 	int calls = 0;
 
-	ctsr_context_init(&c, sizeof c);
 	c.progress = cancel;
 	c.user = &calls;
 	OK(failed(ctsr_superres(&out, NULL, NULL, lo, &o, &c, &e), CTSR_CANCELLED) && !out,
@@ -349,10 +351,9 @@ struct ctsr_job {
 static void *refine(void *arg)
 {
 	struct ctsr_job *j = arg;
-	ctsr_context c;
+	ctsr_context c = {.size = sizeof c};
 	ctsr_error mine;
 
-	ctsr_context_init(&c, sizeof c);
 	c.threads = 2;
 	if (ctsr_superres(&j->out, NULL, NULL, j->lo, &j->o, &c, &mine))
 		printf("# %s\n", mine.message);
@@ -411,10 +412,10 @@ static void test_nulls(void)
 	ctsr_gaussians *g;
 	const size_t none[3] = {0, 1, 1}, huge[3] = {SIZE_MAX / 2, 4, 4};
 
-	OK(failed(ctsr_volume_new(NULL, none, NULL, &e), CTSR_USAGE) &&
-			failed(ctsr_volume_new(&out, none, NULL, &e), CTSR_USAGE) &&
-			failed(ctsr_volume_new(&out, huge, NULL, &e), CTSR_INPUT) &&
-			failed(ctsr_volume_wrap(&out, huge, NULL, NULL, &e), CTSR_USAGE),
+	OK(failed(ctsr_volume_new(NULL, none, NULL, NULL, &e), CTSR_USAGE) &&
+			failed(ctsr_volume_new(&out, none, NULL, NULL, &e), CTSR_USAGE) &&
+			failed(ctsr_volume_new(&out, huge, NULL, NULL, &e), CTSR_INPUT) &&
+			failed(ctsr_volume_new(&out, NULL, NULL, NULL, &e), CTSR_USAGE),
 		"no volume of nothing, and none that overflows");
 	OK(failed(ctsr_volume_read(&out, NULL, ctsr_formats_all(), &e), CTSR_USAGE) &&
 			failed(ctsr_volume_read(&out, "x", NULL, &e), CTSR_USAGE) &&
@@ -434,10 +435,10 @@ static void test_nulls(void)
 			failed(ctsr_check_consistency(NULL, v, v, NULL, NULL, &e), CTSR_USAGE),
 		"and of all else");
 	OK(ctsr_superres(&out, NULL, NULL, NULL, NULL, NULL, NULL) == -1, "an error need not be");
-	ctsr_volume_grid(NULL, NULL, NULL);
 	ctsr_projections_free(NULL);
 	ctsr_gaussians_free(NULL);
-	OK(!ctsr_volume_data(NULL) && !ctsr_volume_get(NULL, "a") && !ctsr_gaussians_count(NULL),
+	OK(!ctsr_volume_data(NULL, NULL, NULL) && !ctsr_volume_get(NULL, "a") &&
+			!ctsr_gaussians_get(NULL, NULL, 0, 0),
 		"nothing of nothing");
 	ctsr_volume_free(v);
 }
@@ -485,7 +486,7 @@ static void test_numbers(void)
 	geo.beam = 7;
 	ok &= failed(ctsr_project(&p, v, &geo, NULL, &e), CTSR_USAGE);
 	OK(ok, "geometries out of range");
-	ctsr_volume_data(v)[5] = NAN;
+	ctsr_volume_data(v, NULL, NULL)[5] = NAN;
 	OK(failed(ctsr_degrade(&out, v, &by, NULL, &e), CTSR_NUMBER) && !out, "NaN: %s", e.message);
 	ctsr_volume_free(v);
 }

@@ -62,8 +62,7 @@ class _Call:
     """The context of one call: threads, progress, what was raised in a callback."""
 
     def __init__(self, threads=0, progress: Optional[Progress] = None, log=None, seed=0, overwrite=False, history=None):
-        self.x, self.raised, self.stop = abi.Context(), None, False
-        _lib.ctsr_context_init(c.byref(self.x), c.sizeof(self.x))
+        self.x, self.raised, self.stop = abi.Context(c.sizeof(abi.Context)), None, False
         self.x.threads, self.x.seed, self.x.overwrite = threads, seed, overwrite
         self.x.history = history.encode() if history else None
 
@@ -164,9 +163,9 @@ class Image:
     def _handle(self) -> _Handle:
         data = np.asfortranarray(self.data)
         v, e = abi.H(), abi.Error()
-        _check(_lib.ctsr_volume_wrap(c.byref(v), c.byref((c.c_size_t * 3)(*data.shape)),
-                                     c.byref((c.c_double * 12)(*self.affine[:3].ravel())),
-                                     data.ctypes.data_as(c.POINTER(c.c_float)), c.byref(e)), e)
+        _check(_lib.ctsr_volume_new(c.byref(v), c.byref((c.c_size_t * 3)(*data.shape)),
+                                    c.byref((c.c_double * 12)(*self.affine[:3].ravel())),
+                                    data.ctypes.data_as(c.POINTER(c.c_float)), c.byref(e)), e)
         h = _Handle(v, _lib.ctsr_volume_free, data)
         for key, value in self.meta.items():
             _check(_lib.ctsr_volume_set(v, key.encode(), value.encode(), c.byref(e)), e)
@@ -176,8 +175,8 @@ class Image:
     def _own(cls, v) -> 'Image':
         """What the library made. The array is its memory, which lives as long as the array."""
         h, n, a = _Handle(v, _lib.ctsr_volume_free), (c.c_size_t * 3)(), (c.c_double * 12)()
-        _lib.ctsr_volume_grid(v, c.byref(n), c.byref(a))
-        flat = (c.c_float * (n[0] * n[1] * n[2])).from_address(c.addressof(_lib.ctsr_volume_data(v).contents))
+        p = _lib.ctsr_volume_data(v, c.byref(n), c.byref(a))
+        flat = (c.c_float * (n[0] * n[1] * n[2])).from_address(c.addressof(p.contents))
         flat._keeps = h
         meta, i = {}, 0
         while (key := _lib.ctsr_volume_key(v, i)) is not None:
@@ -196,8 +195,7 @@ class Operator(NamedTuple):
 
 
 def _operator(factor: Axes, sigma: Axes = 0, sampling='sinc', noise=0.):
-    o = abi.Operator()
-    _lib.ctsr_operator_init(c.byref(o), c.sizeof(o))
+    o = abi.Operator(c.sizeof(abi.Operator))
     o.factor, o.sigma, o.noise = _three(factor), _three(sigma), noise
     o.sampling = _index(_SAMPLING, sampling, 'sampling')
     return o

@@ -35,11 +35,9 @@ _E, _C = P(Error), P(Context)
 _FLOATS = P(c.c_float)
 _SIGNATURES = {  # result, arguments
     'version': (c.c_char_p,),
-    'context_init': (None, _C, c.c_size_t),
-    'volume_wrap': (c.c_int, P(H), P(c.c_size_t * 3), P(c.c_double * 12), _FLOATS, _E),
+    'volume_new': (c.c_int, P(H), P(c.c_size_t * 3), P(c.c_double * 12), _FLOATS, _E),
     'volume_free': (None, H),
-    'volume_data': (_FLOATS, H),
-    'volume_grid': (None, H, P(c.c_size_t * 3), P(c.c_double * 12)),
+    'volume_data': (_FLOATS, H, P(c.c_size_t * 3), P(c.c_double * 12)),
     'volume_get': (c.c_char_p, H, c.c_char_p),
     'volume_key': (c.c_char_p, H, c.c_size_t),
     'volume_set': (c.c_int, H, c.c_char_p, c.c_char_p, _E),
@@ -47,7 +45,6 @@ _SIGNATURES = {  # result, arguments
     'formats_all': (H,),
     'volume_read': (c.c_int, P(H), c.c_char_p, H, _E),
     'volume_write': (c.c_int, H, c.c_char_p, H, _C, _E),
-    'operator_init': (None, P(Operator), c.c_size_t),
     'estimate_operator': (c.c_int, P(Operator), H, _C, _E),
     'degrade': (c.c_int, P(H), H, P(Operator), _C, _E),
     'superres_options_init': (None, P(Options), c.c_size_t),

@@ -51,7 +51,7 @@ int ctsr_take_options(void *mine, size_t size, const void *theirs, struct ct_err
 	memcpy(&n, theirs, sizeof n);
 	if (n < sizeof n || n > size)
 		return ct_fail(e, CT_EUSAGE,
-			"options of %zu bytes, at most %zu are known: call their _init function", n,
+			"options of %zu bytes, at most %zu are known: set their size to sizeof", n,
 			size);
 	memcpy(mine, theirs, n);
 	memcpy(mine, &size, sizeof size);
@@ -70,13 +70,6 @@ int ctsr_give_report(void *theirs, void *mine, size_t size, struct ct_err *e)
 	memcpy(mine, &n, sizeof n);
 	memcpy(theirs, mine, n < size ? n : size);
 	return 0;
-}
-
-void ctsr_context_init(ctsr_context *c, size_t size)
-{
-	const ctsr_context all = {.size = size};
-
-	ctsr_give_defaults(c, size, &all, sizeof all);
 }
 
 static void report(
@@ -110,7 +103,6 @@ int ctsr_call_begin(struct ctsr_call *k, bool given, const ctsr_context *c)
 {
 	if (ctsr_call_given(k, given))
 		return -1;
-	ctsr_context_init(&k->c, sizeof k->c);
 	if (ctsr_take_options(&k->c, sizeof k->c, c, &k->err))
 		return -1;
 	if (k->c.threads > 4096)

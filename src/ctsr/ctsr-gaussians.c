@@ -50,11 +50,6 @@ int ctsr_gaussians_write(
 	return ctsr_call_end(&k, rc, e);
 }
 
-size_t ctsr_gaussians_count(const ctsr_gaussians *g)
-{
-	return g ? g->g.n : 0;
-}
-
 static void get(ctsr_gaussian *out, const struct ct_gauss *g, size_t at)
 {
 	double norm = 0;
@@ -72,18 +67,13 @@ static void get(ctsr_gaussian *out, const struct ct_gauss *g, size_t at)
 	out->density = ct_activation_apply(g->activation, g->gamma, (double)g->raw[at]);
 }
 
-int ctsr_gaussians_get(
-	ctsr_gaussian *out, const ctsr_gaussians *g, size_t first, size_t n, ctsr_error *e)
+size_t ctsr_gaussians_get(ctsr_gaussian *out, const ctsr_gaussians *g, size_t first, size_t n)
 {
-	struct ctsr_call k = {.name = __func__};
-	int rc = ctsr_call_given(&k, g && (!n || out));
+	const size_t all = g ? g->g.n : 0;
 
-	if (rc == 0 && (first > g->g.n || n > g->g.n - first))
-		rc = ct_fail(&k.err, CT_EUSAGE, "Gaussians %zu to %zu: there are %zu", first,
-			first + n, g->g.n);
-	for (size_t i = 0; rc == 0 && i < n; i++)
+	for (size_t i = 0; first < all && i < n && i < all - first; i++)
 		get(&out[i], &g->g, first + i);
-	return ctsr_call_end(&k, rc, e);
+	return all;
 }
 
 /* Metadata of what is made of a set. */
@@ -163,23 +153,18 @@ int ctsr_gaussians_project(ctsr_projections **p, const ctsr_gaussians *g,
 	return ctsr_call_end(&k, rc, e);
 }
 
-void ctsr_fit_options_init(ctsr_fit_options *o, size_t size)
-{
-	const ctsr_fit_options all = {
-		.size = size, .gaussians = 50000, .max_gaussians = 500000, .iterations = 5000};
-
-	ctsr_give_defaults(o, size, &all, sizeof all);
-}
-
-static int options_of(struct ct_fit_options *to, const ctsr_fit_options *o, const ctsr_volume *base,
-	struct ct_err *e)
+static int options_of(
+	struct ct_fit_options *to, ctsr_fit_options *o, const ctsr_volume *base, struct ct_err *e)
 {
 	const struct ct_degrade four = {{4, 4, 4}, {0}, CT_DECIMATE_SINC, {0}};
 	struct ct_degrade d = four;
 	double most = 1;
 
-	if (!o->gaussians || o->gaussians > 16000000 || o->max_gaussians < o->gaussians ||
-		o->max_gaussians > 16000000 || !o->iterations || o->iterations > 10000000 ||
+	o->gaussians = o->gaussians ? o->gaussians : 50000;
+	o->max_gaussians = o->max_gaussians ? o->max_gaussians : 500000;
+	o->iterations = o->iterations ? o->iterations : 5000;
+	if (o->gaussians > 16000000 || o->max_gaussians < o->gaussians ||
+		o->max_gaussians > 16000000 || o->iterations > 10000000 ||
 		!(o->tolerance >= 0 && o->tolerance <= 1))
 		return ct_fail(e, CT_EUSAGE,
 			"1 to 16e6 Gaussians, no fewer at most, 1 to 1e7 iterations, a tolerance "
@@ -214,7 +199,7 @@ static int fit_on(struct ct_gauss *to, const struct ct_fit_options *o, const str
 }
 
 static int fit(struct ct_gauss *g, const ctsr_projections *p, const ctsr_volume *base,
-	const ctsr_fit_options *o, struct ctsr_call *k)
+	ctsr_fit_options *o, struct ctsr_call *k)
 {
 	const struct ct_meta *const from[] = {&p->s.meta, &base->v.meta};
 	struct ct_stack base_projections = {0};
@@ -248,12 +233,11 @@ out:
 int ctsr_gaussians_fit(ctsr_gaussians **g, const ctsr_projections *p, const ctsr_volume *base,
 	const ctsr_fit_options *o, const ctsr_context *c, ctsr_error *e)
 {
-	ctsr_fit_options mine;
+	ctsr_fit_options mine = {0};
 	struct ctsr_call k = {.name = __func__};
-	int rc = make_gaussians(&k, g) || ctsr_call_begin(&k, p && base, c);
+	const int rc = make_gaussians(&k, g) || ctsr_call_begin(&k, p && base, c) ||
+		       ctsr_take_options(&mine, sizeof mine, o, &k.err) ||
+		       fit(&(*g)->g, p, base, &mine, &k);
 
-	ctsr_fit_options_init(&mine, sizeof mine);
-	rc = rc || ctsr_take_options(&mine, sizeof mine, o, &k.err) ||
-	     fit(&(*g)->g, p, base, &mine, &k);
 	return ctsr_call_end(&k, rc, e);
 }

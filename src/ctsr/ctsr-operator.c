@@ -10,23 +10,16 @@ _Static_assert((int)CTSR_SINC == CT_DECIMATE_SINC && (int)CTSR_POINT == CT_DECIM
 		       (int)CTSR_MEAN == CT_DECIMATE_MEAN,
 	"the kinds of sampling are the same");
 
-void ctsr_operator_init(ctsr_operator *o, size_t size)
-{
-	const ctsr_operator all = {.size = size, .factor = {1, 1, 1}};
-
-	ctsr_give_defaults(o, size, &all, sizeof all);
-}
-
 /* Written so that NaN is refused. */
 int ctsr_degrade_of(struct ct_degrade *d, const ctsr_operator *o, struct ct_err *e)
 {
-	ctsr_operator mine;
+	ctsr_operator mine = {0};
 
 	d->profile = (struct ct_slice_profile){0};
-	ctsr_operator_init(&mine, sizeof mine);
 	if (ctsr_take_options(&mine, sizeof mine, o, e))
 		return -1;
 	for (int a = 0; a < 3; a++) {
+		mine.factor[a] += mine.factor[a] == 0;
 		if (!(mine.factor[a] >= 1 && mine.factor[a] <= 1024))
 			return ct_fail(
 				e, CT_EUSAGE, "the factor %g is outside [1, 1024]", mine.factor[a]);

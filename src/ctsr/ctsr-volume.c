@@ -72,19 +72,12 @@ static int make(struct ctsr_call *k, ctsr_volume **out, bool given, const size_t
 	return ct_vol_check_grid(v, e);
 }
 
-int ctsr_volume_new(ctsr_volume **v, const size_t size[3], const double affine[3][4], ctsr_error *e)
-{
-	struct ctsr_call k = {.name = __func__};
-
-	return ctsr_call_end(&k, make(&k, v, size, size, affine, NULL), e);
-}
-
-int ctsr_volume_wrap(ctsr_volume **v, const size_t size[3], const double affine[3][4], float *data,
+int ctsr_volume_new(ctsr_volume **v, const size_t size[3], const double affine[3][4], float *data,
 	ctsr_error *e)
 {
 	struct ctsr_call k = {.name = __func__};
 
-	return ctsr_call_end(&k, make(&k, v, size && data, size, affine, data), e);
+	return ctsr_call_end(&k, make(&k, v, size, size, affine, data), e);
 }
 
 int ctsr_volume_from_int16(ctsr_volume **v, const size_t size[3], const double affine[3][4],
@@ -101,17 +94,13 @@ int ctsr_volume_from_int16(ctsr_volume **v, const size_t size[3], const double a
 	return ctsr_call_end(&k, rc, e);
 }
 
-float *ctsr_volume_data(const ctsr_volume *v)
-{
-	return v ? v->v.data : NULL;
-}
-
-void ctsr_volume_grid(const ctsr_volume *v, size_t size[3], double affine[3][4])
+float *ctsr_volume_data(const ctsr_volume *v, size_t size[3], double affine[3][4])
 {
 	if (v && size)
 		memcpy(size, v->v.n, sizeof v->v.n);
 	if (v && affine)
 		memcpy(affine, v->v.affine, sizeof v->v.affine);
+	return v ? v->v.data : NULL;
 }
 
 int ctsr_volume_to_int16(const ctsr_volume *v, int16_t *data, ctsr_error *e)

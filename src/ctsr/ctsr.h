@@ -50,10 +50,12 @@
  * VERSIONS
  *
  * The library follows semantic versioning. Objects are opaque. Structs that a caller fills begin
- * with their size: an initialiser sets it, and the default of every member. Later versions add
- * members at the end, and a default that keeps the old behaviour. So a program that was built for
- * libctsr.so.0 runs with every libctsr.so.0. Do not copy these structs by other means, and do not
- * put them into a format of your own.
+ * with their size. All other members are 0 by default: ctsr_context c = {.size = sizeof c}. Two
+ * structs have other defaults, and a function that sets them and the size:
+ * ctsr_superres_options_init and ctsr_geometry_init. Later versions add members at the end, and a
+ * default that keeps the old behaviour. So a program that was built for libctsr.so.0 runs with
+ * every libctsr.so.0. Do not copy these structs by other means, and do not put them into a format
+ * of your own.
  */
 #ifndef CTSR_H
 #define CTSR_H
@@ -120,33 +122,27 @@ typedef struct ctsr_context {
 			      * the commands do: "program 1.0 arguments"; NULL (default): none */
 } ctsr_context;
 
-/* Set all defaults. size: sizeof *c. */
-CTSR_API void ctsr_context_init(ctsr_context *c, size_t size);
-
 /* ------------------------------------------------------------------------------------ volumes */
 
 /* A volume of 32-bit floats on a grid, with metadata: pairs of a key and a text. */
 typedef struct ctsr_volume ctsr_volume;
 
-/* New volume of size[0] x size[1] x size[2] voxels, all zero. affine NULL: 1 mm voxels from the
- * origin. CTSR_USAGE for a size of 0; CTSR_INPUT for one that overflows; CTSR_GEOMETRY for an
- * affine that is not finite, has no extent or is sheared; CTSR_MEMORY. */
-CTSR_API int ctsr_volume_new(
-	ctsr_volume **v, const size_t size[3], const double affine[3][4], ctsr_error *e);
-/* The same on memory of the caller, which stays the caller's and must live as long as *v. The
- * library reads it; it writes only to volumes that it made. */
-CTSR_API int ctsr_volume_wrap(ctsr_volume **v, const size_t size[3], const double affine[3][4],
+/* New volume of size[0] x size[1] x size[2] voxels. data NULL: all zero. Else the voxels are memory
+ * of the caller, which stays the caller's and must live as long as *v. The library reads it; it
+ * writes only to volumes that it made. affine NULL: 1 mm voxels from the origin. CTSR_USAGE for a
+ * size of 0; CTSR_INPUT for one that overflows; CTSR_GEOMETRY for an affine that is not finite, has
+ * no extent or is sheared; CTSR_MEMORY. */
+CTSR_API int ctsr_volume_new(ctsr_volume **v, const size_t size[3], const double affine[3][4],
 	float *data, ctsr_error *e);
-/* The same from int16 numbers: a copy, slope*data + intercept. DICOM's rescale values. */
+/* A volume of int16 numbers: a copy, slope*data + intercept. DICOM's rescale values. */
 CTSR_API int ctsr_volume_from_int16(ctsr_volume **v, const size_t size[3],
 	const double affine[3][4], const int16_t *data, double slope, double intercept,
 	ctsr_error *e);
-/* NULL is legal. Memory of ctsr_volume_wrap is left alone. */
+/* NULL is legal. Memory of the caller is left alone. */
 CTSR_API void ctsr_volume_free(ctsr_volume *v);
-/* The voxels, valid until v is freed. The caller may change them. */
-CTSR_API float *ctsr_volume_data(const ctsr_volume *v);
-/* Number of voxels along each axis, and the affine; either may be NULL. */
-CTSR_API void ctsr_volume_grid(const ctsr_volume *v, size_t size[3], double affine[3][4]);
+/* The voxels, valid until v is freed. The caller may change them. size, affine (or NULL) <- number
+ * of voxels along each axis, and the affine. */
+CTSR_API float *ctsr_volume_data(const ctsr_volume *v, size_t size[3], double affine[3][4]);
 /* data[n0*n1*n2] <- voxels, rounded to the nearest, ties to even. CTSR_NUMBER if one does not fit.
  */
 CTSR_API int ctsr_volume_to_int16(const ctsr_volume *v, int16_t *data, ctsr_error *e);
@@ -195,19 +191,18 @@ enum ctsr_sampling {
 
 typedef struct ctsr_operator {
 	size_t size;
-	double factor[3]; /* along each axis, 1 to 1024, need not be whole; default 1 */
+	double factor[3]; /* along each axis, 1 to 1024, need not be whole; 0 (default): 1 */
 	double sigma[3];  /* of the blur, in fine voxels, 0 to 1000; default 0 */
 	int sampling;     /* of enum ctsr_sampling; default CTSR_SINC */
 	double noise;     /* standard deviation of white noise, HU, of the coarse CT; default 0 */
 } ctsr_operator;
 
-CTSR_API void ctsr_operator_init(ctsr_operator *o, size_t size);
-/* *o, initialised, <- the operator that the metadata of a volume name. CTSR_INPUT if there is none,
- * or it is wrong. */
+/* *o, its size set, <- the operator that the metadata of a volume name. CTSR_INPUT if there is
+ * none, or it is wrong. */
 CTSR_API int ctsr_operator_get(ctsr_operator *o, const ctsr_volume *v, ctsr_error *e);
 /* Measure the operator of a low-resolution CT: blur on its edges, noise where it is flat. Where one
- * axis alone is refined that has too few, slices count as thick as far apart. *o must be
- * initialised and its factor set. CTSR_NUMBER for voxels that are not finite; CTSR_INPUT for too
+ * axis alone is refined that has too few, slices count as thick as far apart. Size and factor of
+ * *o must be set. CTSR_NUMBER for voxels that are not finite; CTSR_INPUT for too
  * few edges; CTSR_CANCELLED. */
 CTSR_API int ctsr_estimate_operator(
 	ctsr_operator *o, const ctsr_volume *v, const ctsr_context *c, ctsr_error *e);
@@ -358,16 +353,16 @@ typedef struct ctsr_gaussian {
 
 typedef struct ctsr_fit_options {
 	size_t size;
-	size_t gaussians;     /* to begin with; default 50000 */
-	size_t max_gaussians; /* default 500000 */
-	size_t iterations;    /* of one view each; default 5000 */
+	size_t gaussians;     /* to begin with; 0 (default): 50000 */
+	size_t max_gaussians; /* 0 (default): 500000 */
+	size_t iterations;    /* of one view each; 0 (default): 5000 */
 	double tolerance; /* end at this part of the error without Gaussians; default 0: never */
 	int full;         /* 1: fit the whole volume, densities >= 0 not enforced; default 0:
 			   * what the projections have beyond those of the base */
 } ctsr_fit_options;
 
-CTSR_API void ctsr_fit_options_init(ctsr_fit_options *o, size_t size);
-/* *g <- Gaussians fitted to projections on top of a base volume (HU). As ct-nabgs(1). CTSR_USAGE;
+/* *g <- Gaussians fitted to projections on top of a base volume (HU). As ct-nabgs(1). o NULL: all
+ * defaults. CTSR_USAGE;
  * CTSR_GEOMETRY; CTSR_NUMBER if it diverges; CTSR_CANCELLED; CTSR_MEMORY. */
 CTSR_API int ctsr_gaussians_fit(ctsr_gaussians **g, const ctsr_projections *p,
 	const ctsr_volume *base, const ctsr_fit_options *o, const ctsr_context *c, ctsr_error *e);
@@ -376,10 +371,10 @@ CTSR_API void ctsr_gaussians_free(ctsr_gaussians *g);
 CTSR_API int ctsr_gaussians_read(ctsr_gaussians **g, const char *path, ctsr_error *e);
 CTSR_API int ctsr_gaussians_write(
 	const ctsr_gaussians *g, const char *path, const ctsr_context *c, ctsr_error *e);
-CTSR_API size_t ctsr_gaussians_count(const ctsr_gaussians *g);
-/* out[n] <- Gaussians from number `first` on. CTSR_USAGE if there are not so many. */
-CTSR_API int ctsr_gaussians_get(
-	ctsr_gaussian *out, const ctsr_gaussians *g, size_t first, size_t n, ctsr_error *e);
+/* Number of Gaussians. out[n] <- those from number `first` on, or as many as there are; out may be
+ * NULL if n is 0. */
+CTSR_API size_t ctsr_gaussians_get(
+	ctsr_gaussian *out, const ctsr_gaussians *g, size_t first, size_t n);
 /* *v <- their density on the grid of `like`. CTSR_GEOMETRY; CTSR_MEMORY; CTSR_CANCELLED. */
 CTSR_API int ctsr_gaussians_voxelise(ctsr_volume **v, const ctsr_gaussians *g,
 	const ctsr_volume *like, const ctsr_context *c, ctsr_error *e);
