@@ -2,6 +2,7 @@
  * weights, by finite differences; the operator on a block; states; threads. */
 #include "config.h"
 #include "core/mem.h"
+#include "field-tensors.h"
 #include "field/fit-items.h"
 #include "field/render.h"
 #include "formats/format.h"
@@ -598,7 +599,7 @@ static void dump(const struct scene *s, const char *folder, const struct ct_env 
 	stir(&f, 1);
 	for (; f.step < 5; f.step++)
 		must(ct_field_fit_step(&f, &d, (double)rate, false, &loss, env, &err));
-	must(ct_field_put(f.pass[0].field, &t, &err));
+	must(field_put(f.pass[0].field, &r.shape, &t, &err));
 	shape[0] = ct_vol_count(&s->lr);
 	must(ct_tensors_put(&t, "x", 2, shape, f.pass[0].x, &err));
 	must(ct_tensors_put(&t, "value", 1, shape, s->lr.data, &err));
@@ -608,7 +609,7 @@ static void dump(const struct scene *s, const char *folder, const struct ct_env 
 	snprintf(path, sizeof path, "%s/step-before.safetensors", folder);
 	must(ct_tensors_write(path, &t, false, env, &err));
 	must(ct_field_fit_step(&f, &d, (double)rate, false, &loss, env, &err));
-	must(ct_field_put(f.pass[0].field, &after, &err));
+	must(field_put(f.pass[0].field, &r.shape, &after, &err));
 	snprintf(path, sizeof path, "%s/step-after.safetensors", folder);
 	must(ct_tensors_write(path, &after, false, env, &err));
 	ct_tensors_free(&t);

@@ -1,8 +1,9 @@
 /* Neural fields: values and gradients against plain ones in double, bytes at the levels of the
- * processor, tensors and back. */
+ * processor. */
 #include "config.h"
 #include "core/mem.h"
 #include "field-plain.h"
+#include "field-tensors.h"
 #include "field/field.h"
 #include "formats/format.h"
 #include "numbers.h"
@@ -261,25 +262,6 @@ static void pieces(struct trial *t, const char *name)
 	free(grad);
 }
 
-static void tensors(struct trial *t, const char *name)
-{
-	struct ct_tensors w = {0};
-	struct ct_field *f;
-	struct ct_err e;
-
-	must(ct_field_put(t->f, &w, &err) || ct_field_get(&f, &w, &err));
-	OK(!memcmp(ct_field_shape(f), t->s, sizeof *t->s) && ct_field_count(f) == t->count &&
-			!memcmp(ct_field_weights(f), ct_field_weights(t->f),
-				t->count * sizeof(float)),
-		"%s: to tensors and back", name);
-	ct_field_free(f);
-	w.t[w.n - 1].data[0] = NAN;
-	OK(ct_field_get(&f, &w, &e) && e.code == CT_ENUMERIC && !f, "%s: NaN is refused", name);
-	must(ct_meta_set(&w.meta, CT_META_FIELD_NETWORK, "8,3,1,1,2", &err));
-	OK(ct_field_get(&f, &w, &e) && e.code == CT_EINPUT && !f, "%s: so is slope 2", name);
-	ct_tensors_free(&w);
-}
-
 /* Node 0 of an axis counts half at 0; at 1 the last two count half each. */
 static void borders(void)
 {
@@ -352,13 +334,13 @@ static void dump(const char *folder)
 		run(&t);
 		snprintf(path[0], sizeof path[0], "%s/%zu.safetensors", folder, i);
 		snprintf(path[1], sizeof path[1], "%s/%zu-gradient.safetensors", folder, i);
-		must(ct_field_put(t.f, &w, &err) ||
+		must(field_put(t.f, t.s, &w, &err) ||
 			ct_tensors_put(&w, "x", 2, (size_t[]){t.n, 3}, t.x, &err) ||
 			ct_tensors_put(&w, "y", 2, (size_t[]){t.n, t.outputs}, t.y, &err) ||
 			ct_tensors_put(&w, "dy", 2, (size_t[]){t.n, t.outputs}, t.dy, &err) ||
 			ct_tensors_write(path[0], &w, false, &env, &err));
 		memcpy(ct_field_weights(t.f), t.grad, t.count * sizeof *t.grad);
-		must(ct_field_put(t.f, &g, &err) ||
+		must(field_put(t.f, t.s, &g, &err) ||
 			ct_tensors_write(path[1], &g, false, &env, &err));
 		ct_tensors_free(&w);
 		ct_tensors_free(&g);
@@ -381,7 +363,6 @@ int main(int argc, char **argv)
 		encoding_levels(&t, cases[i].name);
 		levels(&t, cases[i].name);
 		pieces(&t, cases[i].name);
-		tensors(&t, cases[i].name);
 		end(&t);
 	}
 	borders();

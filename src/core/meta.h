@@ -111,18 +111,6 @@ struct ct_env;
 /* number: rate of the average of the weights; ct_train_result */
 #define CT_META_EMA "ema"
 
-/* Of a neural field; ct_field_put: */
-/* word of CT_ENCODING_LIST */
-#define CT_META_FIELD_ENCODING "field.encoding"
-/* "L": frequencies, or "LEVELS,FEATURES,LOG2_TABLE,BASE,GROWTH" of a grid or hash */
-#define CT_META_FIELD_CODE "field.code"
-/* "WIDTH,DEPTH,SKIP,OUTPUTS,SLOPE" */
-#define CT_META_FIELD_NETWORK "field.network"
-/* word of CT_NETWORK_LAST_LIST */
-#define CT_META_FIELD_LAST "field.last"
-/* "SEGMENT,HEADS,HEAD"; 0,0,0: none */
-#define CT_META_FIELD_ATTENTION "field.attention"
-
 /* numbers in hexadecimal: in the state of a fit; ct_fit_state_pack */
 #define CT_META_SCALARS "scalars"
 /* integers: where the joint solver was, in its state; in that of a fit its end, and whether it is

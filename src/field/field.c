@@ -3,7 +3,6 @@
 #include "field/field.h"
 #include "core/mem.h"
 #include "unet/dense-kernels.h"
-#include "field/field-impl.h"
 #include "unet/dnn.h"
 
 #include <math.h>
@@ -12,7 +11,14 @@
 
 enum { LANES = CT_DENSE_LANES, POINTS = 1 << 24 };
 
-int ct_field_room(struct ct_field **out, const struct ct_field_shape *s, struct ct_err *e)
+struct ct_field {
+	struct ct_field_shape shape;
+	size_t width, encoded, count;
+	float *weights;
+};
+
+/* With weights that are not set. */
+static int make_room(struct ct_field **out, const struct ct_field_shape *s, struct ct_err *e)
 {
 	struct ct_field *f;
 
@@ -37,7 +43,7 @@ int ct_field_alloc(
 {
 	struct ct_field *f;
 
-	if (ct_field_room(out, s, e))
+	if (make_room(out, s, e))
 		return -1;
 	f = *out;
 	ct_encoding_init(&s->encoding, f->weights, seed, CT_FIELD_STREAM);
@@ -51,11 +57,6 @@ void ct_field_free(struct ct_field *f)
 		return;
 	free(f->weights);
 	free(f);
-}
-
-const struct ct_field_shape *ct_field_shape(const struct ct_field *f)
-{
-	return &f->shape;
 }
 
 float *ct_field_weights(struct ct_field *f)
@@ -109,11 +110,6 @@ static size_t floats(const struct ct_field *f, size_t n)
 
 	return ct_network_kept(s, f->width, ld) + ct_network_scratch(s, ld) +
 	       (s->outputs + f->width + 3) * ld;
-}
-
-size_t ct_field_work_bytes(const struct ct_field *f, size_t n)
-{
-	return sizeof(struct ct_field_work) + floats(f, n) * sizeof(float);
 }
 
 int ct_field_work_alloc(

@@ -12,7 +12,6 @@
  */
 #ifndef CT_FIELD_FIELD_H
 #define CT_FIELD_FIELD_H
-#include "core/tensors.h"
 #include "field/encoding.h"
 #include "field/network.h"
 
@@ -29,7 +28,6 @@ enum { CT_FIELD_STREAM = 0x66690000 };
 int ct_field_alloc(
 	struct ct_field **out, const struct ct_field_shape *s, uint64_t seed, struct ct_err *e);
 void ct_field_free(struct ct_field *f);
-const struct ct_field_shape *ct_field_shape(const struct ct_field *f);
 /* All weights, the encoding's first: ct_field_count of them, ct_field_encoded (0 of frequencies)
  * are the encoding's. */
 float *ct_field_weights(struct ct_field *f);
@@ -46,8 +44,6 @@ struct ct_field_work;
 int ct_field_work_alloc(
 	struct ct_field_work **out, const struct ct_field *f, size_t n, struct ct_err *e);
 void ct_field_work_free(struct ct_field_work *w);
-/* What that takes. */
-size_t ct_field_work_bytes(const struct ct_field *f, size_t n);
 
 /* y[n][outputs] of points x[n][3], n a multiple of the segment. CT_ENUMERIC for a value that is not
  * finite, CT_EFAIL of oneDNN. */
@@ -58,10 +54,5 @@ int ct_field_forward(const struct ct_field *f, struct ct_field_work *w, size_t n
  * ct_encoding_back; NULL if not wanted. CT_EFAIL. */
 int ct_field_backward(const struct ct_field *f, struct ct_field_work *w, size_t n, const float *dy,
 	float *dnet, float *dcode, size_t ld, struct ct_err *e);
-
-/* To named tensors, every number of the shape in the metadata (field.*), and back. CT_EINPUT naming
- * what is missing, of another shape; CT_ENUMERIC for weights that are not finite. */
-int ct_field_put(const struct ct_field *f, struct ct_tensors *w, struct ct_err *e);
-int ct_field_get(struct ct_field **out, const struct ct_tensors *w, struct ct_err *e);
 
 #endif

@@ -4,7 +4,7 @@ SIMD_SOURCES += src/field/encoding-level.c src/field/encoding-level.h
 libct_a_SOURCES += src/field/attention.c src/field/attention.h
 SIMD_SOURCES += src/field/attention-kernels.c src/field/attention-kernels.h
 libct_a_SOURCES += src/field/network.c src/field/network.h
-libct_a_SOURCES += src/field/field.c src/field/field-tensors.c src/field/field.h src/field/field-impl.h
+libct_a_SOURCES += src/field/field.c src/field/field.h
 # Their fit: which points a measurement has, how they become a value, and the steps.
 libct_a_SOURCES += src/field/samples.c src/field/samples.h src/field/render.c src/field/render.h
 libct_a_SOURCES += src/field/block.c src/field/block.h
