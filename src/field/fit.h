@@ -31,6 +31,7 @@
 #define CT_FIELD_FIT_H
 #include "core/env.h"
 #include "core/stack.h"
+#include "core/tensors.h"
 #include "core/vol.h"
 #include "field/block.h"
 #include "field/field.h"

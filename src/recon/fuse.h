@@ -13,6 +13,7 @@
 #define CT_RECON_FUSE_H
 #include "core/env.h"
 #include "core/stack.h"
+#include "core/tensors.h"
 #include "core/vol.h"
 #include "core/words.h"
 #include "recon/joint.h"
@@ -62,6 +63,10 @@ int ct_fuse_alloc(struct ct_fuse *f, const struct ct_env *env, struct ct_err *e)
  * of the solution should be. Always before ct_fuse_run, and before a state is put into joint.
  * CT_ESTOP, CT_EGEOM, CT_ENOMEM. */
 int ct_fuse_begin(struct ct_fuse *f, struct ct_err *e);
+/* Where the solver is, or its residual, as tensors, exact, and back into one of the same data
+ * (CT_EINPUT). *t must be zero. */
+int ct_fuse_pack(struct ct_tensors *t, const struct ct_fuse *f, struct ct_err *e);
+int ct_fuse_unpack(struct ct_fuse *f, const struct ct_tensors *t, struct ct_err *e);
 /* Also legal on zeroes. */
 void ct_fuse_free(struct ct_fuse *f);
 /* Solve, or go on from where joint.at says. Then D (base + residual) = LR, whatever the verdict.

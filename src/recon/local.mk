@@ -1,6 +1,6 @@
 # Projections to volumes: FDK, iterative solvers, the joint voxel solver.
 libct_a_SOURCES += src/recon/joint.c src/recon/joint.h
-libct_a_SOURCES += src/recon/fuse.c src/recon/fuse.h
+libct_a_SOURCES += src/recon/fuse.c src/recon/fuse-state.c src/recon/fuse.h
 libct_a_SOURCES += src/recon/band.c src/recon/band.h
 libct_a_SOURCES += src/recon/ramp.c src/recon/ramp.h
 SIMD_SOURCES += src/recon/ramp-fft.c

@@ -3,11 +3,11 @@
 #include "cli/cli.h"
 #include "cli/json.h"
 #include "cli/cost.h"
+#include "cli/resume.h"
 #include "core/clock.h"
 #include "formats/format.h"
 #include "formats/io.h"
 #include "recon/fuse.h"
-#include "tools/fuse-state.h"
 #include "tools/lib/evidence.h"
 #include "tools/lib/geometry-opts.h"
 #include "xray/window.h"
@@ -93,6 +93,24 @@ static int name_run(struct fuse_job *j, struct ct_err *e)
 		       : 0;
 }
 
+static int pack(struct ct_tensors *t, const void *fuse, struct ct_err *e)
+{
+	return ct_fuse_pack(t, fuse, e);
+}
+
+static int unpack(void *fuse, const struct ct_tensors *t, struct ct_err *e)
+{
+	return ct_fuse_unpack(fuse, t, e);
+}
+
+static int save_state(void *job, const struct ct_joint *joint, struct ct_err *e)
+{
+	struct fuse_job *j = job;
+
+	(void)joint;
+	return ct_resume_save(&j->resume, pack, &j->fuse, e);
+}
+
 static int prepare(struct fuse_job *j, struct ct_err *e)
 {
 	struct ct_evidence *d = &j->data;
@@ -108,8 +126,8 @@ static int prepare(struct fuse_job *j, struct ct_err *e)
 		.lambda = j->p->lambda,
 		.iterations = (size_t)j->p->iterations};
 	f->joint.rule.every = (size_t)j->p->every;
-	f->joint.save = fuse_state_save;
-	f->joint.ctx = &j->resume;
+	f->joint.save = save_state;
+	f->joint.ctx = j;
 	return name_run(j, e) || ct_fuse_alloc(f, j->env, e) ? -1 : 0;
 }
 
@@ -192,16 +210,20 @@ static int report(const struct ct_fuse_report *r, const struct ct_env *env, stru
 static int fuse(struct fuse_job *j, struct ct_err *e)
 {
 	struct ct_fuse_report r;
+	int rc = ct_fuse_begin(&j->fuse, e);
 
-	if (ct_fuse_begin(&j->fuse, e) || fuse_state_load(&j->fuse, &j->resume, j->env, e) ||
-		ct_fuse_run(&j->fuse, &r, e))
+	if (rc == 0)
+		rc = ct_resume_load(&j->resume, unpack, &j->fuse, e);
+	if (rc == 0)
+		ct_log(j->env, CT_INFO, "%s: continuing", j->resume.path);
+	if (rc < 0 || ct_fuse_run(&j->fuse, &r, e))
 		return -1;
 	if (r.verdict == CT_FUSE_DISTRUST)
 		ct_log(j->env, CT_WARN,
 			"projections do not predict each other: the base stays as it is "
 			"(--expert lambda-projections=W insists)");
 	if (write_all(j, e))
-		return fuse_state_rescue(&j->resume, &j->fuse, e);
+		return ct_resume_rescue(&j->resume, pack, &j->fuse, e);
 	ct_resume_done(&j->resume);
 	return !to_stdout(j->p) && (j->env->json || j->env->verbose >= 0) ? report(&r, j->env, e)
 									  : 0;

@@ -2,7 +2,7 @@
 #include "config.h"
 #include "driver.h"
 #include "state-run.h"
-#include "tools/fuse-state.h"
+#include "recon/fuse.h"
 
 const int fuzz_rounds = 1500;
 
@@ -47,6 +47,16 @@ static void solver(struct ct_joint *j)
 	memset(j->x, 0, N * sizeof *j->x);
 }
 
+static int unpack(void *fuse, const struct ct_tensors *t, struct ct_err *e)
+{
+	return ct_fuse_unpack(fuse, t, e);
+}
+
+static int pack(struct ct_tensors *t, const void *fuse, struct ct_err *e)
+{
+	return ct_fuse_pack(t, fuse, e);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
 	struct ct_env env = {0};
@@ -57,7 +67,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 
 	solver(&f.joint);
 	state_of(&run, data, size);
-	rc = fuse_state_load(&f, &run, &env, &e);
+	rc = ct_resume_load(&run, unpack, &f, &e);
 	state_check(rc, &e);
 	fuzz_taken += rc == 0;
 	if (rc == 0 && !f.residual)
@@ -74,6 +84,7 @@ size_t fuzz_seed(size_t k, unsigned char **data)
 	struct ct_env env = {0};
 	struct ct_err e = {0};
 	struct ct_resume run;
+	struct ct_fuse f = {0};
 	struct ct_joint j;
 	size_t n;
 
@@ -91,7 +102,8 @@ size_t fuzz_seed(size_t k, unsigned char **data)
 	j.at.sweeps = k == 2 ? 3 : 0;
 	j.at.fista.next = k == 2 ? 1.5 : 0;
 	state_run(&run, seed_path());
-	n = seed_file(data, fuse_state_save(&run, &j, &e));
+	f.joint = j;
+	n = seed_file(data, ct_resume_save(&run, pack, &f, &e));
 	ct_resume_close(&run);
 	ct_joint_free(&j);
 	return n;

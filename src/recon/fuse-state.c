@@ -1,0 +1,158 @@
+/* fuse-state.c: a solver that was interrupted, or its result, as tensors (fuse.h). Numbers that a
+ * float cannot hold stand in the metadata, in hexadecimal. */
+#include "config.h"
+#include "core/mem.h"
+#include "recon/fuse.h"
+#include "resolution/tv-row.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define RESULT "residual"
+#define DUAL "dual"
+
+enum { SCALARS = 13, COUNTS = 4, VOLUMES = 3 };
+
+static void scalars(struct ct_joint_at *a, double *s[static SCALARS])
+{
+	double *const all[SCALARS] = {&a->fista.norm, &a->first, &a->mu, &a->fista.momentum,
+		&a->fista.misfit, &a->best, &a->chosen, &a->trust, &a->fista.next, &a->total[0],
+		&a->total[1], &a->total[2], &a->total[3]};
+
+	memcpy(s, all, sizeof all);
+}
+
+/* What a state holds of the volumes: x alone when it is done, and what x is to be near to if that
+ * is being looked for. */
+static size_t volumes(const struct ct_joint_at *at)
+{
+	return at->phase == CT_JOINT_DONE ? 1 : at->fista.next > 0 ? VOLUMES : VOLUMES - 1;
+}
+
+static float *volume(const struct ct_joint *j, size_t k, const char **name)
+{
+	static const char *const names[VOLUMES] = {"x", "ahead", "to"};
+	float *const at[VOLUMES] = {j->x, j->ahead, j->g};
+
+	*name = names[k];
+	return at[k];
+}
+
+static int put_at(struct ct_tensors *t, const struct ct_joint *j, struct ct_err *e)
+{
+	struct ct_joint_at at = j->at;
+	double *s[SCALARS];
+	char text[SCALARS * 32];
+	int used = 0;
+
+	scalars(&at, s);
+	for (size_t k = 0; k < SCALARS; k++)
+		used += snprintf(text + used, sizeof text - (size_t)used, "%a ", *s[k]);
+	return ct_meta_set(&t->meta, CT_META_SCALARS, text, e) ||
+			       ct_meta_setf(&t->meta, e, CT_META_AT, "%zu %zu %d %zu", at.phase,
+				       at.done, (int)at.trusted, at.sweeps)
+		       ? -1
+		       : 0;
+}
+
+static int put_joint(struct ct_tensors *t, const struct ct_joint *j, struct ct_err *e)
+{
+	const size_t n = CT_TV_DUAL * j->n;
+	struct ct_tensor *dual;
+	const char *name;
+
+	for (size_t k = 0; k < volumes(&j->at); k++) {
+		const float *x = volume(j, k, &name);
+
+		if (ct_tensors_put(t, name, 1, &j->n, x, e))
+			return -1;
+	}
+	if (j->at.phase == CT_JOINT_DONE)
+		return 0;
+	if (ct_tensors_add(t, DUAL, 1, &n, &dual, e))
+		return -1;
+	for (size_t i = 0; i < n; i++)
+		dual->data[i] = j->dual[i];
+	return 0;
+}
+
+int ct_fuse_pack(struct ct_tensors *t, const struct ct_fuse *f, struct ct_err *e)
+{
+	const struct ct_joint *j = &f->joint;
+
+	return (f->residual ? ct_tensors_put(t, RESULT, 1, &j->n, f->residual, e)
+			    : put_joint(t, j, e)) ||
+			       put_at(t, j, e)
+		       ? -1
+		       : 0;
+}
+
+static bool get_at(struct ct_joint_at *to, const struct ct_meta *m)
+{
+	const char *at = ct_meta_get(m, CT_META_AT), *text = ct_meta_get(m, CT_META_SCALARS);
+	double *s[SCALARS];
+	char *next;
+	int trusted;
+
+	if (!at || !text ||
+		sscanf(at, "%zu %zu %d %zu", &to->phase, &to->done, &trusted, &to->sweeps) !=
+			COUNTS ||
+		to->phase > CT_JOINT_DONE || to->sweeps > CT_JOINT_SWEEPS)
+		return false;
+	to->trusted = trusted != 0;
+	scalars(to, s);
+	for (size_t k = 0; k < SCALARS; k++, text = next) {
+		*s[k] = strtod(text, &next);
+		if (next == text)
+			return false;
+	}
+	return true;
+}
+
+/* n numbers; NULL if there are not so many. */
+static const float *get(const struct ct_tensors *t, const char *name, size_t n)
+{
+	const struct ct_tensor *from = ct_tensors_find(t, name);
+
+	return from && ct_tensor_count(from) == n ? from->data : NULL;
+}
+
+static bool get_joint(struct ct_joint *j, const struct ct_tensors *t)
+{
+	const bool done = j->at.phase == CT_JOINT_DONE;
+	const float *dual = get(t, DUAL, CT_TV_DUAL * j->n), *from;
+	const char *name;
+
+	for (size_t k = 0; k < volumes(&j->at); k++) {
+		float *x = volume(j, k, &name);
+
+		from = get(t, name, j->n);
+		if (!from)
+			return false;
+		memcpy(x, from, j->n * sizeof *x);
+	}
+	for (size_t i = 0; !done && i < CT_TV_DUAL * j->n; i++) {
+		if (!dual || !(fabsf(dual[i]) <= CT_TV_ONE))
+			return false;
+		j->dual[i] = (int16_t)dual[i];
+	}
+	return true;
+}
+
+int ct_fuse_unpack(struct ct_fuse *f, const struct ct_tensors *t, struct ct_err *e)
+{
+	struct ct_joint *j = &f->joint;
+	const float *result = get(t, RESULT, j->n);
+	bool good = get_at(&j->at, &t->meta);
+
+	if (result) {
+		if (ct_alloc(&f->residual, j->n, sizeof *f->residual, e))
+			return -1;
+		memcpy(f->residual, result, j->n * sizeof *result);
+		good = good && j->at.phase == CT_JOINT_DONE;
+	} else
+		good = good && get_joint(j, t);
+	return good ? 0 : ct_fail(e, CT_EINPUT, "is not the state of such a run");
+}
