@@ -24,6 +24,14 @@ int ct_vol_alloc(struct ct_vol *v, const size_t n[static 3], struct ct_err *e)
 	return 0;
 }
 
+int ct_vol_like(struct ct_vol *v, const struct ct_vol *grid, struct ct_err *e)
+{
+	if (ct_vol_alloc(v, grid->n, e))
+		return -1;
+	memcpy(v->affine, grid->affine, sizeof v->affine);
+	return 0;
+}
+
 void ct_vol_free(struct ct_vol *v)
 {
 	free(v->data);

@@ -21,6 +21,8 @@ struct ct_vol {
 
 /* Data of n voxels, uninitialised, identity affine; *v must be zero but for its metadata. */
 int ct_vol_alloc(struct ct_vol *v, const size_t n[static 3], struct ct_err *e);
+/* The same on the grid of `grid`, whose data are not read. */
+int ct_vol_like(struct ct_vol *v, const struct ct_vol *grid, struct ct_err *e);
 /* Also legal on a zeroed struct; leaves it zeroed. */
 void ct_vol_free(struct ct_vol *v);
 size_t ct_vol_count(const struct ct_vol *v);

@@ -43,9 +43,8 @@ int ctsr_density_of(
 {
 	const char *quantity = ct_meta_get(&v->meta, CT_META_QUANTITY);
 
-	if (ct_vol_alloc(d, v->n, e))
+	if (ct_vol_like(d, v, e))
 		return -1;
-	memcpy(d->affine, v->affine, sizeof d->affine);
 	if (quantity && strcmp(quantity, CT_QUANTITY_DENSITY) == 0)
 		memcpy(d->data, v->data, ct_vol_count(v) * sizeof *v->data);
 	else

@@ -36,9 +36,8 @@ int ctsr_check_volume(const ctsr_volume *v, struct ct_err *e)
 
 int ctsr_zeros_like(struct ct_vol *v, const ctsr_volume *like, struct ct_err *e)
 {
-	if (ct_vol_check_grid(&like->v, e) || ct_vol_alloc(v, like->v.n, e))
+	if (ct_vol_check_grid(&like->v, e) || ct_vol_like(v, &like->v, e))
 		return -1;
-	memcpy(v->affine, like->v.affine, sizeof v->affine);
 	memset(v->data, 0, ct_vol_count(v) * sizeof *v->data);
 	return 0;
 }

@@ -29,6 +29,7 @@
  */
 #ifndef CT_FIELD_FIT_H
 #define CT_FIELD_FIT_H
+#include "core/cost.h"
 #include "core/env.h"
 #include "core/stack.h"
 #include "core/tensors.h"
@@ -129,6 +130,10 @@ int ct_field_fit_step(struct ct_field_fit *f, const struct ct_field_data *d, dou
 /* To the end, unless it is whole. CT_ENUMERIC naming the iteration, CT_ESTOP after a save. */
 int ct_field_fit_run(struct ct_field_fit *f, const struct ct_field_data *d,
 	const struct ct_env *env, struct ct_err *e);
+/* Seconds and work of that, and of the volume on a grid, from some iterations and voxels. f cannot
+ * be run afterwards. CT_ENUMERIC, CT_ENOMEM. */
+int ct_field_fit_cost(struct ct_cost *cost, struct ct_field_fit *f, const struct ct_field_data *d,
+	const struct ct_vol *grid, const struct ct_env *env, struct ct_err *e);
 /* The grid out (allocated) <- densities of the fitted field: values at its voxels, or rendered from
  * lines and cubes of its voxels. Outside the box as on its face. CT_ENUMERIC, CT_ESTOP. */
 int ct_field_fit_volume(struct ct_vol *out, const struct ct_field_fit *f,

@@ -24,6 +24,7 @@
  */
 #ifndef CT_GS_FIT_H
 #define CT_GS_FIT_H
+#include "core/cost.h"
 #include "core/env.h"
 #include "core/gauss.h"
 #include "core/stack.h"
@@ -143,6 +144,10 @@ void ct_fit_free(struct ct_fit *f);
  * last save when asked to stop. */
 int ct_fit_run(
 	struct ct_fit *f, const struct ct_fit_data *d, const struct ct_env *env, struct ct_err *e);
+/* What that takes, from a few iterations, after which f cannot be run: *cost, its memory that of
+ * the Gaussians that are yet to come. Codes of ct_fit_run. */
+int ct_fit_cost(struct ct_cost *cost, struct ct_fit *f, const struct ct_fit_data *d,
+	const struct ct_env *env, struct ct_err *e);
 /* Gaussians with positive and with negative density. */
 void ct_fit_signs(const struct ct_gauss *g, size_t *positive, size_t *negative);
 /* The view of an iteration (from 0) of `views`: a permutation each epoch. */

@@ -1,6 +1,6 @@
 # The fit of signed 3-D Gaussians.
 libct_a_SOURCES += src/gs/fit.c src/gs/fit.h
-libct_a_SOURCES += src/gs/fit-state.c
+libct_a_SOURCES += src/gs/fit-state.c src/gs/fit-cost.c
 libct_a_SOURCES += src/gs/place.c src/gs/place.h
 libct_a_SOURCES += src/gs/densify.c src/gs/densify.h
 libct_a_SOURCES += src/gs/refit.c src/gs/refit.h

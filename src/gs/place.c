@@ -308,9 +308,8 @@ int ct_place_field(struct ct_vol *field, const struct ct_vol *grid, const struct
 	size_t count = ct_stack_count(y);
 	int rc = -1;
 
-	if (ct_stack_like(&left, y, 1, e) || ct_vol_alloc(field, grid->n, e))
+	if (ct_stack_like(&left, y, 1, e) || ct_vol_like(field, grid, e))
 		goto out;
-	memcpy(field->affine, grid->affine, sizeof field->affine);
 	memset(field->data, 0, ct_vol_count(field) * sizeof *field->data);
 	for (size_t i = 0; i < count; i++)
 		left.data[i] = y->data[i] - (base ? base->data[i] : 0);

@@ -12,18 +12,10 @@
 #include <math.h>
 #include <string.h>
 
-static int alloc_like(struct ct_vol *v, const struct ct_vol *like, struct ct_err *e)
-{
-	if (ct_vol_alloc(v, like->n, e))
-		return -1;
-	memcpy(v->affine, like->affine, sizeof v->affine);
-	return 0;
-}
-
 /* Without metadata. */
 static int copy(struct ct_vol *v, const struct ct_vol *of, struct ct_err *e)
 {
-	if (alloc_like(v, of, e))
+	if (ct_vol_like(v, of, e))
 		return -1;
 	memcpy(v->data, of->data, ct_vol_count(of) * sizeof *v->data);
 	return 0;
@@ -84,7 +76,7 @@ static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 			return -1;
 		say_inversion(&r->did, env);
 	}
-	if (error && alloc_like(error, out, e))
+	if (error && ct_vol_like(error, out, e))
 		return -1;
 	if (r->adds && add_prior(r, out, error ? error->data : NULL, in, env, e))
 		return -1;
@@ -132,7 +124,7 @@ static int in_slabs(struct ct_refine *r, struct ct_vol *out, struct ct_vol *erro
 	if (ct_vol_alloc(out, r->n, e))
 		return -1;
 	ct_degrade_refine(out->affine, (const double(*)[4])in->affine, in->n, r->is.by.factor);
-	if (error && alloc_like(error, out, e))
+	if (error && ct_vol_like(error, out, e))
 		return -1;
 	for (size_t k = 0; k < r->slabs; k++)
 		if (one_slab(r, out, error, in, k, pilot, env, e))

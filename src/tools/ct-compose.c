@@ -59,9 +59,8 @@ static int residual(struct ct_vol *out, struct ct_any *res, const struct ct_vol 
 		out->meta = (struct ct_meta){0};
 		return 0;
 	}
-	if (ct_vol_alloc(out, base->n, e))
+	if (ct_vol_like(out, base, e))
 		return -1;
-	memcpy(out->affine, base->affine, sizeof out->affine);
 	memset(out->data, 0, ct_vol_count(out) * sizeof *out->data);
 	if (ct_mixture_render(out->data, out->n, (const double(*)[4])out->affine, &res->gauss,
 		    window[1] - window[0], &touch, env, e))

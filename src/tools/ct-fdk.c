@@ -130,9 +130,8 @@ static int estimate(const struct ct_vol *grid, const struct ct_stack *in,
 static int reconstruct(struct ct_vol *out, const struct ct_vol *grid, const struct ct_stack *in,
 	const struct ct_reconstruct_rule *how, const struct ct_env *env, struct ct_err *e)
 {
-	if (ct_vol_alloc(out, grid->n, e))
+	if (ct_vol_like(out, grid, e))
 		return -1;
-	memcpy(out->affine, grid->affine, sizeof out->affine);
 	memset(out->data, 0, ct_vol_count(out) * sizeof *out->data);
 	return ct_reconstruct(out, in, how, env, e);
 }

@@ -5,7 +5,6 @@
 #include "cli/json.h"
 #include "cli/modes.h"
 #include "cli/resume.h"
-#include "core/clock.h"
 #include "core/mem.h"
 #include "core/memory.h"
 #include "formats/format.h"
@@ -262,45 +261,6 @@ static int check_memory(struct field_job *j, struct ct_cost *cost, struct ct_err
 	return 0;
 }
 
-/* From some iterations, and a slab of the grid. */
-static int estimate(
-	struct field_job *j, struct ct_field_fit *f, struct ct_cost *cost, struct ct_err *e)
-{
-	enum { TRIAL = 3, VOXELS = 512 };
-	const struct ct_env quiet = {.par = j->env->par, .seed = j->env->seed};
-	const double voxels = cost->disk / 4;
-	double begun = 0, loss, step, each;
-	struct ct_vol some = {0};
-	const size_t n[3] = {VOXELS, 1, 1};
-	int rc = -1;
-
-	for (int k = 0; k <= TRIAL; k++) {
-		if (k == 1) /* the first one takes its memory */
-			begun = ct_clock_cpu();
-		if (ct_field_fit_step(f, &j->data, 0, true, &loss, &quiet, e))
-			return -1;
-	}
-	step = (ct_clock_cpu() - begun) / TRIAL;
-	if (ct_vol_alloc(&some, n, e))
-		return -1;
-	memcpy(some.affine, j->in.out.affine, sizeof some.affine);
-	begun = ct_clock_cpu();
-	if (ct_field_fit_volume(&some, f, &j->data, &quiet, e))
-		goto out;
-	each = (ct_clock_cpu() - begun) / VOXELS;
-	cost->seconds =
-		((f->rule.seconds > 0 ? f->rule.seconds : step * (double)f->rule.iterations) +
-			each * voxels) /
-		(double)ct_par_threads(j->env->par);
-	snprintf(cost->work, sizeof cost->work,
-		"iterations of %.3g s of processor time, and %.3g s for %.0f voxels", step,
-		each * voxels, voxels);
-	rc = ct_cost_print(cost, j->env, e);
-out:
-	ct_vol_free(&some);
-	return rc;
-}
-
 static int pack(struct ct_tensors *t, const void *fit, struct ct_err *e)
 {
 	return ct_field_fit_pack(t, fit, e);
@@ -338,16 +298,9 @@ static int report(const struct ct_field_fit *f, const struct ct_env *env, struct
 static int evaluate(struct field_job *j, struct ct_field_fit *f, struct ct_err *e)
 {
 	struct ct_vol *out = &j->in.out;
-	size_t n[3];
-	double affine[3][4];
+	const struct ct_vol grid = *out;
 
-	memcpy(n, out->n, sizeof n);
-	memcpy(affine, out->affine, sizeof affine);
-	*out = (struct ct_vol){0};
-	if (ct_vol_alloc(out, n, e))
-		return -1;
-	memcpy(out->affine, affine, sizeof affine);
-	return ct_field_fit_volume(out, f, &j->data, j->env, e) ||
+	return ct_vol_like(out, &grid, e) || ct_field_fit_volume(out, f, &j->data, j->env, e) ||
 			       field_finish(&j->in, &j->p->files, j->env, e)
 		       ? -1
 		       : 0;
@@ -398,7 +351,10 @@ static int work(struct field_job *j, struct ct_err *e)
 		ct_blame(e, j->p->files.in);
 		goto out;
 	}
-	rc = j->env->dry_run ? estimate(j, &f, &cost, e) : fit(j, &f, e);
+	if (!j->env->dry_run)
+		rc = fit(j, &f, e);
+	else if (ct_field_fit_cost(&cost, &f, &j->data, &j->in.out, j->env, e) == 0)
+		rc = ct_cost_print(&cost, j->env, e);
 out:
 	ct_field_fit_free(&f);
 	return rc;

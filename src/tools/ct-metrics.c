@@ -226,8 +226,7 @@ static int mask_padding(
 	if (ct_vol_check_finite(ref, e) || ct_padding_find(&p, ref->data, ref->n, e))
 		return -1;
 	ct_log(env, CT_INFO, "%zu of %zu voxels are padding", p.count, n);
-	rc = ct_vol_alloc(mask, ref->n, e);
-	memcpy(mask->affine, ref->affine, sizeof mask->affine);
+	rc = ct_vol_like(mask, ref, e);
 	for (size_t i = 0; rc == 0 && i < n; i++)
 		mask->data[i] = p.is && p.is[i] ? 0 : 1;
 	ct_padding_free(&p);

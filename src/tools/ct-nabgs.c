@@ -5,7 +5,6 @@
 #include "cli/cost.h"
 #include "cli/resume.h"
 #include "core/memory.h"
-#include "core/clock.h"
 #include "formats/format.h"
 #include "formats/io.h"
 #include "gs/fit.h"
@@ -172,70 +171,14 @@ static int options(struct ct_fit_options *o, const struct nabgs_job *j, struct c
 	return 0;
 }
 
-/* Processor time at the end of the first of a few iterations, and of the last. */
-struct trial {
-	double first, last;
-	size_t n;
-};
-
-static void tick(
-	const struct ct_env *env, const char *what, size_t done, size_t total, size_t likely)
-{
-	struct trial *t = env->ctx;
-
-	(void)what, (void)done, (void)total, (void)likely;
-	t->last = ct_clock_cpu();
-	if (t->n++ == 0)
-		t->first = t->last;
-}
-
-/* The most Gaussians that there can be at the end: none are new but at a control of their number,
- * which at most doubles it. */
-static size_t most_of(const struct ct_fit *f)
-{
-	const struct ct_fit_options *o = &f->opt;
-	const size_t until = o->densify_until ? o->densify_until : o->iterations;
-	size_t n = f->g.n;
-
-	for (size_t i = o->densify_every; i < o->iterations && i <= until && n < o->max_gaussians;
-		i += o->densify_every)
-		if (i > o->densify_from)
-			n = 2 * n < o->max_gaussians ? 2 * n : o->max_gaussians;
-	return n;
-}
-
-/* From a few iterations of the real thing; it has taken memory for the Gaussians that there are. */
 static int estimate(
 	struct ct_fit *f, const struct ct_fit_data *d, const struct nabgs_job *j, struct ct_err *e)
 {
-	enum { TRIAL = 6 };
-	const size_t all = f->opt.iterations, n = f->g.n, most = most_of(f);
-	const double begun = ct_clock_cpu(), threads = (double)ct_par_threads(j->env->par);
-	const double each = (double)(sizeof(struct ct_gaussian) + sizeof(struct ct_pixel_gaussian) +
-				     56 * sizeof(float));
-	double visits = (double)all, refit = (double)f->opt.refit, work;
-	struct ct_cost cost = {.disk = 44.0 * (double)most, .state = 144.0 * (double)most};
-	struct ct_env quiet = *j->env;
-	struct trial t = {0};
+	struct ct_cost cost;
 
-	quiet.progress = tick;
-	quiet.ctx = &t;
-	quiet.log = NULL;
-	f->save = NULL;
-	f->opt.iterations = all < TRIAL ? all : TRIAL;
-	f->opt.refit = 0;
-	if (ct_fit_run(f, d, &quiet, e))
+	if (ct_fit_cost(&cost, f, d, j->env, e))
 		return -1;
-	if (refit > 0)
-		visits += (refit + 1) * (double)d->target->views;
-	work = t.n > 1 ? (t.last - t.first) / (double)(t.n - 1) * visits
-	       : n     ? (t.last - begun) * visits
-		       : 0;
-	cost.seconds = (begun + work) / threads;
-	cost.memory = ct_memory_held() - j->program + each * (double)(most - n);
-	snprintf(cost.work, sizeof cost.work,
-		"%zu iterations with %zu Gaussians; with %zu it would be %.0f s", all, n, most,
-		n ? (begun + work * (double)most / (double)n) / threads : 0);
+	cost.memory += ct_memory_held() - j->program;
 	return ct_cost_print(&cost, j->env, e);
 }
 
