@@ -143,5 +143,5 @@ exact ellipsoids bare.exr '--size 24x24x24' -n 2 --det 8
 ct-ddnm -f -v -n 1 -x 8 --expert operator=matched --sampler ddnm bare.exr t.exr 2>err; has err 'operator of blur 1.6 px' 'and of no volume'
 ct-project -q -n 2 --coarsen 128 --det 128 hr.nii wide.exr
 exits 3 'coarser than can be' ct-ddnm wide.exr no.exr; has err 'wide.exr: coarsen is 128, not a whole number from 2 to 64' 'is said'
-exits 2 '--travel of what is none' ct-ddnm -x 8 --expert travel=0,1 bare.exr no.exr; has err "'0,1' is out of range" 'is said'
+exits 2 '--travel of what is none' ct-ddnm -x 8 --expert travel=0,1 bare.exr no.exr; has err 'travel: 0 is outside \[1, 1000\]' 'is said'
 done_testing

@@ -201,6 +201,9 @@ int ct_cli_main(const struct ct_tool *t, int argc, char **argv);
 /* "a,b,c" (also "axbxc" with sep 'x'): exactly n numbers, or one that stands for all if spread. */
 int ct_cli_numbers(const char *option, const char *s, char sep, size_t n, bool spread, double *v,
 	struct ct_err *e);
+/* The same by commas, each in [lo, hi]. */
+int ct_cli_within(const char *option, const char *s, size_t n, bool spread, double lo, double hi,
+	double *v, struct ct_err *e);
 /* "WxHxD": n positive integers. */
 int ct_cli_dims(const char *option, const char *s, size_t n, size_t *v, struct ct_err *e);
 /* "LO:HI", LO < HI. */

@@ -15,6 +15,18 @@ int ct_cli_numbers(const char *option, const char *s, char sep, size_t n, bool s
 	return 0;
 }
 
+int ct_cli_within(const char *option, const char *s, size_t n, bool spread, double lo, double hi,
+	double *v, struct ct_err *e)
+{
+	if (ct_cli_numbers(option, s, ',', n, spread, v, e))
+		return -1;
+	for (size_t i = 0; i < n; i++)
+		if (!(v[i] >= lo && v[i] <= hi))
+			return ct_fail(
+				e, CT_EUSAGE, "--%s: %g is outside [%g, %g]", option, v[i], lo, hi);
+	return 0;
+}
+
 int ct_cli_dims(const char *option, const char *s, size_t n, size_t *v, struct ct_err *e)
 {
 	double x[4];

@@ -25,8 +25,8 @@ struct ct_resume {
 };
 
 /* For the run that the options ask for; `wanted` is --resume. CT_EUSAGE if OUT is a stream and it
- * is wanted, CT_EOUTPUT if it is not and there is a state, if another run is making OUT, or if
- * OUT.state is another file of the run, CT_ENOMEM. */
+ * is wanted, or a report as JSON, CT_EOUTPUT if it is not and there is a state, if another run is
+ * making OUT, or if OUT.state is another file of the run, CT_ENOMEM. */
 int ct_resume_open(struct ct_resume *r, const char *out, bool wanted, const struct ct_opt *opts,
 	const void *params, const struct ct_env *env, struct ct_err *e);
 /* Also what the input `name` holds, "IN" or "--base": the hash of its content, and its metadata but

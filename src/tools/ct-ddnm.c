@@ -201,11 +201,8 @@ static int settle(struct ddnm_job *j, struct ct_err *e)
 	if (p->travel) {
 		double v[2];
 
-		if (ct_cli_numbers("expert travel", p->travel, ',', 2, false, v, e))
+		if (ct_cli_within("expert travel", p->travel, 2, false, 1, 1000, v, e))
 			return -1;
-		if (!(v[0] >= 1 && v[0] <= 1000 && v[1] >= 1 && v[1] <= 1000))
-			return ct_fail(
-				e, CT_EUSAGE, "--expert travel: '%s' is out of range", p->travel);
 		j->s.travel_length = (size_t)v[0];
 		j->s.travel_repeat = (size_t)v[1];
 	}

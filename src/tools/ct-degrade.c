@@ -66,17 +66,10 @@ static const struct ct_opt opts[] = {
 static int operator_of(struct ct_degrade *d, const struct params *p, const struct ct_given *given,
 	struct ct_err *e)
 {
-	double x[3];
-
 	if (!p->factor)
 		return ct_fail(e, CT_EUSAGE, "-x: how many times to reduce is missing");
-	if (ct_cli_numbers("factor", p->factor, ',', 3, true, x, e))
+	if (ct_cli_within("factor", p->factor, 3, true, 1, 1024, d->factor, e))
 		return -1;
-	for (int a = 0; a < 3; a++) {
-		if (!(x[a] >= 1 && x[a] <= 1024))
-			return ct_fail(e, CT_EUSAGE, "-x: %g is outside [1, 1024]", x[a]);
-		d->factor[a] = x[a];
-	}
 	if (p->sigma && p->decimate >= 0 && protocols[p->protocol].noise == 0 &&
 		ct_modes_given(given, "protocol"))
 		return ct_fail(
@@ -86,15 +79,11 @@ static int operator_of(struct ct_degrade *d, const struct params *p, const struc
 		d->decimate = (enum ct_decimate)p->decimate;
 	if (!p->sigma)
 		return 0;
-	if (ct_cli_numbers("sigma", p->sigma, ',', 3, true, d->sigma, e))
+	if (ct_cli_within("sigma", p->sigma, 3, true, 0, 1000, d->sigma, e))
 		return -1;
-	for (int a = 0; a < 3; a++) {
-		if (!(d->sigma[a] >= 0 && d->sigma[a] <= 1000))
-			return ct_fail(
-				e, CT_EUSAGE, "--sigma: %g is outside [0, 1000]", d->sigma[a]);
+	for (int a = 0; a < 3; a++)
 		if (d->factor[a] == 1 && !strchr(p->sigma, ','))
 			d->sigma[a] = 0;
-	}
 	return 0;
 }
 

@@ -10,7 +10,6 @@
 #include "formats/format.h"
 #include "tools/field.h"
 
-#include <jansson.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -276,23 +275,15 @@ static int unpack(void *fit, const struct ct_tensors *t, struct ct_err *e)
 	return ct_field_fit_unpack(fit, t, e);
 }
 
-static int report(const struct ct_field_fit *f, const struct ct_env *env, struct ct_err *e)
+static int report(const struct ct_field_fit *f, bool json, struct ct_err *e)
 {
 	const size_t weights =
 		ct_field_count(f->pass[0].field) * ct_samples_passes(&f->rule.samples);
-	json_t *o;
-	int rc;
 
-	if (!env->json) {
-		printf("weights %zu\niterations %zu\nfirst-loss %.6g\nlast-loss %.6g\n", weights,
-			f->step, f->first, f->last);
-		return 0;
-	}
-	o = json_pack("{sI sI sf sf}", "weights", (json_int_t)weights, "iterations",
-		(json_int_t)f->step, "first-loss", f->first, "last-loss", f->last);
-	rc = ct_json_print(o, 12, e);
-	json_decref(o);
-	return rc;
+	return ct_json_report(
+		json_pack("{sI sI sf sf}", "weights", (json_int_t)weights, "iterations",
+			(json_int_t)f->step, "first-loss", f->first, "last-loss", f->last),
+		json, e);
 }
 
 static int evaluate(struct field_job *j, struct ct_field_fit *f, struct ct_err *e)
@@ -333,7 +324,7 @@ static int fit(struct field_job *j, struct ct_field_fit *f, struct ct_err *e)
 	if (ct_vol_write(j->p->out, &j->in.out, j->env, e))
 		return ct_resume_rescue(&j->resume, pack, f, e);
 	ct_resume_done(&j->resume);
-	return j->env->json || (kept && j->env->verbose >= 0) ? report(f, j->env, e) : 0;
+	return j->env->json || (kept && j->env->verbose >= 0) ? report(f, j->env->json, e) : 0;
 }
 
 static int work(struct field_job *j, struct ct_err *e)
@@ -360,21 +351,14 @@ out:
 	return rc;
 }
 
-static int check(struct field_job *j, struct ct_err *e)
-{
-	const struct params *p = j->p;
-
-	if (strcmp(p->out, "-") == 0 && j->env->json && !j->env->dry_run)
-		return ct_fail(e, CT_EUSAGE, "--json wants OUT to be a file");
-	return ct_resume_open(&j->resume, p->out, p->resume, opts, p, j->env, e);
-}
-
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
-	struct field_job j = {.p = params, .env = env};
+	const struct params *p = params;
+	struct field_job j = {.p = p, .env = env};
 	int rc = -1;
 
-	if (check(&j, e) == 0 && read_all(&j, e) == 0)
+	if (ct_resume_open(&j.resume, p->out, p->resume, opts, p, env, e) == 0 &&
+		read_all(&j, e) == 0)
 		rc = work(&j, e);
 	field_free(&j.in);
 	ct_resume_close(&j.resume);

@@ -12,7 +12,6 @@
 #include "tools/lib/geometry-opts.h"
 #include "xray/window.h"
 
-#include <jansson.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -186,25 +185,14 @@ out:
 	return rc;
 }
 
-static int report(const struct ct_fuse_report *r, const struct ct_env *env, struct ct_err *e)
+static int report(const struct ct_fuse_report *r, bool json, struct ct_err *e)
 {
-	const char *verdict = CT_WORD(CT_FUSE_LIST, r->verdict);
-	json_t *o;
-	int rc;
+	json_t *o = json_pack("{sI sf ss}", "iterations", (json_int_t)r->iterations,
+		"lambda-projections", r->lambda, "projections", CT_WORD(CT_FUSE_LIST, r->verdict));
 
-	if (!env->json) {
-		printf("iterations %zu\nlambda-projections %.6g\nprojections %s\n", r->iterations,
-			r->lambda, verdict);
-		if (r->prediction < 1)
-			printf("prediction %.6g\n", r->prediction);
-		return 0;
-	}
-	o = json_pack("{sI sf ss sf}", "iterations", (json_int_t)r->iterations,
-		"lambda-projections", r->lambda, "projections", verdict, "prediction",
-		r->prediction);
-	rc = ct_json_print(o, 12, e);
-	json_decref(o);
-	return rc;
+	if (json || r->prediction < 1)
+		json_object_set_new(o, "prediction", json_real(r->prediction));
+	return ct_json_report(o, json, e);
 }
 
 static int fuse(struct fuse_job *j, struct ct_err *e)
@@ -225,8 +213,9 @@ static int fuse(struct fuse_job *j, struct ct_err *e)
 	if (write_all(j, e))
 		return ct_resume_rescue(&j->resume, pack, &j->fuse, e);
 	ct_resume_done(&j->resume);
-	return !to_stdout(j->p) && (j->env->json || j->env->verbose >= 0) ? report(&r, j->env, e)
-									  : 0;
+	return !to_stdout(j->p) && (j->env->json || j->env->verbose >= 0)
+		       ? report(&r, j->env->json, e)
+		       : 0;
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)

@@ -127,15 +127,10 @@ static int parse_sizes(struct ct_compare_rule *r, const struct params *p, struct
 {
 	double v[CT_COMPARE_SIZES];
 
-	if (p->factor) {
-		if (ct_cli_numbers("factor", p->factor, ',', 3, true, v, e))
-			return -1;
-		for (int a = 0; a < 3; a++)
-			if (!(v[a] >= 1 && v[a] <= 1024))
-				return ct_fail(
-					e, CT_EUSAGE, "--factor: %g is outside [1, 1024]", v[a]);
-		return ct_compare_sizes(r, v, NULL, e);
-	}
+	if (p->factor)
+		return ct_cli_within("factor", p->factor, 3, true, 1, 1024, v, e)
+			       ? -1
+			       : ct_compare_sizes(r, v, NULL, e);
 	if (!p->blob)
 		return 0;
 	r->sizes = 1;
@@ -144,14 +139,10 @@ static int parse_sizes(struct ct_compare_rule *r, const struct params *p, struct
 	if (r->sizes > CT_COMPARE_SIZES)
 		return ct_fail(e, CT_EUSAGE, "--expert blob-sigma: '%s' has more than %d numbers",
 			p->blob, CT_COMPARE_SIZES);
-	if (ct_cli_numbers("expert blob-sigma", p->blob, ',', r->sizes, false, v, e))
+	if (ct_cli_within("expert blob-sigma", p->blob, r->sizes, false, 0.3, 100, v, e))
 		return -1;
-	for (size_t i = 0; i < r->sizes; i++) {
-		if (!(v[i] >= 0.3 && v[i] <= 100))
-			return ct_fail(e, CT_EUSAGE,
-				"--expert blob-sigma: %g is outside [0.3, 100]", v[i]);
+	for (size_t i = 0; i < r->sizes; i++)
 		r->sigma[i][0] = r->sigma[i][1] = r->sigma[i][2] = v[i];
-	}
 	return 0;
 }
 

@@ -13,7 +13,6 @@
 #include "tools/lib/evidence.h"
 #include "tools/lib/geometry-opts.h"
 
-#include <jansson.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -228,26 +227,16 @@ static int load_state(
 
 static int report(const struct ct_fit *f, bool json, struct ct_err *e)
 {
-	const char *end = CT_WORD(CT_FIT_END_LIST, f->end);
 	size_t pos, neg;
-	json_t *o;
-	int rc;
 
 	ct_fit_signs(&f->g, &pos, &neg);
-	if (!json) {
-		printf("gaussians %zu\npositive %zu\nnegative %zu\ngamma %.6g\nfirst-loss %.6g\n"
-		       "last-loss %.6g\nerror %.6g\niterations %zu\nended-by %s\n",
-			f->g.n, pos, neg, f->g.gamma, f->first_loss, f->last_loss, f->error,
-			f->g.step, end);
-		return 0;
-	}
-	o = json_pack("{sI sI sI sf sf sf sf sI ss}", "gaussians", (json_int_t)f->g.n, "positive",
-		(json_int_t)pos, "negative", (json_int_t)neg, "gamma", f->g.gamma, "first-loss",
-		f->first_loss, "last-loss", f->last_loss, "error", f->error, "iterations",
-		(json_int_t)f->g.step, "ended-by", end);
-	rc = ct_json_print(o, 12, e);
-	json_decref(o);
-	return rc;
+	return ct_json_report(
+		json_pack("{sI sI sI sf sf sf sf sI ss}", "gaussians", (json_int_t)f->g.n,
+			"positive", (json_int_t)pos, "negative", (json_int_t)neg, "gamma",
+			f->g.gamma, "first-loss", f->first_loss, "last-loss", f->last_loss, "error",
+			f->error, "iterations", (json_int_t)f->g.step, "ended-by",
+			CT_WORD(CT_FIT_END_LIST, f->end)),
+		json, e);
 }
 
 static int fit(struct nabgs_job *j, struct ct_err *e)
@@ -311,8 +300,6 @@ static int check(struct nabgs_job *j, struct ct_err *e)
 	if (p->most < p->gaussians)
 		return ct_fail(e, CT_EUSAGE, "--expert max-gaussians: %d is below --gaussians %d",
 			p->most, p->gaussians);
-	if (strcmp(p->out, "-") == 0 && j->env->json && !j->env->dry_run)
-		return ct_fail(e, CT_EUSAGE, "--json wants OUT to be a file");
 	return ct_resume_open(&j->resume, p->out, p->resume, opts, p, j->env, e);
 }
 

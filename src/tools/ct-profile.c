@@ -1,11 +1,9 @@
 /* ct-profile: the slice profile of a scanner, from thick and thin slices of one acquisition. */
 #include "config.h"
 #include "cli/cli.h"
-#include "dicom/dicom.h"
-#include "dicom/form.h"
 #include "formats/io.h"
-#include "formats/units.h"
 #include "resolution/slice-fit.h"
+#include "tools/scan-read.h"
 
 #include <ctype.h>
 #include <math.h>
@@ -30,14 +28,6 @@ static const struct ct_opt opts[] = {
 	CT_ARG_OUT(out, CT_WRITES, "OUT", CT_ENDS_TEXT, "text file for --profile of ct-sr, or -"),
 	CT_OPT_END,
 };
-
-static int read_ct(struct ct_vol *v, const char *path, const struct ct_env *env, struct ct_err *e)
-{
-	const struct ct_dicom_in in = {.paths = &path, .n = 1, .units = (enum ct_units)env->units};
-
-	return dicom_form_of(path) != NOT_DICOM ? ct_dicom_read(v, &in, env, e)
-						: ct_vol_read_hu(path, v, env, e);
-}
 
 /* A name without its folders, on one line. */
 static void put_name(FILE *f, const char *path)
@@ -104,7 +94,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct ct_slice_fit s;
 	int rc = -1;
 
-	if (read_ct(&thick, p->thick, env, e) || read_ct(&thin, p->thin, env, e))
+	if (scan_read(&thick, p->thick, NULL, NULL, env, e) ||
+		scan_read(&thin, p->thin, NULL, NULL, env, e))
 		goto out;
 	if (ct_slice_fit(&s, &thick, &thin, env, e)) {
 		ct_blame(e, p->thick);

@@ -53,12 +53,9 @@ static int find_grids(struct field_input *i, const struct field_files *f, const 
 {
 	struct ct_said said = CT_SAID_NOTHING;
 
-	if (f->factor && ct_cli_numbers("factor", f->factor, ',', 3, true, said.factor, e))
+	if (f->factor &&
+		ct_cli_within("factor", f->factor, 3, true, 1, CT_SAID_TIMES, said.factor, e))
 		return -1;
-	for (int a = 0; f->factor && a < 3; a++)
-		if (!(said.factor[a] >= 1 && said.factor[a] <= CT_SAID_TIMES))
-			return ct_fail(e, CT_EUSAGE, "--factor: %g is outside [1, %d]",
-				said.factor[a], CT_SAID_TIMES);
 	if (ct_operator_find(&i->is, &said, false, &i->lr, env, e))
 		return ct_blame(e, f->in);
 	for (int a = 0; a < 3; a++)
