@@ -52,7 +52,7 @@ ct_project_SOURCES = src/tools/ct-project.c src/tools/project-views.c src/tools/
 bin_PROGRAMS += ct-phantom
 ct_phantom_SOURCES = src/tools/ct-phantom.c
 bin_PROGRAMS += ct-ddnm
-ct_ddnm_SOURCES = src/tools/ct-ddnm.c src/tools/ddnm.h src/tools/ddnm-state.c src/tools/ddnm-time.c \
+ct_ddnm_SOURCES = src/tools/ct-ddnm.c src/tools/ddnm.h src/tools/ddnm-state.c \
 	src/tools/ddnm-input.c src/tools/ddnm-picture.c src/tools/lib/libraries.cc
 if HAVE_OIIO
 ct_ddnm_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)

@@ -32,6 +32,9 @@ int ct_prior_classify(struct ct_prior *p, size_t label, struct ct_err *e);
  */
 int ct_prior_plan(
 	struct ct_prior *p, size_t workers, size_t high, size_t wide, bool back, struct ct_err *e);
+/* Processor seconds of a call of the planned network, the mean of some if they are short, and
+ * unless it is NULL of its derivative. Codes of the network, CT_ENOMEM. */
+int ct_prior_time(double *call, double *back, const struct ct_prior *p, struct ct_err *e);
 /* For ct_superres; valid while p is and until the next plan. */
 struct ct_denoiser ct_prior_denoiser(const struct ct_prior *p);
 void ct_prior_free(struct ct_prior *p);

@@ -1,7 +1,9 @@
 /* ct-ddnm: super-resolve projections with a diffusion prior, consistent with the measured ones. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/cost.h"
 #include "cli/modes.h"
+#include "core/clock.h"
 #include "core/memory.h"
 #include "formats/format.h"
 #include "formats/io.h"
@@ -293,27 +295,47 @@ static int plan(struct ddnm_job *j, size_t workers, struct ct_err *e)
 		&j->prior, workers, high, wide, how->rule == CT_SAMPLER_BIRD && !how->frozen, e);
 }
 
+/* Of what was done before, and of so many calls of the network, and of its derivative, a view. */
+static int add_calls(
+	struct ct_cost *cost, const struct ddnm_job *j, size_t calls, size_t back, struct ct_err *e)
+{
+	const double before = ct_clock_cpu();
+	const size_t views = j->out.views;
+	double once, slope = 0;
+	int at;
+
+	if (ct_prior_time(&once, back ? &slope : NULL, &j->prior, e))
+		return -1;
+	cost->seconds = (before + (double)views * (once * (double)calls + slope * (double)back)) /
+			(double)ct_par_threads(j->env->par);
+	at = snprintf(cost->work, sizeof cost->work,
+		"%zu calls of %.3f s of the network of %zux%zu", calls * views, once, j->prior.wide,
+		j->prior.high);
+	if (back && at > 0)
+		snprintf(cost->work + at, sizeof cost->work - (size_t)at,
+			", %zu of %.3f s of its derivative", back * views, slope);
+	return 0;
+}
+
 /* What was read, and a call of the network, take memory now; OUT and the bytes of its file, and
  * what each further thread has of its own, come. */
 static int estimate(struct ddnm_job *j, struct ct_err *e)
 {
 	const double out = 4.0 * (double)ct_stack_count(&j->out);
-	const size_t views = j->out.views, threads = ct_par_threads(j->env->par);
-	struct ct_cost cost = {.disk = out, .state = out};
-	struct ddnm_calls n = {.views = views, .threads = threads};
+	const size_t threads = ct_par_threads(j->env->par);
+	struct ct_cost cost = {.disk = out, .state = out, .work = "0 calls of a network"};
+	size_t calls, gradients;
 
-	if (ct_superres_calls(&j->s, &n.each, &n.gradients, e) ||
-		(asks(j) && (plan(j, 1, e) || ddnm_time(&cost, &j->prior, &n, e))))
+	if (ct_superres_calls(&j->s, &calls, &gradients, e) ||
+		(asks(j) && (plan(j, 1, e) || add_calls(&cost, j, calls, gradients, e))))
 		return -1;
-	if (!asks(j))
-		snprintf(cost.work, sizeof cost.work, "0 calls of a network");
 	cost.memory = ct_memory_held() - j->program + out + cost.disk;
 	if (asks(j))
 		cost.memory +=
 			(double)ct_unet_plan_bytes(j->prior.plan[0]) * (double)(threads - 1) +
 			PICTURES * 4.0 * (double)(j->prior.high * j->prior.wide * threads);
 	if (j->s.how.rule == CT_SAMPLER_BIRD) /* every picture of a chain is kept */
-		cost.memory += (double)n.each / (double)(j->s.samples * j->s.how.iterations) *
+		cost.memory += (double)calls / (double)(j->s.samples * j->s.how.iterations) *
 			       (double)threads * 4.0 *
 			       (double)(j->prior.channels * j->prior.high * j->prior.wide);
 	return ct_cost_print(&cost, j->env, e);

@@ -1,9 +1,7 @@
 /* ddnm.h: the parts of ct-ddnm: what its input says of itself (ddnm-input.c), what it reads and
- * writes (ddnm-picture.c), the views that an interrupted run has finished (ddnm-state.c), and how
- * long a network takes (ddnm-time.c). */
+ * writes (ddnm-picture.c), and the views that an interrupted run has finished (ddnm-state.c). */
 #ifndef CT_TOOLS_DDNM_H
 #define CT_TOOLS_DDNM_H
-#include "cli/cost.h"
 #include "cli/resume.h"
 #include "core/env.h"
 #include "core/stack.h"
@@ -57,16 +55,5 @@ int ddnm_state_save(void *state, bool last, struct ct_err *e);
 /* All views are done, but could not be written: ct_resume_rescue. */
 int ddnm_state_rescue(const struct ddnm_state *s, struct ct_err *e);
 void ddnm_state_close(struct ddnm_state *s);
-
-/* Calls of a network for each view, and of its derivative. */
-struct ddnm_calls {
-	size_t each, gradients, views, threads;
-};
-
-/* cost->seconds and cost->work, of what was done before and of so many calls of the planned
- * network, by the processor time of some; the first, which is slower, is not timed. Codes of the
- * network, CT_ENOMEM. */
-int ddnm_time(struct ct_cost *cost, const struct ct_prior *p, const struct ddnm_calls *n,
-	struct ct_err *e);
 
 #endif
