@@ -132,3 +132,24 @@ int ct_stack_like(struct ct_stack *dst, const struct ct_stack *src, double facto
 	}
 	return 0;
 }
+
+int ct_stack_coarsen(struct ct_stack *dst, const struct ct_stack *src, size_t s, struct ct_err *e)
+{
+	const bool fan = src->beam == CT_FAN;
+
+	if ((!fan && src->h % s) || src->w % s)
+		return ct_fail(e, CT_EGEOM,
+			"pixels %zu times larger do not fit a detector of %zux%zu", s, src->w,
+			src->h);
+	if (ct_stack_alloc(dst, src->views, fan ? 1 : src->h / s, src->w / s, e))
+		return -1;
+	dst->beam = src->beam;
+	for (size_t k = 0; k < src->views; k++) {
+		dst->view[k] = src->view[k];
+		for (int a = 0; a < 3; a++) {
+			dst->view[k].u[a] *= (double)s;
+			dst->view[k].v[a] *= fan ? 1 : (double)s;
+		}
+	}
+	return ct_meta_copy(&dst->meta, &src->meta, e);
+}

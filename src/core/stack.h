@@ -56,5 +56,8 @@ int ct_stack_same(const struct ct_stack *a, const struct ct_stack *b, struct ct_
  * directions; h*factor and w*factor must be whole), data uninitialised. */
 int ct_stack_like(
 	struct ct_stack *dst, const struct ct_stack *src, double factor, struct ct_err *e);
+/* The detector of src with pixels s times larger, but for the one row of a fan, and its metadata;
+ * data uninitialised. CT_EGEOM unless s divides it. */
+int ct_stack_coarsen(struct ct_stack *dst, const struct ct_stack *src, size_t s, struct ct_err *e);
 
 #endif

@@ -175,3 +175,24 @@ void ct_vol_shift_affine(double affine[3][4], const double start[static 3])
 		for (int a = 0; a < 3; a++)
 			affine[r][3] += affine[r][a] * start[a];
 }
+
+void ct_vol_rotate(struct ct_vol *v, const double deg[static 3])
+{
+	double centre[3], after[3];
+
+	ct_vol_centre(v, centre);
+	for (int axis = 0; axis < 3; axis++) {
+		int a = (axis + 1) % 3, b = (axis + 2) % 3;
+		double c = cos(deg[axis] * (M_PI / 180)), s = sin(deg[axis] * (M_PI / 180));
+
+		for (int k = 0; k < 4; k++) {
+			double x = v->affine[a][k], y = v->affine[b][k];
+
+			v->affine[a][k] = c * x - s * y;
+			v->affine[b][k] = s * x + c * y;
+		}
+	}
+	ct_vol_centre(v, after);
+	for (int k = 0; k < 3; k++)
+		v->affine[k][3] += centre[k] - after[k];
+}

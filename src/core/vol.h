@@ -69,4 +69,8 @@ void ct_vol_rescale_affine(double dst[3][4], const double src[3][4], const doubl
 /* The affine of a grid that begins at index start[] of another. */
 void ct_vol_shift_affine(double affine[3][4], const double start[static 3]);
 
+/* Turn the grid about its centre by degrees about the world's x, then y, then z; the voxels stay.
+ */
+void ct_vol_rotate(struct ct_vol *v, const double deg[static 3]);
+
 #endif

@@ -3,12 +3,12 @@
 #include "cli/cli.h"
 #include "cli/cost.h"
 #include "cli/keep.h"
-#include "formats/format.h"
 #include "formats/io.h"
 #include "xray/project.h"
 #include "xray/window.h"
 #include "recon/scan-grid.h"
 #include "recon/reconstruct.h"
+#include "tools/lib/evidence.h"
 #include "tools/lib/geometry-opts.h"
 
 #include <math.h>
@@ -144,14 +144,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct ct_reconstruct_rule how;
 	int rc = -1;
 
-	if (ct_stack_read(p->in, &in, e))
-		goto out;
-	if (ct_stack_check_finite(&in, e) || ct_stack_check(&in, e)) {
-		ct_blame(e, p->in);
-		goto out;
-	}
-	if (check_options(p, &in, e) || choose(&how, p, &in, e) ||
-		ct_geometry_opts_grid(&grid, p->grid, &in, e))
+	if (ct_evidence_stack(&in, p->in, NULL, e) || check_options(p, &in, e) ||
+		choose(&how, p, &in, e) || ct_geometry_opts_grid(&grid, p->grid, &in, e))
 		goto out;
 	if (env->dry_run ? estimate(&grid, &in, &how, env, e)
 			 : reconstruct(&out, &grid, &in, &how, env, e)) {

@@ -64,31 +64,6 @@ static const struct ct_opt opts[] = {
 	CT_OPT_END,
 };
 
-/* Turn the grid about its centre; the numbers stay. */
-static int rotate(struct ct_vol *v, const char *angles, struct ct_err *e)
-{
-	double deg[3], centre[3], after[3];
-
-	if (ct_cli_numbers("expert rotate", angles, ',', 3, false, deg, e))
-		return -1;
-	ct_vol_centre(v, centre);
-	for (int axis = 0; axis < 3; axis++) {
-		int a = (axis + 1) % 3, b = (axis + 2) % 3;
-		double c = cos(deg[axis] * (M_PI / 180)), s = sin(deg[axis] * (M_PI / 180));
-
-		for (int k = 0; k < 4; k++) {
-			double x = v->affine[a][k], y = v->affine[b][k];
-
-			v->affine[a][k] = c * x - s * y;
-			v->affine[b][k] = s * x + c * y;
-		}
-	}
-	ct_vol_centre(v, after);
-	for (int k = 0; k < 3; k++)
-		v->affine[k][3] += centre[k] - after[k];
-	return 0;
-}
-
 /* A volume in HU whose overshoots are to be projected becomes density, and says so. */
 static int take_overshoot(struct ct_vol *v, bool *density, const double window[2],
 	const struct params *p, const struct ct_env *env, struct ct_err *e)
@@ -181,28 +156,6 @@ static int describe(struct ct_stack *s, const struct ct_vol *v, const struct par
 		       : 0;
 }
 
-/* The detector of `fine` with pixels s times larger. */
-static int coarser(struct ct_stack *out, const struct ct_stack *fine, size_t s, struct ct_err *e)
-{
-	bool fan = fine->beam == CT_FAN; /* has one row, coarse or not */
-
-	if ((!fan && fine->h % s) || fine->w % s)
-		return ct_fail(e, CT_EGEOM,
-			"--coarsen: %zu does not divide the detector of %zux%zu", s, fine->w,
-			fine->h);
-	if (ct_stack_alloc(out, fine->views, fan ? 1 : fine->h / s, fine->w / s, e))
-		return -1;
-	out->beam = fine->beam;
-	for (size_t k = 0; k < fine->views; k++) {
-		out->view[k] = fine->view[k];
-		for (int a = 0; a < 3; a++) {
-			out->view[k].u[a] *= (double)s;
-			out->view[k].v[a] *= fan ? 1 : (double)s;
-		}
-	}
-	return ct_meta_copy(&out->meta, &fine->meta, e);
-}
-
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct params *p = params;
@@ -216,6 +169,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		.kind = ct_pixel_measures((enum ct_pixel)p->pixel),
 		.coarsen = (size_t)p->coarsen,
 		.photons = {p->photons, p->electronic, p->water, env->seed}};
+	double deg[3];
 	float *mu = NULL;
 	int rc = -1;
 
@@ -228,9 +182,12 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		ct_blame(e, p->in);
 		goto out;
 	}
-	if ((p->rotate && rotate(&in, p->rotate, e)) ||
-		ct_geometry_opts_make(&fine, &p->scan, &in, e) ||
-		(p->coarsen > 1 && coarser(&coarse, &fine, (size_t)p->coarsen, e)) ||
+	if (p->rotate && ct_cli_numbers("expert rotate", p->rotate, ',', 3, false, deg, e))
+		goto out;
+	if (p->rotate)
+		ct_vol_rotate(&in, deg);
+	if (ct_geometry_opts_make(&fine, &p->scan, &in, e) ||
+		(p->coarsen > 1 && ct_stack_coarsen(&coarse, &fine, (size_t)p->coarsen, e)) ||
 		to_density(&in, &mu, &j.unit, p, env, e))
 		goto out;
 	j.mu = mu;

@@ -353,12 +353,7 @@ static int refine(struct files *f, const struct ct_env *env, struct ct_err *e)
 		return ct_blame(e, f->p->in);
 	if (r.is.by.factor[0] == 1 && r.is.by.factor[1] == 1 && r.is.by.factor[2] == 1)
 		return ct_fail(e, CT_EUSAGE, "%s: a factor of 1 refines nothing", f->p->in);
-	if (*r.why_not)
-		ct_log(env, CT_WARN, "%s: %s: the prior adds nothing", f->p->in, r.why_not);
-	if (r.slabs > 1)
-		ct_log(env, CT_INFO, "refines in %zu slabs: the whole takes %.0f MiB of memory",
-			r.slabs, ceil(r.whole / 0x1p20));
-	if (ahead_tell(&r, &f->in, f->p->out, f->p->confidence, env, e))
+	if (ahead_tell(&r, &f->in, f->p->in, f->p->out, f->p->confidence, env, e))
 		return -1;
 	if (env->dry_run)
 		return 0;

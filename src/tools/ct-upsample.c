@@ -189,9 +189,7 @@ static int work(struct files *f, const struct params *p, const struct ct_env *en
 		return ct_blame(e, p->in);
 	if (check_modes(&r, p, env, e))
 		return -1;
-	if (*r.why_not)
-		ct_log(env, CT_WARN, "%s: %s: the prior adds nothing", p->in, r.why_not);
-	return ahead_tell(&r, &f->in, p->out, p->std, env, e) ||
+	return ahead_tell(&r, &f->in, p->in, p->out, p->std, env, e) ||
 			       (!env->dry_run && refine(&r, f, p, env, e))
 		       ? -1
 		       : 0;

@@ -5,6 +5,7 @@
 #include "formats/format.h"
 #include "formats/io.h"
 #include "formats/units.h"
+#include "tools/lib/evidence.h"
 #include "tools/lib/geometry-opts.h"
 #include "xray/window.h"
 
@@ -28,23 +29,14 @@ int field_is_stack(bool *stack, const char *in, bool rays, struct ct_err *e)
 
 static int read_stack(struct field_input *i, const struct field_files *f, struct ct_err *e)
 {
-	const char *had;
-
 	if (f->factor)
 		return ct_fail(
 			e, CT_EUSAGE, "--factor: %s is a stack, whose grid --grid says", f->in);
-	if (ct_stack_read(f->in, &i->rays, e))
-		return -1;
-	if (ct_stack_check_finite(&i->rays, e) || ct_stack_check(&i->rays, e))
-		return ct_blame(e, f->in);
-	had = ct_meta_get(&i->rays.meta, CT_META_QUANTITY);
-	if (had && strcmp(had, CT_QUANTITY_LINE_INTEGRAL) != 0)
-		return ct_fail(e, CT_EINPUT, "%s: quantity is %.40s, not lineIntegral", f->in, had);
-	if (ct_geometry_opts_window(i->window, f->window, &i->rays.meta, e) ||
+	if (ct_evidence_stack(&i->rays, f->in, CT_QUANTITY_LINE_INTEGRAL, e) ||
+		ct_geometry_opts_window(i->window, f->window, &i->rays.meta, e) ||
 		ct_geometry_opts_grid(&i->fine, f->grid, &i->rays, e))
 		return -1;
-	memcpy(i->out.n, i->fine.n, sizeof i->out.n);
-	memcpy(i->out.affine, i->fine.affine, sizeof i->out.affine);
+	i->out = i->fine;
 	return 0;
 }
 
@@ -62,8 +54,7 @@ static int find_grids(struct field_input *i, const struct field_files *f, const 
 		i->fine.n[a] = ct_degrade_cover(i->lr.n[a], i->is.by.factor[a]);
 	ct_degrade_refine(
 		i->fine.affine, (const double(*)[4])i->lr.affine, i->lr.n, i->is.by.factor);
-	memcpy(i->out.n, i->fine.n, sizeof i->out.n);
-	memcpy(i->out.affine, i->fine.affine, sizeof i->out.affine);
+	i->out = i->fine;
 	if (!f->grid)
 		return 0;
 	if (ct_vol_read(f->grid, &i->like, e))
@@ -78,11 +69,9 @@ static int read_volume(struct field_input *i, const struct field_files *f, const
 {
 	struct ct_vol *v = &i->lr;
 
-	if (ct_vol_read_hu(f->in, v, env, e))
-		return -1;
-	if (ct_vol_check_finite(v, e) || ct_vol_check_grid(v, e))
-		return ct_blame(e, f->in);
-	if (ct_geometry_opts_window(i->window, f->window, &v->meta, e) || find_grids(i, f, env, e))
+	if (ct_evidence_base(v, f->in, env, e) ||
+		ct_geometry_opts_window(i->window, f->window, &v->meta, e) ||
+		find_grids(i, f, env, e))
 		return -1;
 	ct_window_density_open(ct_vol_count(v), v->data, v->data, i->window);
 	return 0;

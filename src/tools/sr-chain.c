@@ -21,12 +21,8 @@
 #include <string.h>
 #include <unistd.h>
 
-/* How many projections are made, and what is made of them. */
-struct projections {
-	int views, iterations, gaussians, factor;
-};
-
-static const struct projections published = {100, 5000, 50000, 0};
+/* How many projections are made, and what is made of them, as published. */
+enum { VIEWS = 100, ITERATIONS = 5000, GAUSSIANS = 50000 };
 
 #define PAPER_WINDOW "-512:3071"
 #define PAPER_SIGMA_Y 0.0015
@@ -43,13 +39,12 @@ static const char *const names[FILES] = {"lr.nii", "up.nii", "up-proj.exr", "lr-
 
 struct chain {
 	const struct sr *p;
-	struct projections q;
 	struct ct_chain c;
 	char *in, *out, *keep, *prior;
 	char *file[FILES];
 	const char *result; /* what ct-compose makes: OUT if that is no DICOM */
-	const char *factor;
-	char of_header[96];
+	char factor[96];    /* in words */
+	int whole;          /* the same */
 };
 
 /* A name that no command takes for an option; NULL if no memory. */
@@ -63,33 +58,31 @@ static char *plain(const char *name)
 /* The factor: of the caller, of the header, or 4; one whole number for all axes. */
 static int find_factor(struct chain *s, struct ct_err *e)
 {
+	const char *said = s->p->said.factor;
 	struct ct_vol head = {0};
 	struct ct_degrade d;
 	struct ct_err why;
 	double x[3];
 	FILE *f;
 
-	s->factor = s->p->said.factor;
-	snprintf(s->of_header, sizeof s->of_header, "%g", SR_FACTOR);
-	if (!s->factor && dicom_form_of(s->p->in) == NOT_DICOM && strcmp(s->p->in, "-") != 0 &&
+	snprintf(s->factor, sizeof s->factor, "%s", said ? said : SR_FACTOR);
+	if (!said && dicom_form_of(s->p->in) == NOT_DICOM && strcmp(s->p->in, "-") != 0 &&
 		ct_io_open(s->p->in, &f, &why) == 0) {
 		struct ct_nifti_in in = {0};
 
 		if (ct_nifti_open(&in, f, &head, &why) == 0 &&
 			!ct_meta_get(&head.meta, CT_META_UPSAMPLE) &&
 			ct_degrade_get(&head.meta, &d, &why) == 0)
-			snprintf(s->of_header, sizeof s->of_header, "%.9g,%.9g,%.9g", d.factor[0],
+			snprintf(s->factor, sizeof s->factor, "%.9g,%.9g,%.9g", d.factor[0],
 				d.factor[1], d.factor[2]);
 		ct_source_close(&in.source);
 		ct_io_close(f);
 		ct_vol_free(&head);
 	}
-	if (!s->factor)
-		s->factor = s->of_header;
 	if (ct_cli_numbers("factor", s->factor, ',', 3, true, x, e))
 		return -1;
-	s->q.factor = x[0] >= 2 && x[0] <= 16 ? (int)x[0] : 0;
-	return x[0] == x[1] && x[0] == x[2] && x[0] == s->q.factor
+	s->whole = x[0] >= 2 && x[0] <= 16 ? (int)x[0] : 0;
+	return x[0] == x[1] && x[0] == x[2] && x[0] == s->whole
 		       ? 0
 		       : ct_fail(e, CT_EUSAGE,
 				 "--factor %s: projections take one whole number from 2 to 16 for all "
@@ -154,7 +147,7 @@ static void add_project(struct chain *s, enum file input, enum file output)
 	struct ct_chain *c = &s->c;
 
 	ct_chain_add(c, false, s->file[output], "ct-project");
-	ct_chain_word(c, "--views=%d", s->q.views);
+	ct_chain_word(c, "--views=%d", s->p->views ? s->p->views : VIEWS);
 	ct_chain_words(
 		c, "--window=" PAPER_WINDOW, "--overshoot", s->file[input], s->file[output], NULL);
 }
@@ -167,13 +160,13 @@ static void add_seed(struct chain *s, uint64_t seed)
 
 static void add_ddnm(struct chain *s, uint64_t seed)
 {
-	const double sigma_y = s->p->paper ? PAPER_SIGMA_Y : release_sigma_y(s->q.factor);
+	const double sigma_y = s->p->paper ? PAPER_SIGMA_Y : release_sigma_y(s->whole);
 	struct ct_chain *c = &s->c;
 
 	ct_chain_add(c, true, s->file[SR_PROJ], "ct-ddnm");
 	ct_chain_word(c, "--prior=%s", s->prior);
 	add_seed(s, seed);
-	ct_chain_word(c, "-x%d", s->q.factor);
+	ct_chain_word(c, "-x%d", s->whole);
 	ct_chain_word(c, "--steps=%d", PAPER_STEPS);
 	ct_chain_word(c, "--sigma-y=%g", sigma_y);
 	ct_chain_words(c, s->file[LR_PROJ], s->file[SR_PROJ], NULL);
@@ -181,15 +174,16 @@ static void add_ddnm(struct chain *s, uint64_t seed)
 
 static void add_fit(struct chain *s, uint64_t seed)
 {
+	const struct sr *p = s->p;
 	struct ct_chain *c = &s->c;
 
 	ct_chain_add(c, true, s->file[RESIDUAL], "ct-nabgs");
 	ct_chain_word(c, "--base=%s", s->file[UP]);
 	ct_chain_word(c, "--base-projections=%s", s->file[UP_PROJ]);
-	ct_chain_word(c, "--iterations=%d", s->q.iterations);
-	ct_chain_word(c, "--gaussians=%d", s->q.gaussians);
-	ct_chain_word(c, "--factor=%d", s->q.factor);
-	ct_chain_words(c, s->p->paper ? "--paper" : "--expert=r2-compat=yes", NULL);
+	ct_chain_word(c, "--iterations=%d", p->iterations ? p->iterations : ITERATIONS);
+	ct_chain_word(c, "--gaussians=%d", p->gaussians ? p->gaussians : GAUSSIANS);
+	ct_chain_word(c, "--factor=%d", s->whole);
+	ct_chain_words(c, p->paper ? "--paper" : "--expert=r2-compat=yes", NULL);
 	add_seed(s, seed);
 	ct_chain_words(c, s->file[SR_PROJ], s->file[RESIDUAL], NULL);
 }
@@ -270,12 +264,9 @@ static void chain_free(struct chain *s)
 
 int sr_chain(const struct sr *p, const struct ct_env *env, struct ct_err *e)
 {
-	struct chain s = {.p = p, .q = published, .c = {.folder.lock = -1}};
+	struct chain s = {.p = p, .c = {.folder.lock = -1}};
 	int rc = -1;
 
-	s.q.views = p->views ? p->views : s.q.views;
-	s.q.iterations = p->iterations ? p->iterations : s.q.iterations;
-	s.q.gaussians = p->gaussians ? p->gaussians : s.q.gaussians;
 	if (strcmp(p->in, "-") != 0 && access(p->in, R_OK) != 0)
 		return ct_fail_errno(e, CT_EINPUT, p->in);
 	if (find_factor(&s, e) || find_files(&s, env, e) || add_all(&s, env, e))

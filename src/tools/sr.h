@@ -19,7 +19,7 @@ struct sr {
 };
 
 /* Of projections, where nothing says a factor. */
-#define SR_FACTOR 4.0
+#define SR_FACTOR "4"
 /* HU RMS, of the inversion. */
 #define SR_TOLERANCE 0.1
 

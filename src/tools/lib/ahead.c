@@ -62,8 +62,8 @@ out:
 	return rc;
 }
 
-int ahead_tell(const struct ct_refine *r, const struct ct_vol *in, const char *out,
-	const char *error, const struct ct_env *env, struct ct_err *e)
+int ahead_tell(const struct ct_refine *r, const struct ct_vol *in, const char *name,
+	const char *out, const char *error, const struct ct_env *env, struct ct_err *e)
 {
 	const double voxels = (double)r->n[0] * (double)r->n[1] * (double)r->n[2];
 	const struct file files[FILES] = {
@@ -72,6 +72,11 @@ int ahead_tell(const struct ct_refine *r, const struct ct_vol *in, const char *o
 	char slabs[40] = "";
 	double cpu;
 
+	if (*r->why_not)
+		ct_log(env, CT_WARN, "%s: %s: the prior adds nothing", name, r->why_not);
+	if (r->slabs > 1)
+		ct_log(env, CT_INFO, "refines in %zu slabs: the whole takes %.0f MiB of memory",
+			r->slabs, ceil(r->whole / MIB));
 	for (size_t i = 0; i < FILES; i++)
 		if (!env->dry_run && counts(&files[i]) && check_disk(files, i, e))
 			return -1;

@@ -3,10 +3,10 @@
 #define CT_TOOLS_LIB_AHEAD_H
 #include "refine/refine.h"
 
-/* Report time, memory and disk: on standard output with --dry-run, else on a terminal before long
- * work. Not with --dry-run: CT_EOUTPUT if the result `out` and its predicted error (NULL: none) do
- * not fit on their disks. */
-int ahead_tell(const struct ct_refine *r, const struct ct_vol *in, const char *out,
-	const char *error, const struct ct_env *env, struct ct_err *e);
+/* Warn if the prior adds nothing to `in`, a file of this name, and report time, memory and disk: on
+ * standard output with --dry-run, else on a terminal before long work. Not with --dry-run:
+ * CT_EOUTPUT if the result `out` and its predicted error (NULL: none) do not fit on their disks. */
+int ahead_tell(const struct ct_refine *r, const struct ct_vol *in, const char *name,
+	const char *out, const char *error, const struct ct_env *env, struct ct_err *e);
 
 #endif

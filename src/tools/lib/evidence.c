@@ -121,9 +121,10 @@ static int project_base(struct ct_evidence *d, const struct ct_evidence_files *f
 	return e->code == CT_EGEOM ? ct_blame(e, f->base) : -1;
 }
 
-static int read_stack(struct ct_stack *s, const char *path, const char *quantity, struct ct_err *e)
+int ct_evidence_stack(struct ct_stack *s, const char *path, const char *quantity, struct ct_err *e)
 {
-	if (ct_stack_read(path, s, e) || ct_evidence_quantity(&s->meta, quantity, path, e))
+	if (ct_stack_read(path, s, e) ||
+		(quantity && ct_evidence_quantity(&s->meta, quantity, path, e)))
 		return -1;
 	return ct_stack_check(s, e) || ct_stack_check_finite(s, e) ? ct_blame(e, path) : 0;
 }
@@ -137,7 +138,7 @@ static int read_weight(struct ct_evidence *d, const struct ct_evidence_files *f,
 	size_t n;
 	double q = 0;
 
-	if (read_stack(w, f->std, CT_QUANTITY_DEVIATION, e))
+	if (ct_evidence_stack(w, f->std, CT_QUANTITY_DEVIATION, e))
 		return -1;
 	if (ct_stack_same(&d->in, w, e))
 		return ct_blame(e, f->std);
@@ -160,12 +161,12 @@ static int read_weight(struct ct_evidence *d, const struct ct_evidence_files *f,
 int ct_evidence_read(struct ct_evidence *d, const struct ct_evidence_files *f,
 	const struct ct_env *env, struct ct_err *e)
 {
-	if (read_stack(&d->in, f->in, CT_QUANTITY_LINE_INTEGRAL, e) || read_base(d, f, env, e) ||
-		(f->std && read_weight(d, f, e)))
+	if (ct_evidence_stack(&d->in, f->in, CT_QUANTITY_LINE_INTEGRAL, e) ||
+		read_base(d, f, env, e) || (f->std && read_weight(d, f, e)))
 		return -1;
 	if (!f->projections)
 		return 0;
-	if (read_stack(&d->base_proj, f->projections, CT_QUANTITY_LINE_INTEGRAL, e))
+	if (ct_evidence_stack(&d->base_proj, f->projections, CT_QUANTITY_LINE_INTEGRAL, e))
 		return -1;
 	return ct_stack_same(&d->in, &d->base_proj, e) ? ct_blame(e, f->projections) : 0;
 }

@@ -37,6 +37,8 @@ void ct_evidence_free(struct ct_evidence *d);
  */
 int ct_evidence_quantity(
 	const struct ct_meta *m, const char *want, const char *path, struct ct_err *e);
+/* Projections of a geometry that makes sense, all finite; quantity NULL: any. *s must be zero. */
+int ct_evidence_stack(struct ct_stack *s, const char *path, const char *quantity, struct ct_err *e);
 /* The low-resolution CT in HU, and the operator that it names, or else the base. *lr must be zero.
  */
 int ct_evidence_lr(struct ct_vol *lr, struct ct_degrade *by, const char *path,
