@@ -145,9 +145,5 @@ int metrics_per_slice(const char *path, struct ct_metrics_slice *const slice[3],
 					put_cell(o.f, m->ssim[k]);
 			fputc('\n', o.f);
 		}
-	if (ferror(o.f)) {
-		ct_out_abandon(&o);
-		return ct_fail(e, CT_EOUTPUT, "the table cannot be written");
-	}
 	return ct_out_commit(&o, e);
 }
