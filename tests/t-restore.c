@@ -194,8 +194,6 @@ static void network(void)
 		ct_rng_normals(CT_SLICE_NETWORK_FEATURES, ct_slice_network_features(&w, &r, i), 6,
 			1, 50 * i);
 	const int was = ct_dnn_enter();
-	if (ct_simd_bf16())
-		must(ct_simd_use("v4", &err)); /* no rounding to bfloat16 */
 	must(ct_slice_network_ready_alloc(&ready, &r, &err));
 	must(ct_slice_network_run(&r, &ready, &w, 5, &err));
 	ct_slice_network_ready_free(&ready);

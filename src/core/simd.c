@@ -5,8 +5,7 @@
 #include <stdatomic.h>
 #include <string.h>
 
-enum { BY_WORD = 8 };
-static atomic_int chosen; /* the level, and BY_WORD; 0: not yet */
+static atomic_int chosen; /* the level; 0: not yet */
 
 #ifdef CT_SIMD_LEVELS
 static int highest(void)
@@ -39,15 +38,10 @@ int ct_simd_use(const char *word, struct ct_err *e)
 	if (want > have)
 		return ct_fail(e, CT_EUSAGE, "CTSR_CPU: this processor has v%d at most, not v%d",
 			have, want);
-	atomic_store(&chosen, want | (word ? BY_WORD : 0));
+	atomic_store(&chosen, want);
 	return 0;
 }
 
-bool ct_simd_bf16(void)
-{
-	return ct_simd_level() == 4 && !(atomic_load(&chosen) & BY_WORD) &&
-	       __builtin_cpu_supports("avx512bf16");
-}
 #else
 static int highest(void)
 {
@@ -61,11 +55,6 @@ int ct_simd_use(const char *word, struct ct_err *e)
 			"CTSR_CPU: '%.20s': there is one level only on this processor", word);
 	return 0;
 }
-
-bool ct_simd_bf16(void)
-{
-	return false;
-}
 #endif
 
 int ct_simd_level(void)
@@ -73,7 +62,7 @@ int ct_simd_level(void)
 	int level = atomic_load_explicit(&chosen, memory_order_relaxed);
 
 	if (level)
-		return level & ~BY_WORD;
+		return level;
 	level = highest();
 	atomic_store_explicit(&chosen, level, memory_order_relaxed);
 	return level;

@@ -11,8 +11,7 @@
  * say CT_SIMD(ct_scale)(n, x, by).
  *
  * Every level gives the same bytes, but for what ct_f32_fma (vec.h) computes, which v2 rounds
- * twice, and for networks, whose library adds in an order of each processor's own and may round
- * factors to bfloat16.
+ * twice, and for networks, whose library adds in an order of each processor's own.
  */
 #ifndef CT_CORE_SIMD_H
 #define CT_CORE_SIMD_H
@@ -42,10 +41,6 @@
 /* 2, 3 or 4, or 1 where there are no levels: the highest that this processor has, unless
  * ct_simd_use chose. Any thread. */
 int ct_simd_level(void);
-
-/* Does it multiply bfloat16 (AVX512-BF16), and was no level chosen? Products of matrices may then
- * use it (unet/product.h). */
-bool ct_simd_bf16(void);
 
 /* Use the level `word`, "v2", "v3" or "v4", from here on; NULL takes the highest. To be called
  * before any other thread runs, at the start of a program, which gives it $CTSR_CPU: the one thing

@@ -195,13 +195,9 @@ int ct_slice_network_ready_alloc(
 	const size_t f = r->inputs, w = r->width;
 
 	*q = (struct ct_slice_network_ready){0};
-	/* Components that vary little are whitened: rounding a patch would be far too much there.
-	 */
 	return ct_product_alloc(&q->basis, r->basis, r->components, ct_patch_count(&r->shape), f,
-		       false, e) ||
-			       ct_product_alloc(
-				       &q->w1, r->all + r->at[CT_PART_1], w, f, w, false, e) ||
-			       ct_product_alloc(&q->w2, r->all + r->at[CT_PART_2], w, w, w, true, e)
+		       e) || ct_product_alloc(&q->w1, r->all + r->at[CT_PART_1], w, f, w, e) ||
+			       ct_product_alloc(&q->w2, r->all + r->at[CT_PART_2], w, w, w, e)
 		       ? -1
 		       : 0;
 }

@@ -12,7 +12,6 @@ struct ct_product {
 	size_t rows, columns, ldy;
 	dnnl_engine_t engine; /* NULL: ct_dnn_sgemm */
 	dnnl_primitive_t times;
-	struct ct_dnn_order round; /* x to bfloat16; of none p is NULL */
 	ct_dnn_desc x, y, ordered, scratch;
 	void *weights; /* in that order */
 };
@@ -56,39 +55,36 @@ out:
 	return rc;
 }
 
-static int build(struct ct_product *p, bool bf16, struct ct_err *e)
+static int build(struct ct_product *p, struct ct_err *e)
 {
 	const dnnl_dims_t x = {CT_PRODUCT_ROWS, (dnnl_dim_t)p->columns},
 			  y = {CT_PRODUCT_ROWS, (dnnl_dim_t)p->rows},
 			  w = {(dnnl_dim_t)p->columns, (dnnl_dim_t)p->rows};
 	const dnnl_dims_t stride = {(dnnl_dim_t)p->ldy, 1};
-	const dnnl_data_type_t type = bf16 ? dnnl_bf16 : dnnl_f32;
 	dnnl_primitive_attr_t attr = NULL;
 	dnnl_primitive_desc_t pd = NULL;
-	ct_dnn_desc any = NULL, given = NULL;
+	ct_dnn_desc any = NULL;
 	int rc = -1;
 
 	if (ct_dnn_check(dnnl_engine_create(&p->engine, dnnl_cpu, 0), "engine", e) ||
-		ct_dnn_desc_new(&p->x, 2, x, type, dnnl_ab, e) ||
-		ct_dnn_desc_new(&given, 2, x, dnnl_f32, dnnl_ab, e) ||
+		ct_dnn_desc_new(&p->x, 2, x, dnnl_f32, dnnl_ab, e) ||
 		ct_dnn_desc_strided(&p->y, 2, y, stride, e) ||
-		ct_dnn_desc_new(&any, 2, w, type, dnnl_format_tag_any, e) ||
+		ct_dnn_desc_new(&any, 2, w, dnnl_f32, dnnl_format_tag_any, e) ||
 		ct_dnn_attr_new(&attr, e) || primitive_desc(&pd, p, any, attr, e) ||
 		ct_dnn_primitive(&p->times, pd, "matrix product", e) || pack(p, pd, e))
 		goto out;
-	rc = bf16 ? ct_dnn_order_new(&p->round, p->engine, given, p->x, false, e) : 0;
+	rc = 0;
 out:
 	if (pd)
 		dnnl_primitive_desc_destroy(pd);
 	if (attr)
 		dnnl_primitive_attr_destroy(attr);
 	ct_dnn_desc_free(any);
-	ct_dnn_desc_free(given);
 	return rc;
 }
 
 int ct_product_alloc(struct ct_product **out, const float *matrix, size_t rows, size_t columns,
-	size_t ldy, bool bf16, struct ct_err *e)
+	size_t ldy, struct ct_err *e)
 {
 	struct ct_product *p;
 	int was, rc = 0;
@@ -98,7 +94,7 @@ int ct_product_alloc(struct ct_product **out, const float *matrix, size_t rows, 
 	*p = (struct ct_product){.matrix = matrix, .rows = rows, .columns = columns, .ldy = ldy};
 	was = ct_dnn_enter();
 	if (ct_simd_level() == 4)
-		rc = build(p, bf16 && ct_simd_bf16(), e);
+		rc = build(p, e);
 	ct_dnn_leave(was);
 	if (rc)
 		ct_product_free(p);
@@ -113,7 +109,6 @@ void ct_product_free(struct ct_product *p)
 		return;
 	if (p->times)
 		dnnl_primitive_destroy(p->times);
-	ct_dnn_order_free(&p->round);
 	ct_dnn_desc_free(p->x);
 	ct_dnn_desc_free(p->y);
 	ct_dnn_desc_free(p->ordered);
@@ -129,21 +124,19 @@ enum { X, Y, WEIGHTS, SCRATCH, ARGS };
 /* The memories of one run, and its room. */
 struct run {
 	dnnl_stream_t stream;
-	dnnl_exec_arg_t arg[ARGS], round[2];
-	char *room; /* of x in bfloat16, and scratch */
+	dnnl_exec_arg_t arg[ARGS];
+	char *scratch;
 };
 
 static int begin(struct run *r, const struct ct_product *p, struct ct_err *e)
 {
-	const size_t x = p->round.p ? dnnl_memory_desc_get_size(p->x) : 0;
 	const ct_dnn_cdesc desc[ARGS] = {p->x, p->y, p->ordered, p->scratch};
 	const int id[ARGS] = {DNNL_ARG_SRC, DNNL_ARG_DST, DNNL_ARG_WEIGHTS, DNNL_ARG_SCRATCHPAD};
 
-	if (ct_alloc0(&r->room, 1, x + dnnl_memory_desc_get_size(p->scratch) + 1, e) ||
-		ct_dnn_stream_new(&r->stream, p->engine, e) ||
-		(p->round.p && ct_dnn_order_args(&p->round, p->engine, r->round, e)))
+	if (ct_alloc0(&r->scratch, 1, dnnl_memory_desc_get_size(p->scratch) + 1, e) ||
+		ct_dnn_stream_new(&r->stream, p->engine, e))
 		return -1;
-	void *data[ARGS] = {r->room, NULL, p->weights, r->room + x};
+	void *data[ARGS] = {NULL, NULL, p->weights, r->scratch};
 
 	for (int i = 0; i < ARGS; i++) {
 		r->arg[i].arg = id[i];
@@ -157,9 +150,7 @@ static int begin(struct run *r, const struct ct_product *p, struct ct_err *e)
 static int block(
 	struct run *r, const struct ct_product *p, const float *x, float *y, struct ct_err *e)
 {
-	if ((p->round.p ? ct_dnn_order_run(&p->round, r->round, r->stream, x, r->room, e)
-			: ct_dnn_set(r->arg[X].memory, x, e)) ||
-		ct_dnn_set(r->arg[Y].memory, y, e))
+	if (ct_dnn_set(r->arg[X].memory, x, e) || ct_dnn_set(r->arg[Y].memory, y, e))
 		return -1;
 	return ct_dnn_run(p->times, r->stream, ARGS, r->arg, "matrix product", e);
 }
@@ -176,9 +167,8 @@ int ct_product_run(const struct ct_product *p, const float *x, size_t n, float *
 	for (size_t i = 0; i < n && !rc; i += CT_PRODUCT_ROWS)
 		rc = block(&r, p, x + i * p->columns, y + i * p->ldy, e);
 	ct_dnn_args_free(ARGS, r.arg);
-	ct_dnn_args_free(2, r.round);
 	if (r.stream)
 		dnnl_stream_destroy(r.stream);
-	free(r.room);
+	free(r.scratch);
 	return rc;
 }
