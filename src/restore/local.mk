@@ -4,6 +4,5 @@ libct_a_SOURCES += src/restore/slice-network.c src/restore/slice-network.h
 libct_a_SOURCES += src/restore/learn.c src/restore/learn-begin.c src/restore/learn.h
 libct_a_SOURCES += src/restore/example.c src/restore/example.h
 libct_a_SOURCES += src/restore/predict.c src/restore/predict.h
-libct_a_SOURCES += src/restore/wide.c src/restore/wide.h
 libct_a_SOURCES += src/restore/steps.c src/restore/steps.h
 libct_a_SOURCES += src/restore/restore.c src/restore/confidence.c src/restore/restore.h

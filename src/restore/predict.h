@@ -38,7 +38,6 @@ struct ct_guess {
 	float *h;      /* HU, what is expected */
 	float *square; /* HU^2, of what each axis expects */
 	float *v;      /* HU^2, what each says of its error, times spread[0] (slice-network.h) */
-	float *wide;   /* HU, what the wide network expects besides; or NULL */
 	size_t axes;   /* that were added */
 	double least;  /* HU; 0: every cell is looked at */
 	const struct ct_added *before; /* NULL: no pass */

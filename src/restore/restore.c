@@ -38,16 +38,13 @@ int ct_slice_prior_alloc(struct ct_slice_prior *p, const struct ct_tensors *w, s
 				return ct_fail(
 					e, CT_EINPUT, "tensor \"%s\" is of other slices", tensor);
 		}
-	if (p->n == 0)
-		return ct_fail(e, CT_EINPUT, "no tensor \"4.shape\": no prior of slices");
-	return ct_wide_alloc(&p->wide, w, "wide-4", e);
+	return p->n ? 0 : ct_fail(e, CT_EINPUT, "no tensor \"4.shape\": no prior of slices");
 }
 
 void ct_slice_prior_free(struct ct_slice_prior *p)
 {
 	for (size_t i = 0; i < p->n; i++)
 		ct_slice_network_free(&p->r[i]);
-	ct_wide_free(&p->wide);
 	p->n = 0;
 }
 
@@ -210,10 +207,9 @@ static struct block block_of(
 			for (size_t i = at[0]; i < to[0]; i++) {
 				const size_t v = (k * n[1] + j) * n[0] + i;
 				const double h = (double)g->h[v] / axes;
-				const double sum = h + (g->wide ? (double)g->wide[v] : 0);
 
 				b.count++;
-				b.square += sum * sum;
+				b.square += h * h;
 				if (g->square && axes > 1)
 					b.apart += fmax(
 						((double)g->square[v] - axes * h * h) / (axes - 1),
@@ -349,8 +345,6 @@ static int add(struct pass *s, struct ct_guess *g, struct ct_err *e)
 
 				*w++ = (float)weight_of(&b, s->rule);
 			}
-	for (size_t i = 0; i < all && g->wide; i++)
-		g->h[i] += (float)g->axes * g->wide[i];
 	if (steps.limit > 0)
 		ct_steps_keep(&steps, s->env->par);
 	for (size_t k = 0; k < n[2]; k++)
@@ -386,22 +380,10 @@ static int deviate(const struct pass *s, float *std, float *v, const struct ct_g
 	return 0;
 }
 
-/* Does the wide network know such a scan? */
-static bool is_wide(const struct ct_slice_prior *prior, const struct ct_restore_rule *rule,
-	size_t cell, bool again)
-{
-	bool all = prior->wide.blocks > 0 && cell == CT_WIDE_CELL && !again;
-
-	for (int a = 0; a < 3; a++)
-		all = all && rule->by.factor[a] > 1 && rule->axes[a];
-	return all;
-}
-
 static int predict(struct pass *s, float *std, struct ct_err *e)
 {
 	const size_t all = s->scene.n[0] * s->scene.n[1] * s->scene.n[2];
 	const bool apart = s->rule->doubt > 0, own_v = std && s->own;
-	const bool wide = is_wide(s->prior, s->rule, s->cell, s->again);
 	const size_t cells = s->w.m[0] * s->w.m[1] * s->w.m[2];
 	struct ct_guess g = {
 		.v = std, .least = s->rule->least, .before = s->again ? s->added : NULL};
@@ -409,19 +391,15 @@ static int predict(struct pass *s, float *std, struct ct_err *e)
 	int rc = -1;
 
 	if (ct_alloc(&s->w.w, cells + s->w.m[0], sizeof *s->w.w, e) ||
-		ct_alloc0(&g.h, (1 + wide + apart + own_v) * all, sizeof *g.h, e))
+		ct_alloc0(&g.h, (1 + apart + own_v) * all, sizeof *g.h, e))
 		goto out;
 	s->w.row = s->w.w + cells;
-	g.wide = wide ? g.h + all : NULL;
-	g.square = apart ? g.h + (1 + wide) * all : NULL;
+	g.square = apart ? g.h + all : NULL;
 	if (own_v)
-		g.v = g.h + (1 + wide + apart) * all;
+		g.v = g.h + (1 + apart) * all;
 	else if (std)
 		memset(std, 0, all * sizeof *std);
-	if (expect(&g, &floor, s, e) ||
-		(wide && ct_wide_predict(&s->prior->wide, g.wide, s->scene.x, s->scene.n,
-				 &s->scene.regime, s->env, e)) ||
-		(std && deviate(s, std, g.v, &g, floor, e)))
+	if (expect(&g, &floor, s, e) || (std && deviate(s, std, g.v, &g, floor, e)))
 		goto out;
 	rc = add(s, &g, e);
 	if (rc == 0 && s->added && !s->again) {
@@ -441,17 +419,13 @@ out:
 double ct_restore_bytes(const struct ct_slice_prior *prior, const struct ct_restore_rule *rule,
 	const size_t n[static 3], bool error)
 {
-	const double *factor = rule->by.factor;
+	const double apart = rule->doubt > 0, *factor = rule->by.factor;
 	const double fine = 4 * (double)n[0] * (double)n[1] * (double)n[2];
-	double one = fine, apart = rule->doubt > 0, coarse = 0, cell, blocks;
+	double one = fine, coarse = 0, cell, blocks;
 	bool axes[3];
 
 	cell = (double)ct_slice_prior_knows(axes, prior, &rule->by, false);
 	blocks = rule->passes == 2 ? fine / pow(cell, 3) : 0;
-	if (is_wide(prior, rule, (size_t)cell, false)) {
-		apart += 1;
-		blocks += ct_wide_bytes(&prior->wide, n);
-	}
 	if (apart_of((size_t)cell, factor) == 0)
 		return NETWORKS + one * (1 + apart) + blocks;
 	for (int a = 0; a < 3; a++) {

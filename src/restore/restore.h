@@ -30,7 +30,6 @@
 #include "core/env.h"
 #include "core/vol.h"
 #include "restore/slice-network.h"
-#include "restore/wide.h"
 
 enum { CT_SLICE_PRIOR_MOST = 16 };
 
@@ -38,7 +37,6 @@ struct ct_slice_prior {
 	size_t n;
 	struct ct_slice_network r[CT_SLICE_PRIOR_MOST];
 	bool again[CT_SLICE_PRIOR_MOST];
-	struct ct_wide wide; /* for volumes whose three axes are coarse; or none */
 };
 
 /* The slice networks of w. CT_EINPUT naming what does not fit. *p must be zero. */
