@@ -183,25 +183,16 @@ int ct_unet_arch_set(struct ct_unet_arch *a, const char *key, const char *value,
 	return 1;
 }
 
-int ct_unet_arch_from_meta(struct ct_unet_arch *a, const struct ct_meta *meta, struct ct_err *e)
+/* What the metadata state. */
+static int take_keys(struct ct_unet_arch *a, const struct ct_meta *meta, struct ct_err *e)
 {
-	const char *net = ct_meta_get(meta, CT_META_NET);
-
-	*a = (struct ct_unet_arch){.image_size = 64, .num_heads = 1, .conv_resample = true};
-	if (net && set_net(a, net, e))
-		return -1;
 	for (size_t i = 0; i < KEYS; i++) {
 		const char *value = ct_meta_get(meta, keys[i].name);
 
-		if (!has(a->net, &keys[i]))
-			continue;
-		if (!value && keys[i].needed)
-			return ct_fail(e, CT_EINPUT, "not a diffusion prior: no metadata \"%s\"",
-				keys[i].name);
-		if (value && ct_unet_arch_set(a, keys[i].name, value, e))
+		if (value && ct_unet_arch_set(a, keys[i].name, value, e) < 0)
 			return -1;
 	}
-	return ct_unet_arch_check(a, e);
+	return 0;
 }
 
 static void list_text(char *text, size_t size, const struct ct_unet_arch *a, enum kind kind)
@@ -430,43 +421,48 @@ static bool is_whole(const struct ct_meta *meta)
 	return true;
 }
 
-/* What metadata state is what the tensors are. */
+static int check_net(const struct ct_unet_arch *a, const struct ct_meta *meta, struct ct_err *e)
+{
+	const char *net = ct_meta_get(meta, CT_META_NET), *own = CT_WORD(CT_NET_LIST, a->net);
+
+	return !net || strcmp(net, own) == 0
+		       ? 0
+		       : ct_fail(e, CT_EINPUT,
+				 "architecture: net is \"%.100s\", the tensors are %s", net, own);
+}
+
+/* What metadata state is what the tensors of a network of super-resolution are. */
 static int agrees(const struct ct_unet_arch *a, const struct ct_meta *meta, struct ct_err *e)
 {
-	const char *net = ct_meta_get(meta, CT_META_NET);
+	struct ct_unet_arch b = *a;
 
-	if (net && strcmp(net, CT_WORD(CT_NET_LIST, a->net)) != 0)
-		return ct_fail(e, CT_EINPUT, "architecture: net is \"%.100s\", the tensors are %s",
-			net, CT_WORD(CT_NET_LIST, a->net));
-	for (size_t i = 0; i < KEYS; i++) {
-		const char *value = ct_meta_get(meta, keys[i].name);
-		struct ct_unet_arch b = *a;
-
-		if (!value || !has(a->net, &keys[i]))
-			continue;
-		if (ct_unet_arch_set(&b, keys[i].name, value, e))
-			return -1;
-		if (memcmp((const char *)a + keys[i].at, (const char *)&b + keys[i].at,
-			    sizeof(size_t)) != 0)
+	if (check_net(a, meta, e) || take_keys(&b, meta, e))
+		return -1;
+	for (size_t i = 0; i < KEYS; i++)
+		if (has(a->net, &keys[i]) && memcmp((const char *)a + keys[i].at,
+						     (const char *)&b + keys[i].at, sizeof(size_t)))
 			return ct_fail(e, CT_EINPUT,
 				"architecture: %s is %.100s, the tensors are of another",
-				keys[i].name, value);
-	}
+				keys[i].name, ct_meta_get(meta, keys[i].name));
 	return ct_unet_arch_check(a, e);
 }
 
 int ct_unet_arch_of(struct ct_unet_arch *a, const struct ct_tensors *w, struct ct_err *e)
 {
-	if (is_whole(&w->meta))
-		return ct_unet_arch_from_meta(a, &w->meta, e);
+	const struct ct_meta *meta = &w->meta;
+	const char *net = ct_meta_get(meta, CT_META_NET);
+
+	if (is_whole(meta)) {
+		*a = (struct ct_unet_arch){.image_size = 64, .num_heads = 1, .conv_resample = true};
+		if ((net && set_net(a, net, e)) || take_keys(a, meta, e))
+			return -1;
+		return ct_unet_arch_check(a, e);
+	}
 	*a = (struct ct_unet_arch){0};
 	if (ct_rdn_of(a, w) || ct_omni_of(a, w))
-		return agrees(a, &w->meta, e);
-	if (from_tensors(a, w, e))
+		return agrees(a, meta, e);
+	if (from_tensors(a, w, e) || check_net(a, meta, e) || take_keys(a, meta, e))
 		return -1;
-	for (size_t i = 0; i < w->meta.n; i++)
-		if (ct_unet_arch_set(a, w->meta.pair[i].key, w->meta.pair[i].value, e) < 0)
-			return -1;
 	if (a->num_heads == 0 && a->num_head_channels == 0)
 		return ct_fail(e, CT_EINPUT,
 			"architecture: tensors do not tell num_head_channels or num_heads: state "

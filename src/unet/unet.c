@@ -36,7 +36,7 @@ int ct_unet_flops(const struct ct_unet_arch *a, size_t h, size_t w, double *flop
 {
 	struct ct_graph g = {0};
 
-	if (ct_unet_arch_check(a, e) || ct_graph_build(&g, a, h, w, e))
+	if (ct_graph_build(&g, a, h, w, e))
 		return -1;
 	*flops = 0;
 	for (size_t i = 0; i < g.n_op; i++) {
@@ -44,16 +44,17 @@ int ct_unet_flops(const struct ct_unet_arch *a, size_t h, size_t w, double *flop
 		const struct ct_image *out = &g.image[o->out];
 		double n = (double)out->h * (double)out->w;
 
-		if (o->kind == CT_GRAPH_CONV || o->kind == CT_GRAPH_LINEAR)
-			*flops += 2 * n * (double)g.param[o->param].count;
-		if (o->kind == CT_GRAPH_DEPTH)
+		if (o->kind == CT_GRAPH_CONV || o->kind == CT_GRAPH_LINEAR ||
+			o->kind == CT_GRAPH_DEPTH)
 			*flops += 2 * n * (double)g.param[o->param].count;
 		if (o->kind == CT_GRAPH_ATTN)
 			*flops += 4 * n * n * (double)out->c;
-		if (o->kind == CT_GRAPH_WINDOW)
-			*flops += 4 * n * (double)(o->window * o->window * out->c);
-		if (o->kind == CT_GRAPH_CHANNELS)
-			*flops += 4 * n * (double)(out->c / o->heads * out->c);
+		if (o->kind == CT_GRAPH_WINDOW) {
+			const size_t of =
+				o->channels ? out->c / a->num_heads : a->window * a->window;
+
+			*flops += 4 * n * (double)(of * out->c);
+		}
 	}
 	ct_graph_free(&g);
 	return 0;
