@@ -10,9 +10,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-enum { CT_UNET_LEVELS = 10, CT_UNET_MAX_CHANNELS = 16384 };
-/* Largest values of the networks of super-resolution. */
-enum { CT_NET_FACTOR = 64, CT_NET_WINDOW = 64, CT_NET_BLOCKS = 100, CT_NET_FEATURES = 1024 };
+/* Largest values; the others are in arch.c. */
+enum { CT_UNET_LEVELS = 10, CT_NET_FACTOR = 64, CT_NET_WINDOW = 64 };
 
 #define CT_NET_LIST(X)                                                                             \
 	X(CT_NET_UNET, "unet")                                                                     \
@@ -63,8 +62,8 @@ int ct_unet_arch_set(struct ct_unet_arch *a, const char *key, const char *value,
 /* Both sides of a picture are multiples of the first, and no less than the second. */
 size_t ct_unet_arch_multiple(const struct ct_unet_arch *a);
 size_t ct_unet_arch_least(const struct ct_unet_arch *a);
-/* CT_EINPUT unless every channel count is a multiple of 32 within the limits and the heads divide
- * the channels that have attention; of super-resolution, unless all is within the limits above. */
+/* CT_EINPUT unless all is within its limits, every channel count of a U-Net a multiple of 32, and
+ * the heads divide the channels that have attention. */
 int ct_unet_arch_check(const struct ct_unet_arch *a, struct ct_err *e);
 /* Channels of a level. */
 size_t ct_unet_arch_channels(const struct ct_unet_arch *a, size_t level);

@@ -59,34 +59,21 @@ static struct room room_of(const struct ct_window *a, float *scratch)
 	return r;
 }
 
-/* The pixels of group g of the picture from or to group[n][c]. */
-static void copy(const struct ct_window *a, size_t g, size_t c, float *group, float *picture,
-	bool to_picture)
+/* The pixels of group g of a picture to a group[n][c], or back. */
+static void copy(
+	const struct ct_window *a, size_t g, size_t c, float *to, const float *from, bool back)
 {
 	const struct line rows = line_of(a, a->h), cols = line_of(a, a->w);
 	const size_t i0 = g / cols.groups * rows.group_step;
 	const size_t j0 = g % cols.groups * cols.group_step;
 
 	for (size_t i = 0; i < rows.n; i++)
-		for (size_t j = 0; j < cols.n; j++, group += c) {
-			float *p = picture + ((i0 + i * rows.step) * a->w + j0 + j * cols.step) * c;
+		for (size_t j = 0; j < cols.n; j++) {
+			const size_t own = (i * cols.n + j) * c;
+			const size_t at = ((i0 + i * rows.step) * a->w + j0 + j * cols.step) * c;
 
-			if (to_picture)
-				memcpy(p, group, c * sizeof *p);
-			else
-				memcpy(group, p, c * sizeof *p);
+			memcpy(to + (back ? at : own), from + (back ? own : at), c * sizeof *to);
 		}
-}
-
-static void gather(
-	const struct ct_window *a, size_t g, size_t c, float *group, const float *picture)
-{
-	union {
-		const float *in;
-		float *out;
-	} p = {.in = picture};
-
-	copy(a, g, c, group, p.out, false);
 }
 
 static size_t groups_of(const struct ct_window *a)
@@ -244,13 +231,13 @@ int ct_window_forward(const struct ct_window *a, float *out, const float *qkv, c
 	const struct room r = room_of(a, scratch);
 
 	for (size_t g = 0; g < groups_of(a); g++) {
-		gather(a, g, 3 * r.c, r.in, qkv);
+		copy(a, g, 3 * r.c, r.in, qkv, false);
 		if (a->channels)
 			normalise(&r);
 		for (size_t head = 0; head < a->heads; head++)
 			if ((a->channels ? channel_forward : pixel_forward)(a, &r, head, param, e))
 				return -1;
-		copy(a, g, r.c, r.out, out, true);
+		copy(a, g, r.c, out, r.out, true);
 	}
 	return 0;
 }
@@ -261,8 +248,8 @@ int ct_window_back(const struct ct_window *a, float *dqkv, float *dparam, const 
 	const struct room r = room_of(a, scratch);
 
 	for (size_t g = 0; g < groups_of(a); g++) {
-		gather(a, g, 3 * r.c, r.in, qkv);
-		gather(a, g, r.c, r.dout, dout);
+		copy(a, g, 3 * r.c, r.in, qkv, false);
+		copy(a, g, r.c, r.dout, dout, false);
 		if (a->channels)
 			normalise(&r);
 		for (size_t head = 0; head < a->heads; head++)
@@ -271,7 +258,7 @@ int ct_window_back(const struct ct_window *a, float *dqkv, float *dparam, const 
 				return -1;
 		if (a->channels)
 			normalise_back(&r);
-		copy(a, g, 3 * r.c, r.din, dqkv, true);
+		copy(a, g, 3 * r.c, dqkv, r.din, true);
 	}
 	return 0;
 }
