@@ -118,7 +118,7 @@ static void train(const struct ct_tensors *w, size_t size, size_t batch)
 	ct_train_default(&o);
 	o.patches.size = a.image_size = size;
 	o.batch = batch;
-	must(ct_pictures_add(&s, 0, side, side, px, "picture", &err) ||
+	must(ct_pictures_add(&s, side, side, px, "picture", &err) ||
 		ct_train_alloc(&t, &a, &o, &s, &env, &err));
 	answer(step, t);
 	ct_train_free(t);

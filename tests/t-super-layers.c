@@ -329,16 +329,14 @@ static bool together(const struct ct_window *a, size_t p, size_t q, size_t at[2]
 	for (size_t k = 0; k < 2; k++) {
 		const size_t x = pos[k][0], y = pos[k][1], far = n[k] / a->size;
 
-		switch (a->kind) {
-		case CT_WINDOW_BLOCK:
+		if (!a->spread) {
 			same = same && x / a->size == y / a->size;
 			at[k] = x % a->size;
-			break;
-		case CT_WINDOW_GRID:
+		} else if (a->channels) {
+			same = same && x % a->size == y % a->size;
+		} else {
 			same = same && x % far == y % far;
 			at[k] = x / far;
-			break;
-		case CT_WINDOW_COMB: same = same && x % a->size == y % a->size; break;
 		}
 	}
 	return same;
@@ -377,7 +375,7 @@ static void window_plain(const struct layer *l, double *y, double *const *in)
 	}
 }
 
-static void test_window(const char *name, enum ct_window_kind kind)
+static void test_window(const char *name, bool spread)
 {
 	const size_t h = 6, w = 9, c = 8, n = h * w;
 	struct layer l = {.name = name,
@@ -385,7 +383,7 @@ static void test_window(const char *name, enum ct_window_kind kind)
 		.inputs = 2,
 		.n = {n * 3 * c, 25 * 2},
 		.plain = window_plain,
-		.window = {kind, h, w, 3, 2, 4}};
+		.window = {false, spread, h, w, 3, 2, 4}};
 
 	draw(&l);
 	if (ct_window_forward(&l.window, y_f, in_f[0], in_f[1], scratch, &err))
@@ -436,7 +434,7 @@ static void channels_plain(const struct layer *l, double *y, double *const *in)
 		}
 }
 
-static void test_channels(const char *name, enum ct_window_kind kind)
+static void test_channels(const char *name, bool spread)
 {
 	const size_t h = 4, w = 6, c = 6, n = h * w;
 	struct layer l = {.name = name,
@@ -444,14 +442,13 @@ static void test_channels(const char *name, enum ct_window_kind kind)
 		.inputs = 2,
 		.n = {n * 3 * c, 2},
 		.plain = channels_plain,
-		.window = {kind, h, w, 2, 2, 3}};
+		.window = {true, spread, h, w, 2, 2, 3}};
 
 	draw(&l);
-	if (ct_window_channels_forward(&l.window, y_f, in_f[0], in_f[1], scratch, &err))
+	if (ct_window_forward(&l.window, y_f, in_f[0], in_f[1], scratch, &err))
 		OK(0, "%s", err.msg);
 	check_forward(&l);
-	if (ct_window_channels_back(
-		    &l.window, grad_f[0], grad_f[1], dy_f, in_f[0], in_f[1], scratch, &err))
+	if (ct_window_back(&l.window, grad_f[0], grad_f[1], dy_f, in_f[0], in_f[1], scratch, &err))
 		OK(0, "%s", err.msg);
 	check_back(&l);
 }
@@ -476,10 +473,10 @@ int main(void)
 	test_pool();
 	test_stretch(3, 4, 9);
 	test_stretch(1, 5, 3);
-	test_window("attention in windows", CT_WINDOW_BLOCK);
-	test_window("attention over a grid", CT_WINDOW_GRID);
-	test_channels("attention of channels in windows", CT_WINDOW_BLOCK);
-	test_channels("attention of channels over a comb", CT_WINDOW_COMB);
+	test_window("attention in windows", false);
+	test_window("attention over a grid", true);
+	test_channels("attention of channels in windows", false);
+	test_channels("attention of channels over a comb", true);
 	end();
 	ct_dnn_leave(was);
 	return tap_done();

@@ -37,12 +37,13 @@ static void test_published(void)
 
 	for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
 		struct ct_unet_arch a = {0};
+		double flops;
 		size_t n;
 
 		must(ct_unet_arch_set(&a, "net", known[i].net, &err));
 		a.factor = known[i].factor;
 		a.in_channels = a.out_channels = 3;
-		must(ct_unet_param_count(&a, &n, &err));
+		must(ct_unet_size(&a, 16, 16, &n, &flops, &err));
 		OK(n == known[i].params, "%s, factor %zu: %zu parameters", known[i].net,
 			known[i].factor, n);
 	}

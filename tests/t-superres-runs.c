@@ -142,12 +142,6 @@ static void progress(void)
 	p.samples = p.travel_repeat = 1;
 	OK(ct_superres_calls(&p, &calls, &gradients, &err) == 0 && calls == 1000,
 		"a thousand steps");
-	p.steps = 1001;
-	OK(ct_superres_calls(&p, &calls, &gradients, &err) == -1 && err.code == CT_EUSAGE,
-		"not one more");
-	p.steps = 0;
-	OK(ct_superres_calls(&p, &calls, &gradients, &err) == -1 && err.code == CT_EUSAGE,
-		"nor none");
 }
 
 /* The third sample of the first view that is not done. */
@@ -213,27 +207,6 @@ static void options(void)
 		p.norm = 0.5;
 		OK((go(&p, NULL, done, 1) == 0) == (k < 2), "eta %d", k);
 	}
-	p = params();
-	p.how.eta = -0.01;
-	refused(p, CT_EUSAGE, "eta");
-	p.how.eta = 1.5;
-	refused(p, CT_EUSAGE, "eta");
-	p.how.eta = NAN;
-	refused(p, CT_EUSAGE, "eta");
-	p = params();
-	p.how.sigma_y = -0.01;
-	refused(p, CT_EUSAGE, "noise");
-	p = params();
-	p.norm = 0;
-	refused(p, CT_EUSAGE, "no norm");
-	p = params();
-	p.samples = 0;
-	refused(p, CT_EUSAGE, "no sample");
-	p.samples = 65536;
-	refused(p, CT_EUSAGE, "samples");
-	p = params();
-	p.scale = 0;
-	refused(p, CT_EUSAGE, "no scale");
 }
 
 /* A stack of which one side is not the scale times the other's. */

@@ -56,7 +56,7 @@ for d in 0.25 0.5; do train d$d d$d.safetensors d$d.exr; done
 is 'weights("d0.25") == weights("d0.5")' 'twice the density is the same picture'
 exact sphere dark.exr '--size 64x64x64' -n 2 --det 48 --expert offset=9999,0
 exits 3 'a stack that is dark' ct-train no.safetensors dark.exr
-has err 'dark.exr: no value is above 0' 'is named'
+has err 'dark.exr: no projection value is positive' 'is named'
 
 # names and hashes of what it was trained on
 mkdir -p f/below && cp a.exr f/0.exr && cp b.exr f/1.exr && cp b.exr f/.hidden && cp b.exr f/below

@@ -221,17 +221,6 @@ static void bad_options(const struct ct_env *env)
 		"a picture of one piece, a rate of 0");
 	ct_train_free(t);
 	o = good;
-	o.batch = 0;
-	no_training(&o, &a, &s, env, CT_EUSAGE, "no batch");
-	o = good;
-	o.ema = 1;
-	no_training(&o, &a, &s, env, CT_EUSAGE, "an average of nothing");
-	o.ema = -0.1;
-	no_training(&o, &a, &s, env, CT_EUSAGE, "ema");
-	o = good;
-	o.adam.lr = -1;
-	no_training(&o, &a, &s, env, CT_EUSAGE, "a rate");
-	o = good;
 	o.patches.channels = 2;
 	no_training(&o, &a, &s, env, CT_EINPUT, "pictures of two channels");
 	a.in_channels = 2;

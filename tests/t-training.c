@@ -138,7 +138,7 @@ static double by_hand(const struct ct_train_opts *o, const struct ct_pictures *s
 
 	ct_schedule_default(&schedule);
 	abar = ct_schedule_abar(&schedule, time);
-	must(ct_unet_arch_from_meta(&a, &weights->meta, &err));
+	must(ct_unet_arch_of(&a, weights, &err));
 	must(ct_unet_init(&net, &a, 1, &err));
 	for (size_t i = 0; i < net->graph.n_param; i++) {
 		const struct ct_param *p = &net->graph.param[i];

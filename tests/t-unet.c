@@ -95,9 +95,8 @@ static void test_counts(void)
 		double flops = 0;
 
 		memcpy(a.channel_mult, s[i].mult, sizeof s[i].mult);
-		if (ct_unet_param_count(&a, &n, &err) ||
-			ct_graph_build(&g, &a, s[i].image, s[i].image, &err) ||
-			ct_unet_flops(&a, s[i].image, s[i].image, &flops, &err))
+		if (ct_unet_size(&a, s[i].image, s[i].image, &n, &flops, &err) ||
+			ct_graph_build(&g, &a, s[i].image, s[i].image, &err))
 			OK(0, "%s", err.msg);
 		OK(n == s[i].params, "%zu^2 D=%zu: %zu parameters", s[i].image, s[i].d, n);
 		OK(g.n_param == s[i].tensors, "its %zu tensors", g.n_param);

@@ -9,24 +9,6 @@ void CT_SIMD_HERE(ct_arssr_kernels_mask)(size_t n, float *dy, const float *y)
 		dy[i] = y[i] > 0 ? dy[i] : 0;
 }
 
-void CT_SIMD_HERE(ct_arssr_kernels_fill)(size_t rows, size_t n, float *y, const float *b)
-{
-	for (size_t r = 0; r < rows; r++)
-		memcpy(y + r * n, b, n * sizeof *y);
-}
-
-void CT_SIMD_HERE(ct_arssr_kernels_add)(size_t n, float *restrict y, const float *restrict x)
-{
-	for (size_t i = 0; i < n; i++)
-		y[i] += x[i];
-}
-
-void CT_SIMD_HERE(ct_arssr_kernels_sum)(size_t rows, size_t n, float *s, const float *y)
-{
-	for (size_t r = 0; r < rows; r++)
-		CT_SIMD_HERE(ct_arssr_kernels_add)(n, s, y + r * n);
-}
-
 void CT_SIMD_HERE(ct_arssr_kernels_gather)(
 	size_t n, float *restrict y, const float *restrict x, const size_t at[8], const float w[8])
 {

@@ -9,12 +9,6 @@
 
 /* dy = 0 where y is not above 0; y may be dy. */
 CT_SIMD_DECLARE(void, ct_arssr_kernels_mask, (size_t n, float *dy, const float *y));
-/* y[rows][n] = b. */
-CT_SIMD_DECLARE(void, ct_arssr_kernels_fill, (size_t rows, size_t n, float *y, const float *b));
-/* s[n] += the sum of the rows y[rows][n]. */
-CT_SIMD_DECLARE(void, ct_arssr_kernels_sum, (size_t rows, size_t n, float *s, const float *y));
-/* y[n] += x[n]. */
-CT_SIMD_DECLARE(void, ct_arssr_kernels_add, (size_t n, float *y, const float *x));
 /* y[n] = the sum of w[i] x[at[i] + .] over eight corners; and dx[at[i] + .] += w[i] dy[n]. */
 CT_SIMD_DECLARE(void, ct_arssr_kernels_gather,
 	(size_t n, float *y, const float *x, const size_t at[8], const float w[8]));

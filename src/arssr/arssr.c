@@ -192,36 +192,6 @@ int ct_arssr_put(const struct ct_arssr *a, const float *all, struct ct_tensors *
 	return 0;
 }
 
-static int check_tensor(const struct ct_tensors *w, const char *name, size_t rank,
-	const size_t *dim, struct ct_err *e)
-{
-	const struct ct_tensor *t = ct_tensors_find(w, name);
-
-	if (!t)
-		return ct_fail(e, CT_EINPUT, "no tensor \"%s\"", name);
-	if (t->rank != rank || memcmp(t->dim, dim, rank * sizeof *dim) != 0)
-		return ct_fail(e, CT_EINPUT, "tensor \"%s\" has another shape", name);
-	for (size_t i = 0; i < ct_tensor_count(t); i++)
-		if (!isfinite(t->data[i]))
-			return ct_fail(e, CT_ENUMERIC, "tensor \"%s\": value %zu is %g", name, i,
-				(double)t->data[i]);
-	return 0;
-}
-
-/* Is all there of what the metadata say, before as much is allocated? */
-static int check_tensors(const struct ct_arssr *a, const struct ct_tensors *w, struct ct_err *e)
-{
-	char name[104];
-	size_t rank, dim[5];
-
-	for (size_t i = 0; i < 2 * a->layers; i++) {
-		tensor_of(name, &rank, dim, &a->layer[i / 2], i % 2);
-		if (check_tensor(w, name, rank, dim, e))
-			return -1;
-	}
-	return 0;
-}
-
 int ct_arssr_get(struct ct_arssr *a, const struct ct_tensors *w, struct ct_err *e)
 {
 	const char *window = ct_meta_get(&w->meta, CT_META_WINDOW);
@@ -243,7 +213,14 @@ int ct_arssr_get(struct ct_arssr *a, const struct ct_tensors *w, struct ct_err *
 	}
 	if (window && sscanf(window, "%lf:%lf%c", &a->window[0], &a->window[1], &more) != 2)
 		return ct_fail(e, CT_EINPUT, "window \"%.40s\": expected LO:HI", window);
-	if (plan(a, e) || check_tensors(a, w, e) || ct_alloc(&a->all, a->n, sizeof *a->all, e))
+	if (plan(a, e))
+		return -1;
+	for (size_t i = 0; i < 2 * a->layers; i++) { /* before as much is allocated */
+		tensor_of(name, &rank, dim, &a->layer[i / 2], i % 2);
+		if (!ct_tensors_need(w, name, rank, dim, e))
+			return -1;
+	}
+	if (ct_alloc(&a->all, a->n, sizeof *a->all, e))
 		return -1;
 	for (size_t i = 0; i < 2 * a->layers; i++) {
 		const size_t at = tensor_of(name, &rank, dim, &a->layer[i / 2], i % 2);

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "arssr/decoder.h"
 #include "arssr/arssr-kernels.h"
+#include "unet/layers.h"
 #include "core/mem.h"
 #include "core/vol.h"
 #include "unet/dense.h"
@@ -104,7 +105,7 @@ int ct_decoder_run(struct ct_decoder *d, size_t n, struct ct_err *e)
 			return -1;
 		if (i == 3) {
 			memcpy(d->h[4], d->h[MIDDLE], in * ROWS * sizeof *d->h[4]);
-			CT_SIMD(ct_arssr_kernels_add)(in * ROWS, d->h[4], d->h[0]);
+			CT_SIMD(ct_layer_take)(in * ROWS, d->h[4], d->h[0], true);
 		}
 	}
 	return 0;
@@ -134,7 +135,7 @@ int ct_decoder_back(struct ct_decoder *d, size_t n, float *grad, float *features
 			CT_SIMD(ct_arssr_kernels_mask)(in * ROWS, now, d->h[MIDDLE]);
 		}
 	}
-	CT_SIMD(ct_arssr_kernels_add)(in * ROWS, d->in, now);
+	CT_SIMD(ct_layer_take)(in * ROWS, d->in, now, true);
 	for (size_t i = 0; i < n; i++) {
 		for (size_t k = 0; k < c; k++)
 			d->row[k] = d->in[k * ROWS + i];

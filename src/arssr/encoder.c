@@ -1,12 +1,28 @@
-/* encoder.c: see encoder.h. */
+/* encoder.c: see encoder.h; the gradient is at the end. */
 #include "config.h"
 #include "arssr/encoder.h"
 #include "unet/dense.h"
 #include "arssr/arssr-kernels.h"
+#include "unet/layers.h"
 #include "core/mem.h"
 
 #include <stdlib.h>
 #include <string.h>
+
+enum { SOURCES = 17 };
+
+/* Where a layer reads: parts of its channels. */
+struct source {
+	const float *x;
+	size_t c;
+};
+
+struct ct_encoder_side {
+	struct ct_conv **conv; /* of each layer with k = 3, else NULL; owned */
+	float *in;             /* planes and their neighbours; owned with what follows */
+	float *d, *dx, *rest;  /* gradients; without training d is a plane */
+	void *scratch;
+};
 
 static size_t most(size_t a, size_t b)
 {
@@ -25,11 +41,12 @@ struct parts {
 
 static struct parts parts_of(const struct ct_arssr_shape *s, bool train)
 {
-	const size_t kept = train ? s->blocks : 1, dense = kept * s->layers * s->growth;
-	const struct parts p = {
-		(train ? s->blocks + 2 : 1) * s->features, train ? dense : most(dense, s->out), 0};
+	const size_t dense = (train ? s->blocks : 1) * s->layers * s->growth;
+	struct parts p = {.x = (train ? s->blocks + 2 : 1) * s->features,
+		.o = train ? dense : most(dense, s->out)};
 
-	return (struct parts){p.x, p.o, 2 * s->features + p.x + p.o + (train ? s->out : 0)};
+	p.all = 2 * s->features + p.x + p.o + (train ? s->out : 0);
+	return p;
 }
 
 /* Floats of a thread: channels of the input of a call, of its gradient, and of what it makes. */
@@ -123,30 +140,33 @@ void ct_encoder_free(struct ct_encoder *c)
 	*c = (struct ct_encoder){0};
 }
 
-float *ct_encoder_x(const struct ct_encoder *c, size_t block)
+/* The input of a block; of the last and one more: the result, and the last convolution's input. */
+static float *x_of(const struct ct_encoder *c, size_t block)
 {
 	return c->x + (c->train ? block * c->net->shape.features * voxels(c->n) : 0);
 }
 
-float *ct_encoder_o(const struct ct_encoder *c, size_t block, size_t layer)
+/* What a dense layer of a block makes. */
+static float *o_of(const struct ct_encoder *c, size_t block, size_t layer)
 {
 	const struct ct_arssr_shape *s = &c->net->shape;
 
 	return c->o + ((c->train ? block * s->layers : 0) + layer) * s->growth * voxels(c->n);
 }
 
-size_t ct_encoder_sources(
-	struct ct_encoder_source *from, const struct ct_encoder *c, size_t block, size_t layers)
+/* The sources of a layer of a block: its input, and the layers before. */
+static size_t sources_of(
+	struct source *from, const struct ct_encoder *c, size_t block, size_t layers)
 {
-	from[0] = (struct ct_encoder_source){ct_encoder_x(c, block), c->net->shape.features};
+	from[0] = (struct source){x_of(c, block), c->net->shape.features};
 	for (size_t j = 0; j < layers; j++)
-		from[1 + j] =
-			(struct ct_encoder_source){ct_encoder_o(c, block, j), c->net->shape.growth};
+		from[1 + j] = (struct source){o_of(c, block, j), c->net->shape.growth};
 	return 1 + layers;
 }
 
-void ct_encoder_gather(const struct ct_encoder *c, struct ct_encoder_side *s, size_t z,
-	const struct ct_encoder_source *from, size_t parts)
+/* The input of planes z and after: side->in, 0 beyond the volume. */
+static void gather(const struct ct_encoder *c, struct ct_encoder_side *s, size_t z,
+	const struct source *from, size_t parts)
 {
 	const size_t plane = c->n[0] * c->n[1];
 	size_t all = 0;
@@ -174,7 +194,7 @@ void ct_encoder_gather(const struct ct_encoder *c, struct ct_encoder_side *s, si
 struct pass {
 	struct ct_encoder *c;
 	size_t layer, block;
-	const struct ct_encoder_source *from;
+	const struct source *from;
 	size_t parts;
 	float *to;
 	bool relu;
@@ -193,16 +213,22 @@ static void conv_planes(void *arg, size_t i, size_t worker)
 	float *to = p->to + i * rows * l->co;
 	const int was = ct_dnn_enter();
 
-	ct_encoder_gather(c, s, i * c->planes, p->from, p->parts);
+	gather(c, s, i * c->planes, p->from, p->parts);
 	if (ct_conv_forward(s->conv[p->layer], to, s->in, bias, NULL, s->scratch, &p->e[worker]) ==
 		0) {
 		if (p->relu)
 			CT_SIMD(ct_arssr_kernels_mask)(rows * l->co, to, to);
 		if (p->add)
-			CT_SIMD(ct_arssr_kernels_add)
-		(rows * l->co, to, p->add + i * rows * l->co);
+			CT_SIMD(ct_layer_take)(rows * l->co, to, p->add + i * rows * l->co, true);
 	}
 	ct_dnn_leave(was);
+}
+
+/* y[rows][n] = b. */
+static void fill(size_t rows, size_t n, float *y, const float *b)
+{
+	for (size_t r = 0; r < rows; r++)
+		memcpy(y + r * n, b, n * sizeof *y);
 }
 
 /* The fusion of a block, added to its input; and what that adds to the fusion of all. */
@@ -222,16 +248,16 @@ static void fuse_planes(void *arg, size_t i, size_t worker)
 	const int was = ct_dnn_enter();
 	int rc = 0;
 
-	CT_SIMD(ct_arssr_kernels_fill)(rows, f, y, c->net->all + l->bias);
+	fill(rows, f, y, c->net->all + l->bias);
 	for (size_t k = 0; k < p->parts && rc == 0; w += p->from[k++].c) {
 		const size_t m = p->from[k].c;
 		const struct ct_dense_rows s = {m, f, l->ci, w, rows, m, f};
 
 		rc = ct_dense_rows_forward(&s, y, p->from[k].x + i * rows * m, true, e);
 	}
-	CT_SIMD(ct_arssr_kernels_add)(rows * f, y, p->from[0].x + i * rows * f);
+	CT_SIMD(ct_layer_take)(rows * f, y, p->from[0].x + i * rows * f, true);
 	if (p->block == 0)
-		CT_SIMD(ct_arssr_kernels_fill)(rows, f, sum, c->net->all + g->bias);
+		fill(rows, f, sum, c->net->all + g->bias);
 	if (rc == 0)
 		(void)ct_dense_rows_forward(&fused, sum, y, true, e);
 	if (!c->train)
@@ -257,51 +283,49 @@ static int go(struct pass *p, ct_par_fn *fn, const struct ct_env *env, struct ct
 static int plain(struct pass *p, size_t layer, float *to, const float *from, const float *add,
 	const struct ct_env *env, struct ct_err *e)
 {
-	const struct ct_encoder_source one = {from, p->c->net->layer[layer].ci};
+	const struct source one = {from, p->c->net->layer[layer].ci};
 
-	p->layer = layer;
-	p->from = &one;
-	p->parts = 1;
-	p->to = to;
-	p->relu = false;
-	p->add = add;
+	*p = (struct pass){.c = p->c,
+		.layer = layer,
+		.from = &one,
+		.parts = 1,
+		.to = to,
+		.add = add,
+		.e = p->e};
 	return go(p, conv_planes, env, e);
 }
 
 static int block(struct pass *p, size_t b, const struct ct_env *env, struct ct_err *e)
 {
-	const struct ct_arssr_shape *s = &p->c->net->shape;
-	struct ct_encoder_source from[CT_ENCODER_SOURCES];
+	const struct ct_encoder *c = p->c;
+	const size_t layers = c->net->shape.layers;
+	struct source from[SOURCES];
 
-	p->from = from;
-	p->add = NULL;
-	p->relu = true;
-	p->block = b;
-	for (size_t j = 0; j < s->layers; j++) {
-		p->parts = ct_encoder_sources(from, p->c, b, j);
-		p->layer = ct_arssr_dense(p->c->net, b, j);
-		p->to = ct_encoder_o(p->c, b, j);
-		if (go(p, conv_planes, env, e))
+	*p = (struct pass){.c = p->c, .block = b, .from = from, .relu = true, .e = p->e};
+	for (size_t j = 0; j <= layers; j++) {
+		const bool last = j == layers;
+
+		p->parts = sources_of(from, c, b, j);
+		p->layer = ct_arssr_dense(c->net, b, j);
+		p->to = last ? x_of(c, b + 1) : o_of(c, b, j);
+		if (go(p, last ? fuse_planes : conv_planes, env, e))
 			return -1;
 	}
-	p->parts = ct_encoder_sources(from, p->c, b, s->layers);
-	p->layer = ct_arssr_dense(p->c->net, b, s->layers);
-	p->to = ct_encoder_x(p->c, b + 1);
-	return go(p, fuse_planes, env, e);
+	return 0;
 }
 
 int ct_encoder_run(
 	struct ct_encoder *c, const float *in, const struct ct_env *env, struct ct_err *e)
 {
 	const size_t blocks = c->net->shape.blocks;
-	float *last = ct_encoder_x(c, blocks + 1);
+	float *last = x_of(c, blocks + 1);
 	struct pass p = {.c = c};
 	int rc = -1;
 
 	if (ct_alloc0(&p.e, c->sides, sizeof *p.e, e))
 		return -1;
 	if (plain(&p, CT_ARSSR_FIRST, c->first, in, NULL, env, e) ||
-		plain(&p, CT_ARSSR_SECOND, ct_encoder_x(c, 0), c->first, NULL, env, e))
+		plain(&p, CT_ARSSR_SECOND, x_of(c, 0), c->first, NULL, env, e))
 		goto out;
 	for (size_t b = 0; b < blocks; b++)
 		if (block(&p, b, env, e))
@@ -312,5 +336,140 @@ int ct_encoder_run(
 		     : 0;
 out:
 	free(p.e);
+	return rc;
+}
+
+/* What the gradient of a volume needs. */
+struct back {
+	struct ct_encoder *c;
+	struct ct_encoder_side *s;
+	float *grad; /* of the weights */
+	size_t rows; /* voxels */
+	float *first, *sum, *carry,
+		*own; /* of the features: sfe1, fusion, a block's result, input */
+};
+
+/* Gradient of the weights of a convolution, and with `data` of what it read: s->d without the
+ * planes beyond the volume. */
+static int conv_back(struct back *b, size_t layer, const float *dy, const struct source *from,
+	size_t parts, bool data, struct ct_err *e)
+{
+	const struct ct_arssr_layer *l = &b->c->net->layer[layer];
+	struct ct_conv *conv = b->s->conv[layer];
+
+	gather(b->c, b->s, 0, from, parts);
+	if (ct_conv_back_weights(
+		    conv, b->grad + l->weight, b->grad + l->bias, b->s->in, dy, b->s->scratch, e))
+		return -1;
+	return data ? ct_conv_back_data(conv, b->s->d, dy, b->s->scratch, e) : 0;
+}
+
+/* The gradient of what a convolution of ci channels read, without the planes beyond. */
+static const float *inner(const struct back *b, size_t ci)
+{
+	return b->s->d + b->c->n[0] * b->c->n[1] * ci;
+}
+
+/* dx[rows][n] += channels `first` and after of d[rows][all]; dx has rows of `step` floats, or with
+ * 0 one, the sum. */
+static void take(
+	size_t rows, size_t n, float *dx, size_t step, const float *d, size_t all, size_t first)
+{
+	for (size_t i = 0; i < rows; i++)
+		CT_SIMD(ct_layer_take)(n, dx + i * step, d + i * all + first, true);
+}
+
+/* Of y += x W^T, W of n rows and ci columns from w on, m of them: dW += dy^T x, dx (+)= dy W. */
+static int product(const struct back *b, const struct ct_arssr_layer *l, size_t column, size_t m,
+	float *dx, bool add, const float *dy, const float *x, struct ct_err *e)
+{
+	const struct ct_dense_rows s = {
+		m, l->co, l->ci, b->c->net->all + l->weight + column, b->rows, m, l->co};
+
+	return ct_dense_rows_gradient(&s, b->grad + l->weight + column, dy, x, true, e) ||
+			       ct_dense_rows_back(&s, dx, dy, add, e)
+		       ? -1
+		       : 0;
+}
+
+static int fusion_back(struct back *b, const float *d, struct ct_err *e)
+{
+	struct ct_encoder *c = b->c;
+	const size_t f = c->net->shape.features, blocks = c->net->shape.blocks;
+	const struct source last = {x_of(c, blocks + 1), f}, sum = {c->sum, f};
+
+	if (conv_back(b, ct_arssr_fusion(c->net, 2), d, &last, 1, true, e))
+		return -1;
+	memcpy(b->first, inner(b, f), b->rows * f * sizeof *b->first);
+	if (conv_back(b, ct_arssr_fusion(c->net, 1), b->first, &sum, 1, true, e))
+		return -1;
+	memcpy(b->sum, inner(b, f), b->rows * f * sizeof *b->sum);
+	take(b->rows, f, b->grad + c->net->layer[ct_arssr_fusion(c->net, 0)].bias, 0, b->sum, f, 0);
+	return 0;
+}
+
+/* b->carry, of the result of a block but for the fusion of all, becomes that of its input. */
+static int block_back(struct back *b, size_t at, struct ct_err *e)
+{
+	struct ct_encoder *c = b->c;
+	const struct ct_arssr_shape *s = &c->net->shape;
+	const size_t f = s->features, g = s->growth, rows = b->rows;
+	const struct ct_arssr_layer *all = &c->net->layer[ct_arssr_fusion(c->net, 0)];
+	const struct ct_arssr_layer *l = &c->net->layer[ct_arssr_dense(c->net, at, s->layers)];
+	struct source from[SOURCES];
+	float *dense = b->s->dx, *spare;
+
+	if (product(b, all, at * f, f, b->carry, true, b->sum, x_of(c, at + 1), e))
+		return -1;
+	take(rows, f, b->grad + l->bias, 0, b->carry, f, 0);
+	memcpy(b->own, b->carry, rows * f * sizeof *b->own);
+	if (product(b, l, 0, f, b->own, true, b->carry, x_of(c, at), e))
+		return -1;
+	for (size_t j = 0; j < s->layers; j++)
+		if (product(b, l, f + j * g, g, dense + j * rows * g, false, b->carry,
+			    o_of(c, at, j), e))
+			return -1;
+	for (size_t j = s->layers; j-- > 0;) {
+		const size_t parts = sources_of(from, c, at, j), ci = f + j * g;
+		float *dy = dense + j * rows * g;
+
+		CT_SIMD(ct_arssr_kernels_mask)(rows * g, dy, o_of(c, at, j));
+		if (conv_back(b, ct_arssr_dense(c->net, at, j), dy, from, parts, true, e))
+			return -1;
+		take(rows, f, b->own, f, inner(b, ci), ci, 0);
+		for (size_t i = 0; i < j; i++)
+			take(rows, g, dense + i * rows * g, g, inner(b, ci), ci, f + i * g);
+	}
+	spare = b->carry;
+	b->carry = b->own;
+	b->own = spare;
+	return 0;
+}
+
+int ct_encoder_back(
+	struct ct_encoder *c, float *grad, const float *d, const float *in, struct ct_err *e)
+{
+	const size_t f = c->net->shape.features, rows = c->n[0] * c->n[1] * c->n[2];
+	const struct source first = {c->first, f}, image = {in, 1};
+	struct ct_encoder_side *s = c->side;
+	struct back b = {.c = c, .s = s, .grad = grad, .rows = rows};
+	const int was = ct_dnn_enter();
+	int rc;
+
+	b.first = s->rest;
+	b.sum = b.first + rows * f;
+	b.carry = b.sum + rows * f;
+	b.own = b.carry + rows * f;
+	memset(b.carry, 0, rows * f * sizeof *b.carry);
+	rc = fusion_back(&b, d, e);
+	for (size_t i = c->net->shape.blocks; i-- > 0 && rc == 0;)
+		rc = block_back(&b, i, e);
+	if (rc == 0)
+		rc = conv_back(&b, CT_ARSSR_SECOND, b.carry, &first, 1, true, e);
+	if (rc == 0) {
+		CT_SIMD(ct_layer_take)(rows * f, b.first, inner(&b, f), true);
+		rc = conv_back(&b, CT_ARSSR_FIRST, b.first, &image, 1, false, e);
+	}
+	ct_dnn_leave(was);
 	return rc;
 }

@@ -11,14 +11,7 @@
 #include "core/env.h"
 #include "unet/conv.h"
 
-/* Where a layer reads: parts of its channels. */
-struct ct_encoder_source {
-	const float *x;
-	size_t c;
-};
-
 struct ct_encoder_side; /* of a thread */
-enum { CT_ENCODER_SOURCES = 17 };
 struct ct_encoder {
 	const struct ct_arssr *net; /* borrowed */
 	size_t n[3];                /* voxels along x, y, z */
@@ -44,21 +37,5 @@ int ct_encoder_run(
  * after ct_encoder_run of the same volume `in`. */
 int ct_encoder_back(
 	struct ct_encoder *c, float *grad, const float *d, const float *in, struct ct_err *e);
-
-/* For encoder-back.c. */
-struct ct_encoder_side {
-	struct ct_conv **conv; /* of each layer with k = 3, else NULL; owned */
-	float *in;             /* planes and their neighbours; owned with what follows */
-	float *d, *dx, *rest;  /* gradients; without training d is a plane */
-	void *scratch;
-};
-/* The input of planes z and after: side->in, 0 beyond the volume. */
-void ct_encoder_gather(const struct ct_encoder *c, struct ct_encoder_side *s, size_t z,
-	const struct ct_encoder_source *from, size_t parts);
-/* The sources of a layer of a block: its input, and the layers before. Where they are. */
-size_t ct_encoder_sources(
-	struct ct_encoder_source *from, const struct ct_encoder *c, size_t block, size_t layers);
-float *ct_encoder_x(const struct ct_encoder *c, size_t block);
-float *ct_encoder_o(const struct ct_encoder *c, size_t block, size_t layer);
 
 #endif

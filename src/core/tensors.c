@@ -66,6 +66,49 @@ int ct_tensors_put(struct ct_tensors *w, const char *name, size_t rank, const si
 	return 0;
 }
 
+static int check_finite(const struct ct_tensor *t, struct ct_err *e)
+{
+	const size_t n = ct_tensor_count(t);
+
+	for (size_t i = 0; i < n; i++)
+		if (!isfinite(t->data[i]))
+			return ct_fail(e, CT_ENUMERIC, "tensor %s: value %zu is %g", t->name, i,
+				(double)t->data[i]);
+	return 0;
+}
+
+static void shape_text(char *text, size_t size, size_t rank, const size_t *dim)
+{
+	size_t used = (size_t)snprintf(text, size, "[");
+
+	for (size_t i = 0; i < rank && used < size; i++)
+		used += (size_t)snprintf(text + used, size - used, "%s%zu", i ? "," : "", dim[i]);
+	if (used < size)
+		snprintf(text + used, size - used, "]");
+}
+
+struct ct_tensor *ct_tensors_need(const struct ct_tensors *w, const char *name, size_t rank,
+	const size_t *dim, struct ct_err *e)
+{
+	struct ct_tensor *t = ct_tensors_find(w, name);
+	char want[100], got[100];
+
+	shape_text(want, sizeof want, rank, dim);
+	if (!t) {
+		ct_fail(e, CT_EINPUT, "no tensor %s %s: a prior of another architecture", name,
+			want);
+		return NULL;
+	}
+	if (t->rank != rank || memcmp(t->dim, dim, rank * sizeof *dim) != 0) {
+		shape_text(got, sizeof got, t->rank, t->dim);
+		ct_fail(e, CT_EINPUT,
+			"tensor %s is %s where the architecture of the metadata has %s", name, got,
+			want);
+		return NULL;
+	}
+	return check_finite(t, e) ? NULL : t;
+}
+
 const float *ct_tensors_vector(
 	const struct ct_tensors *w, const char *name, size_t n, struct ct_err *e)
 {
@@ -77,13 +120,7 @@ const float *ct_tensors_vector(
 			n);
 		return NULL;
 	}
-	for (size_t i = 0; i < n; i++)
-		if (!isfinite(t->data[i])) {
-			ct_fail(e, CT_ENUMERIC, "tensor %s: value %zu is %g", name, i,
-				(double)t->data[i]);
-			return NULL;
-		}
-	return t->data;
+	return check_finite(t, e) ? NULL : t->data;
 }
 
 struct ct_tensor *ct_tensors_find(const struct ct_tensors *w, const char *name)

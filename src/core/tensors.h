@@ -30,6 +30,10 @@ int ct_tensors_add(struct ct_tensors *w, const char *name, size_t rank, const si
 /* The same with these data, which are copied. */
 int ct_tensors_put(struct ct_tensors *w, const char *name, size_t rank, const size_t *dim,
 	const float *data, struct ct_err *e);
+/* The tensor of a network of this name and shape, borrowed. NULL with CT_EINPUT if there is none,
+ * CT_ENUMERIC if a value is not finite. */
+struct ct_tensor *ct_tensors_need(const struct ct_tensors *w, const char *name, size_t rank,
+	const size_t *dim, struct ct_err *e);
 /* The n values of a tensor of rank 1 of a training's state, borrowed. NULL with CT_EINPUT if there
  * is no such tensor, CT_ENUMERIC if a value is not finite. */
 const float *ct_tensors_vector(

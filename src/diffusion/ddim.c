@@ -50,26 +50,18 @@ static struct ct_ddim single(const struct ct_sampler *s, size_t k, double eta)
 
 struct ct_ddim ct_ddim_weights(const struct ct_sampler *s, size_t k, bool known)
 {
+	const enum ct_sampler_rule rule = s->how.rule;
 	struct ct_ddim m;
 
-	switch (s->how.rule) {
-	case CT_SAMPLER_DPM: return multistep(s, k, known);
-	case CT_SAMPLER_DDIM: return single(s, k, s->how.eta);
-	case CT_SAMPLER_DDPM: return single(s, k, 1);
-	case CT_SAMPLER_GDP:
-		m = single(s, k, 1);
-		if (m.z > 0)
-			m.z = sqrt(1.0 - ct_schedule_abar(s->schedule, s->t[k]) /
-						 ct_schedule_abar(s->schedule, s->t[k + 1]));
-		return m;
-	case CT_SAMPLER_DDNM:
-	case CT_SAMPLER_PLUS:
-	case CT_SAMPLER_SIMPLE:
-	case CT_SAMPLER_BIRD:
-	case CT_SAMPLER_ONCE:
-	case CT_SAMPLER_NONE: break;
-	}
-	return single(s, k, 0);
+	if (rule == CT_SAMPLER_DPM)
+		return multistep(s, k, known);
+	if (rule == CT_SAMPLER_DDIM)
+		return single(s, k, s->how.eta);
+	m = single(s, k, rule == CT_SAMPLER_BIRD ? 0 : 1);
+	if (rule == CT_SAMPLER_GDP && m.z > 0)
+		m.z = sqrt(1.0 - ct_schedule_abar(s->schedule, s->t[k]) /
+					 ct_schedule_abar(s->schedule, s->t[k + 1]));
+	return m;
 }
 
 void ct_draw_ddim(struct ct_draw *w, size_t k, float *x)

@@ -125,19 +125,11 @@ struct ct_sampler_how ct_sampler_default(enum ct_sampler_rule rule)
 
 size_t ct_sampler_steps(enum ct_sampler_rule rule)
 {
-	switch (rule) {
-	case CT_SAMPLER_GDP: return 1000;
-	case CT_SAMPLER_BIRD: return 10;
-	case CT_SAMPLER_ONCE: return 1;
-	case CT_SAMPLER_NONE: return 0;
-	case CT_SAMPLER_DDNM:
-	case CT_SAMPLER_PLUS:
-	case CT_SAMPLER_SIMPLE:
-	case CT_SAMPLER_DDIM:
-	case CT_SAMPLER_DDPM:
-	case CT_SAMPLER_DPM: break;
-	}
-	return 50;
+	return rule == CT_SAMPLER_GDP    ? 1000
+	       : rule == CT_SAMPLER_BIRD ? 10
+	       : rule == CT_SAMPLER_ONCE ? 1
+	       : rule == CT_SAMPLER_NONE ? 0
+					 : 50;
 }
 
 int ct_sampler_draw(

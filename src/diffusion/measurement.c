@@ -59,20 +59,17 @@ static int axis_alloc(struct ct_axis *a, size_t n, size_t fine, double sigma, st
 	return 0;
 }
 
-static int alloc_axes(struct ct_measurement *op, double sigma, struct ct_err *e)
-{
-	if (axis_alloc(&op->rows, op->h, op->high, sigma, e) == 0 &&
-		axis_alloc(&op->cols, op->w, op->wide, sigma, e) == 0)
-		return 0;
-	ct_measurement_free(op);
-	return -1;
-}
-
 int ct_measurement_alloc(struct ct_measurement *op, enum ct_measurement_kind kind, size_t h,
 	size_t w, size_t s, double sigma, struct ct_err *e)
 {
 	*op = (struct ct_measurement){kind, h, w, s, s * h, s * w, {0}, {0}};
-	return kind == CT_MEASUREMENT_MATCHED ? alloc_axes(op, sigma, e) : 0;
+	if (kind == CT_MEASUREMENT_MATCHED &&
+		(axis_alloc(&op->rows, h, op->high, sigma, e) ||
+			axis_alloc(&op->cols, w, op->wide, sigma, e))) {
+		ct_measurement_free(op);
+		return -1;
+	}
+	return 0;
 }
 
 void ct_measurement_free(struct ct_measurement *op)
@@ -161,16 +158,20 @@ static void left_back_add(size_t n, size_t m, size_t w, float *restrict x, const
 		}
 }
 
-/* Mean of block (i, j). */
-static double block_mean(const struct ct_measurement *op, const float *x, size_t i, size_t j)
+double ct_measurement_mean(const float *x, size_t wide, size_t s)
 {
-	const size_t s = op->s;
 	double sum = 0.0;
 
 	for (size_t k = 0; k < s; k++)
 		for (size_t l = 0; l < s; l++)
-			sum += (double)x[(i * s + k) * op->wide + j * s + l];
+			sum += (double)x[k * wide + l];
 	return sum / (double)(s * s);
+}
+
+/* Mean of block (i, j). */
+static double block_mean(const struct ct_measurement *op, const float *x, size_t i, size_t j)
+{
+	return ct_measurement_mean(x + i * op->s * op->wide + j * op->s, op->wide, op->s);
 }
 
 void ct_measurement_analyse(const struct ct_measurement *op, double *restrict c,

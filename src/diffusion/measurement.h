@@ -69,6 +69,8 @@ int ct_measurement_alloc(struct ct_measurement *op, enum ct_measurement_kind kin
 	size_t w, size_t s, double sigma, struct ct_err *e);
 void ct_measurement_free(struct ct_measurement *op);
 size_t ct_measurement_scratch(const struct ct_measurement *op);
+/* Mean of s x s pixels from x on, in rows of `wide`. */
+double ct_measurement_mean(const float *x, size_t wide, size_t s);
 /* Singular value of coefficient k of h w; 0 where nothing is measured. */
 double ct_measurement_singular(const struct ct_measurement *op, size_t k);
 /* c = V x, c (h, w) */

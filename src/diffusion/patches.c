@@ -3,6 +3,7 @@
 #include "diffusion/patches.h"
 #include "core/mem.h"
 #include "core/rng.h"
+#include "diffusion/measurement.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -58,16 +59,6 @@ int ct_patches_check(
 		what, s->n, p->size, p->size);
 }
 
-static float area_mean(const float *px, size_t w, size_t s)
-{
-	double sum = 0;
-
-	for (size_t i = 0; i < s; i++)
-		for (size_t j = 0; j < s; j++)
-			sum += (double)px[i * w + j];
-	return (float)(sum / (double)(s * s));
-}
-
 void ct_patches_draw(const struct ct_patches *p, const struct ct_pictures *s, float *x,
 	uint64_t seed, uint64_t index)
 {
@@ -90,7 +81,7 @@ void ct_patches_draw(const struct ct_patches *p, const struct ct_pictures *s, fl
 			const size_t to = i * n + (mirror ? n - 1 - j : j);
 			const float *at = pic->px + (row + i * f) * pic->w + col + j * f;
 
-			x[to] = 2.0f * area_mean(at, pic->w, f) - 1.0f;
+			x[to] = 2.0f * (float)ct_measurement_mean(at, pic->w, f) - 1.0f;
 		}
 	for (size_t c = 1; c < p->channels; c++)
 		memcpy(x + c * n * n, x, n * n * sizeof *x);

@@ -1,10 +1,14 @@
 /* prior.c: see prior.h. */
 #include "config.h"
 #include "diffusion/prior.h"
+#include "core/clock.h"
 #include "core/mem.h"
 
 #include <stdlib.h>
 #include <string.h>
+
+#define LEAST_SECONDS 0.5 /* seconds of calls that are enough */
+enum { CALLS = 16 };
 
 static int check_meta(const struct ct_meta *m, struct ct_err *e)
 {
@@ -40,22 +44,18 @@ static int drop_variance(struct ct_tensors *w, struct ct_unet_arch *a, struct ct
 	return ct_unet_arch_to_meta(a, &w->meta, e);
 }
 
-static int check_channels(const struct ct_unet_arch *a, struct ct_err *e)
-{
-	return a->in_channels == a->out_channels
-		       ? 0
-		       : ct_fail(e, CT_EINPUT,
-				 "%zu channels in and %zu out: not a predictor of noise",
-				 a->in_channels, a->out_channels);
-}
-
 int ct_prior_alloc(struct ct_prior *p, struct ct_tensors *w, struct ct_err *e)
 {
 	struct ct_unet_arch a;
 
 	if (check_meta(&w->meta, e) || ct_unet_arch_of(&a, w, e) ||
-		(a.out_channels == 2 * a.in_channels && drop_variance(w, &a, e)) ||
-		check_channels(&a, e) || ct_unet_alloc(&p->unet, w, e))
+		(a.out_channels == 2 * a.in_channels && drop_variance(w, &a, e)))
+		return -1;
+	if (a.in_channels != a.out_channels)
+		return ct_fail(e, CT_EINPUT,
+			"%zu channels in and %zu out: not a predictor of noise", a.in_channels,
+			a.out_channels);
+	if (ct_unet_alloc(&p->unet, w, e))
 		return -1;
 	p->channels = a.in_channels;
 	p->factor = a.net == CT_NET_UNET ? 0 : a.factor;
@@ -127,6 +127,36 @@ struct ct_denoiser ct_prior_denoiser(const struct ct_prior *p)
 		.eps = predict,
 		.back = predict_back,
 		.ctx = p->plan};
+}
+
+int ct_prior_time(double *call, double *back, const struct ct_prior *p, struct ct_err *e)
+{
+	const struct ct_denoiser net = ct_prior_denoiser(p);
+	size_t n = p->channels * p->high * p->wide;
+	float *x = NULL, *y = NULL;
+	double start;
+	int rc = -1;
+
+	if (ct_alloc0(&x, n, sizeof *x, e) || ct_alloc(&y, n, sizeof *y, e) ||
+		net.eps(net.ctx[0], 500, x, y, e)) /* the first is slower */
+		goto out;
+	start = ct_clock_cpu();
+	for (int k = 1; k <= CALLS && (k == 1 || ct_clock_cpu() - start < LEAST_SECONDS); k++) {
+		if (net.eps(net.ctx[0], 500, x, y, e))
+			goto out;
+		*call = (ct_clock_cpu() - start) / k;
+	}
+	for (int k = 0; back && k < 2; k++) {
+		start = ct_clock_cpu();
+		if (net.back(net.ctx[0], 500, x, y, x, e))
+			goto out;
+		*back = ct_clock_cpu() - start;
+	}
+	rc = 0;
+out:
+	free(x);
+	free(y);
+	return rc;
 }
 
 void ct_prior_free(struct ct_prior *p)

@@ -43,15 +43,11 @@ int ct_schedule_times(
 
 	*t = NULL;
 	*n = 0;
-	if (start < 0 || start >= CT_TIMESTEPS)
-		return ct_fail(
-			e, CT_EUSAGE, "timestep %d is outside [0, %d]", start, CT_TIMESTEPS - 1);
-	if (steps == 0 || steps > (size_t)start + 1)
+	assert(start >= 0 && start < CT_TIMESTEPS && steps > 0);
+	assert(length > 0 && repeat > 0 && repeat <= CT_TIMESTEPS);
+	if (steps > (size_t)start + 1)
 		return ct_fail(
 			e, CT_EUSAGE, "%zu steps do not fit into %d timesteps", steps, start + 1);
-	if (length == 0 || repeat == 0 || repeat > CT_TIMESTEPS)
-		return ct_fail(e, CT_EUSAGE, "time travel of length %zu, repeated %zu times",
-			length, repeat);
 	/* Each of at most steps/length places adds 2 length entries a return. */
 	room = steps + 1 + (steps / length) * 2 * length * (repeat - 1);
 	if (ct_alloc(t, room, sizeof **t, e) || ct_alloc0(&left, steps, sizeof *left, e)) {

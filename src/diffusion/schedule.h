@@ -28,7 +28,7 @@ int ct_schedule_start(size_t steps);
  * successor with one network call; where the successor is larger it travels back in time
  * instead (Lugmayr et al., RePaint, 2022): after every `length` steps it returns `length` steps,
  * repeat - 1 times; repeat 1 never does. *t (free() it) gets *n entries, the last -1.
- * CT_EUSAGE if start is outside [0, T) or there are more steps than timesteps. */
+ * start is in [0, T). CT_EUSAGE if there are more steps than timesteps. */
 int ct_schedule_times(int **t, size_t *n, size_t steps, int start, size_t length, size_t repeat,
 	struct ct_err *e);
 

@@ -1,23 +1,45 @@
 /* superres.c: see superres.h.
  *
- * Samples are drawn as waves.h says, and added in order.
+ * A task is one sample of one view. All threads draw tasks in waves of whole views, the fewest that
+ * fill them; samples are added in order. What a view becomes does not depend on the threads, nor on
+ * what was done before.
  */
 #include "config.h"
 #include "diffusion/superres.h"
+#include "core/mem.h"
 #include "core/rng.h"
 #include "core/vol.h"
-#include "diffusion/waves.h"
 
+#include <assert.h>
 #include <math.h>
+#include <stdatomic.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-struct superres_job {
+struct job {
 	const struct ct_superres *p;
+	const struct ct_denoiser *net;
+	const struct ct_env *env;
 	const struct ct_stack *in, *init;
 	struct ct_stack *out, *deviation;
 	struct ct_measurement op; /* of the network's picture */
-	struct ct_waves waves;
+	size_t pixels;            /* of a result */
+	int *times;
+	size_t ntimes, calls, threads;
+	size_t wave, *view; /* [wave] */
+	struct ct_err *err; /* [wave][samples] */
+	float *result;      /* [wave][samples][pixels] */
+	struct seat *seat;  /* [threads] */
+	atomic_bool failed;
+	atomic_size_t called;
+};
+
+/* What one worker has while it draws a sample. */
+struct seat {
+	struct job *j;
+	size_t view, sample, worker;
+	float *x, *y, *init; /* as in sampler.h; x owns them, init NULL if there is none */
 };
 
 struct ct_superres ct_superres_default(size_t scale)
@@ -55,20 +77,12 @@ void ct_superres_size(const struct ct_superres *p, size_t multiple, size_t h, si
 	*wide = (w + m - 1) / m * m * p->scale;
 }
 
-int ct_superres_times(const struct ct_superres *p, int **t, size_t *n, struct ct_err *e)
+/* The timesteps of a chain (schedule.h); free() them. CT_EUSAGE if steps and start do not fit. */
+static int times_of(const struct ct_superres *p, int **t, size_t *n, struct ct_err *e)
 {
-	if (p->steps == 0 || p->steps > CT_TIMESTEPS)
-		return ct_fail(
-			e, CT_EUSAGE, "%zu steps: 1 to %d are possible", p->steps, CT_TIMESTEPS);
 	return ct_schedule_times(t, n, p->steps,
 		p->start < 0 ? ct_schedule_start(p->steps) : p->start, p->travel_length,
 		p->travel_repeat, e);
-}
-
-void ct_superres_normals(uint64_t seed, size_t view, size_t sample, size_t draw, size_t n, float *z)
-{
-	ct_rng_normals(
-		n, z, seed, (uint64_t)view << 40 | (uint64_t)sample << 24 | (uint64_t)draw, 0);
 }
 
 int ct_superres_calls(
@@ -81,7 +95,7 @@ int ct_superres_calls(
 	*calls = *gradients = 0;
 	if (p->how.rule == CT_SAMPLER_NONE)
 		return 0;
-	if (ct_superres_times(p, &t, &n, e))
+	if (times_of(p, &t, &n, e))
 		return -1;
 	for (size_t k = 0; k + 1 < n; k++)
 		chain += t[k + 1] < t[k] ? p->samples : 0;
@@ -93,85 +107,276 @@ int ct_superres_calls(
 
 /* The published method keeps pictures within [0, 1.05]; a band-limited one overshoots at edges, and
  * what is cut off there would be missing everywhere else. */
-static double range_of(const struct superres_job *j, double v, double most)
+static double range_of(const struct job *j, double v, double most)
 {
 	return j->p->op == CT_MEASUREMENT_MEAN ? fmin(fmax(v, 0.0), most) : v;
 }
 
-/* The network's picture dst (channels, high, wide) of a view src (h, w). */
-static void to_picture(const struct superres_job *j, size_t high, size_t wide, float *dst, size_t h,
-	size_t w, const float *src)
+/* Index of a line of n pixels that goes on: ... 1 0 | 0 1 ... n-1 | n-1 ... */
+static size_t mirror(size_t i, size_t n)
 {
+	i %= 2 * n;
+	return i < n ? i : 2 * n - 1 - i;
+}
+
+/* The network's picture dst (channels, high, wide) of a view src (h, w), which goes on by
+ * reflection. */
+static void to_picture(const struct job *j, size_t high, size_t wide, float *dst,
+	const struct ct_stack *from, size_t view)
+{
+	const float *src = ct_stack_view(from, view);
 	const size_t n = high * wide;
 
-	ct_waves_extend(high, wide, dst, h, w, src);
-	for (size_t i = 0; i < n; i++)
-		dst[i] = (float)(2.0 * range_of(j, (double)dst[i] / j->p->norm, HUGE_VAL) - 1.0);
-	for (size_t c = 1; c < j->waves.channels; c++)
+	for (size_t i = 0; i < n; i++) {
+		const float v =
+			src[mirror(i / wide, from->h) * from->w + mirror(i % wide, from->w)];
+
+		dst[i] = (float)(2.0 * range_of(j, (double)v / j->p->norm, HUGE_VAL) - 1.0);
+	}
+	for (size_t c = 1; c < j->net->channels; c++)
 		memcpy(dst + c * n, dst, n * sizeof *dst);
 }
 
-static void begin(void *ctx, struct ct_seat *s)
-{
-	const struct superres_job *j = ctx;
-	const size_t all = j->waves.channels * j->op.high * j->op.wide;
-
-	s->x = s->room;
-	s->y = s->x + all;
-	to_picture(j, j->op.h, j->op.w, s->y, j->in->h, j->in->w, ct_stack_view(j->in, s->view));
-	if (!j->init)
-		return;
-	s->init = s->y + all / (j->p->scale * j->p->scale);
-	to_picture(j, j->op.high, j->op.wide, s->init, j->init->h, j->init->w,
-		ct_stack_view(j->init, s->view));
-}
-
 /* The view of a picture, of the mean of its channels. */
-static void end(void *ctx, const struct ct_seat *s, float *result)
+static void to_view(const struct job *j, float *result, const float *x)
 {
-	const struct superres_job *j = ctx;
 	const size_t n = j->op.high * j->op.wide, h = j->out->h, w = j->out->w;
-	const size_t channels = j->p->first ? 1 : j->waves.channels;
+	const size_t channels = j->p->first ? 1 : j->net->channels;
 
 	for (size_t y = 0; y < h; y++)
 		for (size_t k = 0; k < w; k++) {
 			double sum = 0.0, v;
 
 			for (size_t c = 0; c < channels; c++)
-				sum += (double)s->x[c * n + y * j->op.wide + k];
+				sum += (double)x[c * n + y * j->op.wide + k];
 			v = 0.5 * ((double)(float)(sum / (double)channels) + 1.0);
 			result[y * w + k] = (float)(range_of(j, v, 1.05) * j->p->norm);
 		}
 }
 
-static void collect(void *ctx, const float *result, size_t view)
+/* Counts a call of the network. */
+static int count(struct seat *s, struct ct_err *e)
 {
-	const struct superres_job *j = ctx;
+	struct job *j = s->j;
+	size_t done;
 
-	ct_waves_mean(&j->waves, result, ct_stack_view(j->out, view),
-		j->deviation ? ct_stack_view(j->deviation, view) : NULL);
+	if (atomic_load(&j->failed))
+		return ct_fail(e, CT_ESTOP, "given up");
+	if (ct_check_stop(j->env, e))
+		return -1;
+	done = atomic_fetch_add(&j->called, 1) + 1;
+	if (s->worker == 0)
+		ct_progress(j->env, "sampling", done, j->in->views * j->calls);
+	return 0;
+}
+
+static int predict(void *ctx, double t, const float *x, float *eps, struct ct_err *e)
+{
+	struct seat *s = ctx;
+	const struct ct_denoiser *net = s->j->net;
+
+	return count(s, e) || net->eps(net->ctx[s->worker], t, x, eps, e) ? -1 : 0;
+}
+
+static int differentiate(
+	void *ctx, double t, const float *x, float *dx, const float *deps, struct ct_err *e)
+{
+	struct seat *s = ctx;
+	const struct ct_denoiser *net = s->j->net;
+
+	return count(s, e) || net->back(net->ctx[s->worker], t, x, dx, deps, e) ? -1 : 0;
+}
+
+static void normals(void *ctx, size_t draw, size_t n, float *z)
+{
+	const struct seat *s = ctx;
+	const uint64_t stream =
+		(uint64_t)s->view << 40 | (uint64_t)s->sample << 24 | (uint64_t)draw;
+
+	ct_rng_normals(n, z, s->j->env->seed, stream, 0);
+}
+
+/* What the network makes of y. */
+static int ask_once(struct seat *s, struct ct_err *e)
+{
+	const size_t n = s->j->net->channels * s->j->op.high * s->j->op.wide;
+
+	if (predict(s, 0, s->y, s->x, e))
+		return -1;
+	for (size_t i = 0; i < n; i++)
+		if (!isfinite(s->x[i]))
+			return ct_fail(e, CT_ENUMERIC, "the network's output is not finite");
+	return 0;
+}
+
+static int draw(const struct job *j, struct seat *s, float *result, struct ct_err *e)
+{
+	const struct ct_measurement *op = &j->op;
+	const struct ct_sampler d = {.schedule = j->net->schedule,
+		.t = j->times,
+		.nt = j->ntimes,
+		.how = j->p->how,
+		.op = op,
+		.channels = j->net->channels,
+		.eps = predict,
+		.back = differentiate,
+		.eps_ctx = s,
+		.normals = normals,
+		.normals_ctx = s};
+
+	to_picture(j, op->h, op->w, s->y, j->in, s->view);
+	if (s->init)
+		to_picture(j, op->high, op->wide, s->init, j->init, s->view);
+	if (j->p->how.rule == CT_SAMPLER_ONCE ? ask_once(s, e)
+					      : ct_sampler_draw(&d, s->x, s->y, s->init, e))
+		return -1;
+	to_view(j, result, s->x);
+	return 0;
+}
+
+static void run_task(void *arg, size_t i, size_t worker)
+{
+	struct job *j = arg;
+	struct seat *s = &j->seat[worker];
+	char name[40];
+
+	if (atomic_load(&j->failed))
+		return;
+	s->worker = worker;
+	s->view = j->view[i / j->p->samples];
+	s->sample = i % j->p->samples;
+	if (draw(j, s, j->result + i * j->pixels, &j->err[i]) == 0)
+		return;
+	snprintf(name, sizeof name, "view %zu", s->view);
+	if (j->err[i].code != CT_ESTOP)
+		ct_blame(&j->err[i], name);
+	atomic_store(&j->failed, true);
+}
+
+/* The first failure of a wave of so many tasks that is not the request to stop. */
+static int wave_failed(struct job *j, size_t tasks, struct ct_err *e)
+{
+	bool stop = false;
+
+	if (!atomic_load(&j->failed))
+		return 0;
+	for (size_t i = 0; i < tasks; i++) {
+		stop = stop || j->err[i].code == CT_ESTOP;
+		if (j->err[i].code != CT_OK && j->err[i].code != CT_ESTOP) {
+			*e = j->err[i];
+			return -1;
+		}
+	}
+	return stop ? ct_fail(e, CT_ESTOP, "stopped on request") : 0;
+}
+
+/* The next unfinished views from *at on, at most a wave. */
+static size_t next_wave(struct job *j, const bool *done, size_t *at)
+{
+	size_t n = 0;
+
+	for (; *at < j->in->views && n < j->wave; ++*at)
+		if (!done[*at])
+			j->view[n++] = *at;
+	return n;
+}
+
+/* Mean and deviation of the samples. */
+static void collect(const struct job *j, const float *result, size_t view)
+{
+	const size_t samples = j->p->samples;
+	float *mean = ct_stack_view(j->out, view);
+
+	for (size_t i = 0; i < j->pixels; i++) {
+		const float *r = result + i;
+		double sum = 0, sq = 0, m;
+
+		for (size_t s = 0; s < samples; s++)
+			sum += (double)r[s * j->pixels];
+		m = sum / (double)samples;
+		mean[i] = (float)m;
+		if (!j->deviation)
+			continue;
+		for (size_t s = 0; s < samples; s++)
+			sq += ((double)r[s * j->pixels] - m) * ((double)r[s * j->pixels] - m);
+		ct_stack_view(j->deviation, view)[i] = (float)sqrt(sq / (double)(samples - 1));
+	}
+}
+
+static int run(struct job *j, bool *done, struct ct_err *e)
+{
+	const struct ct_superres *p = j->p;
+	size_t n, at = 0;
+
+	while ((n = next_wave(j, done, &at)) > 0) {
+		ct_par_for(j->env->par, n * p->samples, run_task, j);
+		if (wave_failed(j, n * p->samples, e)) {
+			struct ct_err other = {0};
+
+			if (e->code == CT_ESTOP && p->save && p->save(p->save_ctx, true, &other))
+				*e = other;
+			return -1;
+		}
+		for (size_t v = 0; v < n; v++) {
+			collect(j, j->result + v * p->samples * j->pixels, j->view[v]);
+			done[j->view[v]] = true;
+		}
+		if (p->save && p->save(p->save_ctx, false, e))
+			return -1;
+	}
+	return 0;
+}
+
+static int prepare(struct job *j, const bool *done, struct ct_err *e)
+{
+	const struct ct_superres *p = j->p;
+	const size_t samples = p->samples;
+	size_t high, wide, all, gradients;
+
+	ct_superres_size(p, j->net->multiple, j->in->h, j->in->w, &high, &wide);
+	all = j->net->channels * high * wide;
+	j->pixels = j->out->h * j->out->w;
+	j->threads = ct_par_threads(j->env->par);
+	for (j->wave = 1; j->wave * samples % j->threads; j->wave++)
+		;
+	if (ct_measurement_alloc(
+		    &j->op, p->op, high / p->scale, wide / p->scale, p->scale, p->sigma_det, e) ||
+		times_of(p, &j->times, &j->ntimes, e) ||
+		ct_superres_calls(p, &j->calls, &gradients, e) ||
+		ct_alloc(&j->view, j->wave, sizeof *j->view, e) ||
+		ct_alloc0(&j->err, j->wave * samples, sizeof *j->err, e) ||
+		ct_alloc(&j->result, j->wave * samples, j->pixels * sizeof *j->result, e) ||
+		ct_alloc0(&j->seat, j->threads, sizeof *j->seat, e))
+		return -1;
+	j->calls += gradients;
+	for (size_t k = 0; k < j->in->views; k++)
+		j->called += done[k] ? j->calls : 0;
+	for (size_t k = 0; k < j->threads; k++) {
+		struct seat *s = &j->seat[k];
+
+		s->j = j;
+		if (ct_alloc(&s->x, 2 * all + all / (p->scale * p->scale), sizeof *s->x, e))
+			return -1;
+		s->y = s->x + all;
+		s->init = j->init ? s->y + all / (p->scale * p->scale) : NULL;
+	}
+	return 0;
 }
 
 static int check(const struct ct_superres *p, const struct ct_stack *in,
 	const struct ct_stack *init, const struct ct_stack *out, const struct ct_stack *deviation,
 	struct ct_err *e)
 {
-	const struct ct_sampler_how *how = &p->how;
-
-	if (!(p->norm > 0 || how->rule == CT_SAMPLER_NONE) || p->scale == 0 || p->samples == 0 ||
-		p->samples > UINT16_MAX || !(how->eta >= 0 && how->eta <= 1) ||
-		!(how->sigma_y >= 0))
-		return ct_fail(e, CT_EUSAGE,
-			"norm %g, scale %zu, %zu samples, eta %g or sigma_y %g is out of range",
-			p->norm, p->scale, p->samples, how->eta, how->sigma_y);
-	if (!(how->guidance >= 0) || how->iterations == 0 || !(how->rate >= 0))
-		return ct_fail(e, CT_EUSAGE,
-			"guidance %g, %zu iterations or rate %g is out of range", how->guidance,
-			how->iterations, how->rate);
+	assert(p->norm > 0 || p->how.rule == CT_SAMPLER_NONE);
+	assert(p->scale > 0 && p->samples > 0 && p->samples <= UINT16_MAX);
 	if (out->views != in->views || out->h != in->h * p->scale || out->w != in->w * p->scale)
 		return ct_fail(e, CT_EGEOM, "the output is not %zu times finer", p->scale);
-	return ct_waves_deviates(p, deviation, out, e) || (init && ct_stack_same(init, out, e)) ? -1
-												: 0;
+	if (deviation && p->samples < 2)
+		return ct_fail(e, CT_EUSAGE, "a standard deviation needs two samples or more");
+	return (deviation && ct_stack_same(deviation, out, e)) ||
+			       (init && ct_stack_same(init, out, e))
+		       ? -1
+		       : 0;
 }
 
 /* The two neighbours of fine pixel k in a line of n, and the weight of the second. */
@@ -223,10 +428,13 @@ int ct_superres(const struct ct_superres *p, const struct ct_denoiser *net,
 	const struct ct_stack *in, const struct ct_stack *init, struct ct_stack *out,
 	struct ct_stack *deviation, bool *done, const struct ct_env *env, struct ct_err *e)
 {
-	const size_t scale = p->scale;
-	struct superres_job j = {
-		.p = p, .in = in, .init = init, .out = out, .deviation = deviation};
-	size_t high, wide;
+	struct job j = {.p = p,
+		.net = net,
+		.env = env,
+		.in = in,
+		.init = init,
+		.out = out,
+		.deviation = deviation};
 	int rc;
 
 	if (check(p, in, init, out, deviation, e))
@@ -235,23 +443,14 @@ int ct_superres(const struct ct_superres *p, const struct ct_denoiser *net,
 		start_pictures(p, in, init, out, done);
 		return 0;
 	}
-	ct_superres_size(p, net->multiple, in->h, in->w, &high, &wide);
-	if (ct_measurement_alloc(&j.op, p->op, high / scale, wide / scale, scale, p->sigma_det, e))
-		return -1;
-	j.waves = (struct ct_waves){.p = p,
-		.net = net,
-		.env = env,
-		.how = p->how,
-		.op = &j.op,
-		.views = in->views,
-		.channels = net->channels,
-		.room = net->channels * (2 * high * wide + j.op.h * j.op.w),
-		.pixels = out->h * out->w,
-		.begin = begin,
-		.end = end,
-		.collect = collect,
-		.ctx = &j};
-	rc = ct_waves_run(&j.waves, done, e);
+	rc = prepare(&j, done, e) || run(&j, done, e) ? -1 : 0;
+	for (size_t k = 0; j.seat && k < j.threads; k++)
+		free(j.seat[k].x);
+	free(j.seat);
+	free(j.result);
+	free(j.err);
+	free(j.view);
+	free(j.times);
 	ct_measurement_free(&j.op);
 	return rc;
 }

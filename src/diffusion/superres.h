@@ -60,14 +60,9 @@ int ct_superres_norm(const struct ct_stack *in, double *norm, struct ct_err *e);
 /* The picture the network is given for views of (h, w). */
 void ct_superres_size(const struct ct_superres *p, size_t multiple, size_t h, size_t w,
 	size_t *high, size_t *wide);
-/* The timesteps of a chain (schedule.h); free() them. CT_EUSAGE if steps and start do not fit. */
-int ct_superres_times(const struct ct_superres *p, int **t, size_t *n, struct ct_err *e);
 /* x[s h][s w] from y[h][w], linear along both axes between the centres of pixels that are cells (s
  * x s fine ones in a coarse one), constant beyond the outermost. */
 void ct_superres_bilinear(size_t h, size_t w, size_t s, float *restrict x, const float *restrict y);
-/* The noise of a move of a sample. */
-void ct_superres_normals(
-	uint64_t seed, size_t view, size_t sample, size_t draw, size_t n, float *z);
 /* Evaluations of the network, and of its derivative, a view. CT_EUSAGE if steps and start do not
  * fit. */
 int ct_superres_calls(

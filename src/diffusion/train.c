@@ -6,6 +6,7 @@
 #include "diffusion/measurement.h"
 #include "diffusion/schedule.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -67,49 +68,34 @@ static uint64_t stream(uint64_t sample, enum draw d)
 	return sample * DRAWS + (uint64_t)d;
 }
 
-/* As below, of super-resolution. */
-static int pair_loss(struct ct_train *t, struct bench *b, const struct pass *p, float *grads,
-	double *loss, struct ct_err *e)
-{
-	const struct ct_measurement *op = &t->op;
-	double sum = 0;
-
-	for (size_t c = 0; c < t->o.patches.channels; c++)
-		ct_measurement_forward(
-			op, b->xt + c * op->h * op->w, b->x0 + c * op->high * op->wide, b->t);
-	if (ct_unet_forward(p->test ? b->test : b->train, b->eps, b->xt, 0, e))
-		return -1;
-	for (size_t i = 0; i < t->pixels; i++) {
-		const double d = (double)b->eps[i] - (double)b->x0[i];
-
-		sum += fabs(d);
-		b->eps[i] = (float)((double)((d > 0) - (d < 0)) / (double)t->pixels);
-	}
-	*loss = sum / (double)t->pixels;
-	return grads ? ct_unet_backward(b->train, grads, NULL, b->eps, e) : 0;
-}
-
 /* Loss of one sample; with grads, its gradient is added. */
 static int sample_loss(struct ct_train *t, struct bench *b, const struct pass *p, uint64_t seed,
 	uint64_t sample, int time, float *grads, double *loss, struct ct_err *e)
 {
 	const double keep = sqrt(ct_schedule_abar(&t->schedule, time));
 	const double add = sqrt(1.0 - ct_schedule_abar(&t->schedule, time));
+	const struct ct_measurement *op = &t->op;
+	const bool superres = is_superres(t);
+	const float *want = superres ? b->x0 : b->z;
 	double sum = 0;
 
 	ct_patches_draw(&t->o.patches, p->data, b->x0, seed, stream(sample, PIECE));
-	if (is_superres(t))
-		return pair_loss(t, b, p, grads, loss, e);
-	ct_rng_normals(t->pixels, b->z, seed, stream(sample, NOISE), 0);
-	for (size_t i = 0; i < t->pixels; i++)
+	if (superres)
+		for (size_t c = 0; c < t->o.patches.channels; c++)
+			ct_measurement_forward(op, b->xt + c * op->h * op->w,
+				b->x0 + c * op->high * op->wide, b->t);
+	else
+		ct_rng_normals(t->pixels, b->z, seed, stream(sample, NOISE), 0);
+	for (size_t i = 0; !superres && i < t->pixels; i++)
 		b->xt[i] = (float)(keep * (double)b->x0[i] + add * (double)b->z[i]);
 	if (ct_unet_forward(p->test ? b->test : b->train, b->eps, b->xt, (double)time, e))
 		return -1;
 	for (size_t i = 0; i < t->pixels; i++) {
-		const double d = (double)b->eps[i] - (double)b->z[i];
+		const double d = (double)b->eps[i] - (double)want[i];
+		const double slope = superres ? (double)((d > 0) - (d < 0)) : 2.0 * d;
 
-		sum += d * d;
-		b->eps[i] = (float)(2.0 * d / (double)t->pixels);
+		sum += superres ? fabs(d) : d * d;
+		b->eps[i] = (float)(slope / (double)t->pixels);
 	}
 	*loss = sum / (double)t->pixels;
 	return grads ? ct_unet_backward(b->train, grads, NULL, b->eps, e) : 0;
@@ -298,9 +284,7 @@ static int check_options(
 		return ct_fail(e, CT_EUSAGE,
 			"a piece of %zu pixels is no multiple of the factor %zu", o->patches.size,
 			a->factor);
-	if (o->batch < 1 || !(o->ema >= 0 && o->ema < 1) || !(o->adam.lr >= 0))
-		return ct_fail(e, CT_EUSAGE, "batch %zu, ema %g, learning rate %g", o->batch,
-			o->ema, o->adam.lr);
+	assert(o->batch >= 1 && o->ema >= 0 && o->ema < 1 && o->adam.lr >= 0);
 	return 0;
 }
 

@@ -6,12 +6,114 @@
 #include "core/mem.h"
 #include "formats/format.h"
 #include "formats/io.h"
-#include "train/best.h"
 #include "tools/train.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#define BEST "best" /* the tensor in a state */
+
+/* The best weights so far, by the loss on held-out data. */
+struct train_best {
+	float *v; /* the values of the tensors of the result, in their order; owned; NULL: none yet
+		   */
+	size_t n;
+	double loss;
+	uint64_t step, seen; /* of these weights; of the last that was judged */
+	uint64_t worse;      /* judged since, none of them better */
+};
+
+static void train_best_free(struct train_best *b)
+{
+	free(b->v);
+	*b = (struct train_best){0};
+}
+
+static size_t values(const struct ct_tensors *w)
+{
+	size_t n = 0;
+
+	for (size_t i = 0; i < w->n; i++)
+		n += ct_tensor_count(&w->t[i]);
+	return n;
+}
+
+/* The loss of the result w after a step: the best if it is smaller than that of all before. */
+static int train_best_judge(struct train_best *b, double loss, uint64_t step,
+	const struct ct_tensors *w, struct ct_err *e)
+{
+	b->seen = step;
+	if (b->v && !(loss < b->loss)) {
+		b->worse++;
+		return 0;
+	}
+	if (!b->v) {
+		b->n = values(w);
+		if (ct_alloc(&b->v, b->n, sizeof *b->v, e))
+			return -1;
+	}
+	for (size_t i = 0, at = 0; i < w->n; at += ct_tensor_count(&w->t[i++]))
+		memcpy(b->v + at, w->t[i].data, ct_tensor_count(&w->t[i]) * sizeof *b->v);
+	b->loss = loss;
+	b->step = step;
+	b->worse = 0;
+	return 0;
+}
+
+/* The best in the place of w, a result of the same training; nothing if there is none yet. */
+static int train_best_take(const struct train_best *b, struct ct_tensors *w, struct ct_err *e)
+{
+	if (!b->v)
+		return 0;
+	if (b->n != values(w))
+		return ct_fail(
+			e, CT_EINPUT, "not the state of this training: %zu best weights", b->n);
+	for (size_t i = 0, at = 0; i < w->n; at += ct_tensor_count(&w->t[i++]))
+		memcpy(w->t[i].data, b->v + at, ct_tensor_count(&w->t[i]) * sizeof *b->v);
+	return ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu", (unsigned long long)b->step);
+}
+
+/* To a state. */
+static int train_best_put(const struct train_best *b, struct ct_tensors *state, struct ct_err *e)
+{
+	if (!b->v)
+		return 0;
+	if (ct_tensors_put(state, BEST, 1, &b->n, b->v, e))
+		return -1;
+	return ct_meta_setf(&state->meta, e, CT_META_BEST, "%.17g,%llu,%llu,%llu", b->loss,
+		(unsigned long long)b->step, (unsigned long long)b->seen,
+		(unsigned long long)b->worse);
+}
+
+/* And back; a state without is one in which nothing was judged. */
+static int train_best_get(struct train_best *b, const struct ct_tensors *state, struct ct_err *e)
+{
+	const struct ct_tensor *t = ct_tensors_find(state, BEST);
+	double v[4];
+	int rc = ct_meta_numbers(&state->meta, CT_META_BEST, 4, v, e);
+
+	if (rc > 0 && !t)
+		return 0;
+	if (rc || !t || t->rank != 1)
+		return rc < 0 ? -1
+			      : ct_fail(e, CT_EINPUT,
+					"not the state of a training: \"" CT_META_BEST "\"");
+	for (int i = 1; i < 4; i++)
+		if (!(v[i] >= 0 && v[i] < 0x1p53))
+			return ct_fail(e, CT_EINPUT, "\"" CT_META_BEST "\": %g", v[i]);
+	if (!ct_tensors_vector(state, BEST, t->dim[0], e))
+		return -1;
+	*b = (struct train_best){.n = t->dim[0],
+		.loss = v[0],
+		.step = (uint64_t)v[1],
+		.seen = (uint64_t)v[2],
+		.worse = (uint64_t)v[3]};
+	if (ct_alloc(&b->v, b->n, sizeof *b->v, e))
+		return -1;
+	memcpy(b->v, t->data, b->n * sizeof *b->v);
+	return 0;
+}
 
 struct train_loop_job {
 	struct train_subject *s;

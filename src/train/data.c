@@ -2,6 +2,7 @@
 #include "config.h"
 #include "train/data.h"
 #include "core/mem.h"
+#include "diffusion/superres.h"
 #include "formats/any.h"
 #include "formats/format.h"
 #include "formats/hash.h"
@@ -30,52 +31,20 @@ int train_data_hash(uint64_t bits[2], const void *data, size_t bytes, struct ct_
 	return 0;
 }
 
-int train_data_hu(struct ct_vol *v, const char *path, const double map[static 2], struct ct_err *e)
-{
-	const size_t n = ct_vol_count(v);
-	float least = INFINITY, most = -INFINITY;
-	bool bytes = true;
-
-	for (size_t i = 0; i < n; i++) {
-		least = fminf(least, v->data[i]);
-		most = fmaxf(most, v->data[i]);
-		bytes = bytes && v->data[i] == floorf(v->data[i]);
-	}
-	bytes = bytes && least >= 0 && most <= 255;
-	if (!(most > least))
-		return ct_fail(
-			e, CT_EINPUT, "%s: every voxel is %g: expected a CT", path, (double)least);
-	for (size_t i = 0; i < n && bytes && !isnan(map[0]); i++)
-		v->data[i] = (float)(map[0] + (double)v->data[i] / 255 * (map[1] - map[0]));
-	if (bytes && !isnan(map[0]))
-		return 0;
-	if (least >= 0 && !ct_meta_get(&v->meta, CT_META_QUANTITY))
-		return ct_fail(e, CT_EINPUT, "%s: values from %g to %g are not HU%s", path,
-			(double)least, (double)most, bytes ? ": give --bytes" : "");
-	return ct_units_check(v, "ct-convert --units", e) ? ct_blame(e, path) : 0;
-}
-
 static int read_stack(struct ct_pictures *s, const char *path, struct ct_err *e)
 {
 	struct ct_stack stack = {0};
-	float max = 0;
-	size_t n, size;
+	double norm;
+	size_t size;
 	int rc = -1;
 
 	if (ct_stack_read(path, &stack, e))
 		goto out;
-	if (ct_stack_check_finite(&stack, e)) {
+	if (ct_stack_check_finite(&stack, e) || ct_superres_norm(&stack, &norm, e)) {
 		ct_blame(e, path);
 		goto out;
 	}
-	n = ct_stack_count(&stack);
 	size = stack.h * stack.w;
-	for (size_t i = 0; i < n; i++)
-		max = stack.data[i] > max ? stack.data[i] : max;
-	if (!(max > 0)) {
-		ct_fail(e, CT_EINPUT, "%s: no value is above 0: not line integrals", path);
-		goto out;
-	}
 	for (size_t k = 0; k < stack.views; k++) {
 		const float *view = ct_stack_view(&stack, k);
 		float *px;
@@ -83,7 +52,7 @@ static int read_stack(struct ct_pictures *s, const char *path, struct ct_err *e)
 		if (ct_alloc(&px, size, sizeof *px, e))
 			goto out;
 		for (size_t i = 0; i < size; i++)
-			px[i] = view[i] / max;
+			px[i] = view[i] / (float)norm;
 		if (ct_pictures_add(s, stack.h, stack.w, px, path, e))
 			goto out;
 	}
@@ -118,13 +87,18 @@ static int read_file(struct ct_pictures *s, const char *path, struct ct_err *e)
 	return ct_any_is_stack(path) ? read_stack(s, path, e) : read_picture(s, path, e);
 }
 
+/* The files that a path names: itself, or what a folder holds, in the order of their names. */
+struct names {
+	char **path; /* owned */
+	size_t n;
+};
+
 static int visible(const struct dirent *d)
 {
 	return d->d_name[0] != '.';
 }
 
-static int name_add(
-	struct train_names *names, const char *folder, const char *name, struct ct_err *e)
+static int name_add(struct names *names, const char *folder, const char *name, struct ct_err *e)
 {
 	char *path = NULL;
 	struct stat st;
@@ -138,7 +112,7 @@ static int name_add(
 	return 0;
 }
 
-int train_data_names(struct train_names *names, const char *path, struct ct_err *e)
+static int names_of(struct names *names, const char *path, struct ct_err *e)
 {
 	struct dirent **found = NULL;
 	struct stat st;
@@ -162,24 +136,24 @@ int train_data_names(struct train_names *names, const char *path, struct ct_err 
 	return rc;
 }
 
-void train_names_free(struct train_names *names)
+static void names_free(struct names *names)
 {
 	for (size_t i = 0; i < names->n; i++)
 		free(names->path[i]);
 	free(names->path);
-	*names = (struct train_names){0};
+	*names = (struct names){0};
 }
 
 int train_data_read(struct ct_pictures *s, const char *path, struct ct_meta *meta, struct ct_err *e)
 {
 	const size_t first = s->n;
-	struct train_names names = {0};
+	struct names names = {0};
 	struct ct_hash *hash;
-	int rc = train_data_names(&names, path, e);
+	int rc = names_of(&names, path, e);
 
 	for (size_t i = 0; rc == 0 && i < names.n; i++)
 		rc = read_file(s, names.path[i], e);
-	train_names_free(&names);
+	names_free(&names);
 	if (rc)
 		return -1;
 	if (s->n == first)
@@ -194,4 +168,87 @@ int train_data_read(struct ct_pictures *s, const char *path, struct ct_meta *met
 	rc = ct_hash_input(hash, meta, path, e);
 	free(hash);
 	return rc;
+}
+
+/* Maps a volume of bytes to HU: 0 and 255 are map[0] and map[1], unless that is NaN. */
+static int to_hu(struct ct_vol *v, const char *path, const double map[static 2], struct ct_err *e)
+{
+	const size_t n = ct_vol_count(v);
+	float least = INFINITY, most = -INFINITY;
+	bool bytes = true;
+
+	for (size_t i = 0; i < n; i++) {
+		least = fminf(least, v->data[i]);
+		most = fmaxf(most, v->data[i]);
+		bytes = bytes && v->data[i] == floorf(v->data[i]);
+	}
+	bytes = bytes && least >= 0 && most <= 255;
+	if (!(most > least))
+		return ct_fail(
+			e, CT_EINPUT, "%s: every voxel is %g: expected a CT", path, (double)least);
+	for (size_t i = 0; i < n && bytes && !isnan(map[0]); i++)
+		v->data[i] = (float)(map[0] + (double)v->data[i] / 255 * (map[1] - map[0]));
+	if (bytes && !isnan(map[0]))
+		return 0;
+	if (least >= 0 && !ct_meta_get(&v->meta, CT_META_QUANTITY))
+		return ct_fail(e, CT_EINPUT, "%s: values from %g to %g are not HU%s", path,
+			(double)least, (double)most, bytes ? ": give --bytes" : "");
+	return ct_units_check(v, "ct-convert --units", e) ? ct_blame(e, path) : 0;
+}
+
+static int read_volume(struct ct_vol *v, const char *path, const double bytes[static 2],
+	struct ct_hash *hash, struct ct_err *e)
+{
+	const char *input;
+
+	if (ct_vol_read(path, v, e) || (ct_vol_check_finite(v, e) && ct_blame(e, path)) ||
+		to_hu(v, path, bytes, e))
+		return -1;
+	input = ct_meta_get(&v->meta, CT_META_INPUT);
+	CT_SIMD(ct_hash_add)(hash, input, strlen(input));
+	return 0;
+}
+
+/* What the volumes come from and go to. */
+struct reading {
+	const double *bytes;
+	train_volume_fn *take;
+	void *ctx;
+	const char *what;
+	const struct ct_env *env;
+};
+
+static int read_volumes(const struct reading *r, const char *path, bool held, struct ct_meta *meta,
+	struct ct_err *e)
+{
+	struct names names = {0};
+	struct ct_hash *hash = NULL;
+	int rc = names_of(&names, path, e) || ct_hash_alloc(&hash, e) ? -1 : 0;
+
+	for (size_t i = 0; i < names.n && rc == 0; i++) {
+		struct ct_vol v = {0};
+
+		ct_progress(r->env, r->what, i, names.n);
+		if (read_volume(&v, names.path[i], r->bytes, hash, e) ||
+			r->take(r->ctx, held, &v, names.path[i], e))
+			rc = -1;
+		ct_vol_free(&v);
+	}
+	if (rc == 0)
+		rc = ct_hash_input(hash, meta, path, e);
+	free(hash);
+	names_free(&names);
+	return rc;
+}
+
+int train_data_volumes(const struct train_files *files, struct train_data *data,
+	const double bytes[static 2], train_volume_fn *take, void *ctx, const char *what,
+	const struct ct_env *env, struct ct_err *e)
+{
+	const struct reading r = {bytes, take, ctx, what, env};
+
+	for (size_t i = 0; i < files->n; i++)
+		if (read_volumes(&r, files->v[i], false, &data->input[i], e))
+			return -1;
+	return files->validate ? read_volumes(&r, files->validate, true, &data->held, e) : 0;
 }

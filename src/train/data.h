@@ -1,11 +1,9 @@
-/* data.h: pictures for ct-train from stacks, picture files and folders of them. */
+/* data.h: pictures and volumes for ct-train, from files and folders of them. */
 #ifndef CT_TRAIN_DATA_H
 #define CT_TRAIN_DATA_H
-#include "core/err.h"
-#include "core/meta.h"
-#include "core/stack.h"
 #include "core/vol.h"
 #include "diffusion/patches.h"
+#include "train/train.h"
 
 /* Add what `path` names to the set: an EXR stack, divided by its largest value; a picture; or all
  * pictures and stacks of a folder in the order of their names. The key "input" of *meta becomes
@@ -13,19 +11,18 @@
 int train_data_read(
 	struct ct_pictures *s, const char *path, struct ct_meta *meta, struct ct_err *e);
 
-/* Maps a volume of bytes to HU: 0 and 255 are map[0] and map[1], unless that is NaN. CT_EINPUT
- * naming the file for values that cannot be HU. */
-int train_data_hu(struct ct_vol *v, const char *path, const double map[static 2], struct ct_err *e);
+/* What takes a volume of HU, and what it holds if that is kept; it comes from `path`, which may be
+ * held out. */
+typedef int train_volume_fn(
+	void *ctx, bool held, struct ct_vol *v, const char *path, struct ct_err *e);
+/* Reads the volumes of all files, or of all in a folder in the order of their names, and hands on
+ * each; *data becomes their names and hashes. `bytes` are the HU of the bytes 0 and 255, NaN if
+ * files hold HU; `what` is the work that is reported. CT_EINPUT, CT_ENUMERIC naming the file. */
+int train_data_volumes(const struct train_files *files, struct train_data *data,
+	const double bytes[static 2], train_volume_fn *take, void *ctx, const char *what,
+	const struct ct_env *env, struct ct_err *e);
 
 /* The 128 bits of a hash. CT_ENOMEM. */
 int train_data_hash(uint64_t bits[2], const void *data, size_t bytes, struct ct_err *e);
-
-/* The files that `path` names: itself, or what a folder holds, in the order of their names. */
-struct train_names {
-	char **path; /* owned */
-	size_t n;
-};
-int train_data_names(struct train_names *names, const char *path, struct ct_err *e);
-void train_names_free(struct train_names *names);
 
 #endif

@@ -71,7 +71,7 @@ static int cost(const void *it, double seconds, struct ct_cost *c, struct ct_err
 	double flops;
 	size_t n;
 
-	if (ct_unet_param_count(a, &n, e) || ct_unet_flops(a, size, size, &flops, e))
+	if (ct_unet_size(a, size, size, &n, &flops, e))
 		return -1;
 	c->memory = ct_train_bytes(j->train);
 	c->disk = (double)n * (j->p->half ? 2 : 4);

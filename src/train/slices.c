@@ -3,24 +3,22 @@
 #include "core/mem.h"
 #include "core/vol.h"
 #include "formats/format.h"
-#include "formats/hash.h"
-#include "formats/io.h"
 #include "restore/example.h"
 #include "restore/learn.h"
 #include "restore/restore.h"
-#include "train/cache.h"
 #include "train/data.h"
 #include "train/train.h"
 
-#include <math.h>
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 /* Examples of a set of volumes. */
 struct lessons {
 	struct ct_example *example;
-	size_t n;
+	size_t n, cap;
 };
 
 struct train_slices_job {
@@ -45,26 +43,155 @@ struct group {
 	struct ct_err *e;
 };
 
+/* All that makes an example, but the name of its volume. */
+static int name_of(char **key, char **path, const struct group *g, const struct ct_example_rule *r,
+	uint64_t index, struct ct_err *e)
+{
+	const char axes[] = {
+		r->soft[0] ? '-' : 'x', r->soft[1] ? '-' : 'y', r->soft[2] ? '-' : 'z', 0};
+	const char *held = strrchr(ct_meta_get(&g->v->meta, CT_META_INPUT), ' ');
+	const double *bytes = g->j->p->bytes;
+	uint64_t bits[2];
+
+	*path = NULL;
+	if (asprintf(key, "%s %s %g:%g %zu %zu %s %g:%g %g %g:%g %llu %llu%s%s", PACKAGE_VERSION,
+		    held ? held + 1 : "", bytes[0], bytes[1], r->side, r->factor,
+		    r->thick ? axes : "111", r->scale[0], r->scale[1], r->noise, r->clip[0],
+		    r->clip[1], (unsigned long long)r->seed, (unsigned long long)index,
+		    r->hash ? " " : "", r->hash ? r->hash : "") < 0) {
+		*key = NULL;
+		return ct_fail(e, CT_ENOMEM, "no memory");
+	}
+	if (train_data_hash(bits, *key, strlen(*key), e))
+		return -1;
+	if (asprintf(path, "%s/%016llx%016llx.safetensors", g->j->p->cache,
+		    (unsigned long long)bits[0], (unsigned long long)bits[1]) >= 0)
+		return 0;
+	*path = NULL;
+	return ct_fail(e, CT_ENOMEM, "no memory");
+}
+
+/* False if the file is not there, damaged, or of another key. */
+static bool read_back(struct ct_example *p, const char *path, const char *key,
+	const struct ct_example_rule *r, uint64_t index)
+{
+	struct ct_tensors w = {0};
+	const struct ct_tensor *t;
+	const char *said;
+	struct ct_err e;
+	size_t count;
+	bool ok = false;
+
+	if (ct_tensors_read(path, &w, &e))
+		return false;
+	t = ct_tensors_find(&w, "base,rest");
+	said = ct_meta_get(&w.meta, CT_META_DATASET);
+	if (!t || t->rank != 4 || t->dim[0] != 2 || !said || strcmp(said, key) != 0)
+		goto out;
+	count = t->dim[1] * t->dim[2] * t->dim[3];
+	if (ct_alloc(&p->base, 2 * count, sizeof *p->base, &e))
+		goto out;
+	p->rest = p->base + count;
+	memcpy(p->base, t->data, 2 * count * sizeof *p->base);
+	for (int a = 0; a < 3; a++)
+		p->n[a] = t->dim[3 - a];
+	ct_example_regime(p, r, index);
+	ct_example_weigh(p);
+	ok = true;
+out:
+	ct_tensors_free(&w);
+	return ok;
+}
+
+static int keep(const char *path, const char *key, const struct ct_example *p, struct ct_err *e)
+{
+	const size_t dim[4] = {2, p->n[2], p->n[1], p->n[0]};
+	struct ct_tensors w = {0};
+	const int rc = ct_meta_set(&w.meta, CT_META_DATASET, key, e) ||
+				       ct_tensors_put(&w, "base,rest", 4, dim, p->base, e) ||
+				       ct_tensors_write_private(path, &w, e)
+			       ? -1
+			       : 0;
+
+	ct_tensors_free(&w);
+	return rc;
+}
+
+static int example(struct ct_example *p, const struct group *g, const struct ct_example_rule *rule,
+	uint64_t index, struct ct_err *e);
+
+/* ct_example_alloc, and ct_example_after if the rule says so. */
+static int make_example(struct ct_example *p, const struct group *g,
+	const struct ct_example_rule *rule, uint64_t index, struct ct_err *e)
+{
+	struct ct_example_rule before = *rule;
+	int rc;
+
+	if (!rule->after)
+		return ct_example_alloc(p, g->v, rule, index, &g->j->env, e);
+	before.after = NULL;
+	before.hash = NULL;
+	rc = example(p, g, &before, index, e);
+	if (rc || ct_example_after(p, rule, index, &g->j->env, e) == 0)
+		return rc;
+	ct_example_free(p);
+	return -1;
+}
+
+/* The same through the folder of examples, if there is one, which then has both. A file is named by
+ * all that makes it; one that is damaged or another is made anew. */
+static int example(struct ct_example *p, const struct group *g, const struct ct_example_rule *rule,
+	uint64_t index, struct ct_err *e)
+{
+	char *key = NULL, *path = NULL;
+	int rc = -1;
+
+	if (!g->j->p->cache)
+		return make_example(p, g, rule, index, e);
+	if (name_of(&key, &path, g, rule, index, e))
+		goto out;
+	rc = 0;
+	if (read_back(p, path, key, rule, index))
+		goto out;
+	rc = make_example(p, g, rule, index, e);
+	if (rc == 0 && keep(path, key, p, e)) {
+		ct_example_free(p);
+		rc = -1;
+	}
+out:
+	free(key);
+	free(path);
+	return rc;
+}
+
 static void make(void *arg, size_t i, size_t worker)
 {
 	struct group *g = arg;
 
 	(void)worker;
-	g->rc[i] = train_cache_example(&g->example[i], g->j->p->cache, g->v, g->j->p->bytes,
-		&g->rule, g->first + i, &g->j->env, &g->e[i]);
+	g->rc[i] = example(&g->example[i], g, &g->rule, g->first + i, &g->e[i]);
 }
 
-/* Add the examples of a volume. */
-static int add(struct train_slices_job *j, struct lessons *l, const struct ct_vol *v,
-	uint64_t first, size_t n, struct ct_err *e)
+/* The number of the first example is of a hash of the voxels: so a volume gives the same examples
+ * whatever else is trained on. */
+static int take(void *ctx, bool held, struct ct_vol *v, const char *path, struct ct_err *e)
 {
-	struct group g = {.j = j, .v = v, .rule = j->rule, .first = first};
+	struct train_slices_job *j = ctx;
+	struct lessons *l = held ? &j->held : &j->data;
+	const size_t n = j->p->cubes;
+	struct group g = {.j = j, .v = v, .rule = j->rule};
+	uint64_t bits[2];
 	int rc = -1;
 
-	if (ct_alloc0(&g.rc, n, sizeof *g.rc, e) || ct_alloc0(&g.e, n, sizeof *g.e, e))
+	(void)path;
+	if (train_data_hash(bits, v->data, ct_vol_count(v) * sizeof *v->data, e) ||
+		ct_grow(&l->example, &l->cap, l->n + n, sizeof *l->example, e) ||
+		ct_alloc0(&g.rc, n, sizeof *g.rc, e) || ct_alloc0(&g.e, n, sizeof *g.e, e))
 		goto out;
+	g.first = bits[0] >> 32 << 20;
 	ct_example_soft(g.rule.soft, v);
 	g.example = l->example + l->n;
+	memset(g.example, 0, n * sizeof *g.example);
 	ct_par_for(j->env.par, n, make, &g);
 	rc = ct_check_stop(&j->env, e);
 	for (size_t i = 0, kept = 0; i < n; i++) {
@@ -83,61 +210,6 @@ static int add(struct train_slices_job *j, struct lessons *l, const struct ct_vo
 out:
 	free(g.rc);
 	free(g.e);
-	return rc;
-}
-
-/* The examples of a file, and what it holds into the hash. The number of the first is of a hash of
- * the voxels: so a volume gives the same examples whatever else is trained on. */
-static int learn_file(struct train_slices_job *j, struct lessons *l, const char *path,
-	struct ct_hash *hash, struct ct_err *e)
-{
-	struct ct_vol v = {0};
-	uint64_t bits[2];
-	int rc = ct_vol_read(path, &v, e) || (ct_vol_check_finite(&v, e) && ct_blame(e, path)) ||
-				 train_data_hu(&v, path, j->p->bytes, e) ||
-				 train_data_hash(
-					 bits, v.data, ct_vol_count(&v) * sizeof *v.data, e) ||
-				 add(j, l, &v, bits[0] >> 32 << 20, j->p->cubes, e)
-			 ? -1
-			 : 0;
-
-	if (rc == 0) {
-		const char *input = ct_meta_get(&v.meta, CT_META_INPUT);
-
-		CT_SIMD(ct_hash_add)(hash, input, strlen(input));
-	}
-	ct_vol_free(&v);
-	return rc;
-}
-
-static int learn_from(struct train_slices_job *j, struct lessons *l, const char *path,
-	struct ct_meta *meta, struct ct_err *e)
-{
-	struct train_names names = {0};
-	struct ct_hash *hash = NULL;
-	struct ct_example *more;
-	size_t room;
-	int rc = -1;
-
-	if (train_data_names(&names, path, e) || ct_hash_alloc(&hash, e))
-		goto out;
-	room = names.n * j->p->cubes;
-	more = realloc(l->example, (l->n + room) * sizeof *more);
-	if (!more) {
-		ct_fail(e, CT_ENOMEM, "no memory for %zu examples", room);
-		goto out;
-	}
-	l->example = more;
-	memset(more + l->n, 0, room * sizeof *more);
-	for (size_t i = 0; i < names.n; i++) {
-		ct_progress(&j->env, "examples", i, names.n);
-		if (learn_file(j, l, names.path[i], hash, e))
-			goto out;
-	}
-	rc = ct_hash_input(hash, meta, path, e);
-out:
-	free(hash);
-	train_names_free(&names);
 	return rc;
 }
 
@@ -169,20 +241,15 @@ static int read_with(struct train_slices_job *j, struct train_data *data, struct
 
 static int read_data(struct train_slices_job *j, struct train_data *data, struct ct_err *e)
 {
-	for (size_t i = 0; i < j->p->files.n; i++)
-		if (learn_from(j, &j->data, j->p->files.v[i], &data->input[i], e))
-			return -1;
-	if (j->data.n == 0)
-		return ct_fail(e, CT_EINPUT, "%s: no volume is large enough for an example",
-			j->p->files.v[0]);
-	ct_log(&j->env, CT_INFO, "%zu examples", j->data.n);
-	if (!j->p->files.validate)
-		return 0;
-	if (learn_from(j, &j->held, j->p->files.validate, &data->held, e))
+	const struct train_files *d = &j->p->files;
+
+	if (train_data_volumes(d, data, j->p->bytes, take, j, "examples", &j->env, e))
 		return -1;
-	return j->held.n ? 0
-			 : ct_fail(e, CT_EINPUT, "%s: no volume is large enough for an example",
-				   j->p->files.validate);
+	if (j->data.n == 0 || (d->validate && j->held.n == 0))
+		return ct_fail(e, CT_EINPUT, "%s: no volume is large enough for an example",
+			j->data.n ? d->validate : d->v[0]);
+	ct_log(&j->env, CT_INFO, "%zu examples", j->data.n);
+	return 0;
 }
 
 static int start(struct train_slices_job *j, struct ct_err *e)
@@ -334,7 +401,8 @@ int train_slices(struct train_subject *s, struct train_data *data,
 	snprintf(j->name, sizeof j->name, "%s%s%zu", p->again ? "again-" : "",
 		p->examples.thick ? "thick-" : "", p->examples.factor);
 	return ct_patch_shape_check(&p->network.shape, e) ||
-			       (p->cache && train_cache_open(p->cache, e)) ||
+			       (p->cache && mkdir(p->cache, 0700) && errno != EEXIST &&
+				       ct_fail_errno(e, CT_EOUTPUT, p->cache)) ||
 			       read_with(j, data, e) || read_data(j, data, e) || start(j, e)
 		       ? -1
 		       : 0;

@@ -1,14 +1,11 @@
 /* volumes.c: ct-train on volumes: the ArSSR of ct-upsample -m arssr. */
 #include "config.h"
 #include "core/mem.h"
-#include "formats/format.h"
-#include "formats/hash.h"
 #include "train/data.h"
 #include "train/train.h"
 
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* CTs, as they were read, HU. */
 struct shelf {
@@ -23,67 +20,29 @@ struct train_volumes_job {
 	struct ct_arssr_train *train;
 };
 
-static bool is_large(const struct train_volumes_job *j, const struct ct_vol *v)
+/* Unless it is too small. */
+static int take(void *ctx, bool held, struct ct_vol *v, const char *path, struct ct_err *e)
 {
+	struct train_volumes_job *j = ctx;
 	const size_t least = ct_arssr_piece_least(&j->p->train.piece);
+	struct shelf *s = held ? &j->held : &j->data;
 
-	return v->n[0] >= least && v->n[1] >= least && v->n[2] >= least;
-}
-
-/* Adds a file, unless it is too small, and what it holds to the hash. */
-static int add(struct train_volumes_job *j, struct shelf *s, const char *path, struct ct_hash *hash,
-	struct ct_err *e)
-{
-	struct ct_vol v = {0};
-	const char *input;
-
+	if (v->n[0] < least || v->n[1] < least || v->n[2] < least) {
+		ct_log(&j->env, CT_INFO, "%s: too small for a cube, left out", path);
+		return 0;
+	}
 	if (ct_grow(&s->v, &s->cap, s->n + 1, sizeof *s->v, e))
 		return -1;
-	if (ct_vol_read(path, &v, e) || (ct_vol_check_finite(&v, e) && ct_blame(e, path)) ||
-		train_data_hu(&v, path, j->p->bytes, e)) {
-		ct_vol_free(&v);
-		return -1;
-	}
-	input = ct_meta_get(&v.meta, CT_META_INPUT);
-	CT_SIMD(ct_hash_add)(hash, input, strlen(input));
-	if (is_large(j, &v))
-		s->v[s->n++] = v;
-	else {
-		ct_log(&j->env, CT_INFO, "%s: too small for a cube, left out", path);
-		ct_vol_free(&v);
-	}
+	s->v[s->n++] = *v;
+	*v = (struct ct_vol){0};
 	return 0;
-}
-
-static int read_from(struct train_volumes_job *j, struct shelf *s, const char *path,
-	struct ct_meta *meta, struct ct_err *e)
-{
-	struct train_names names = {0};
-	struct ct_hash *hash = NULL;
-	int rc = -1;
-
-	if (train_data_names(&names, path, e) || ct_hash_alloc(&hash, e))
-		goto out;
-	for (size_t i = 0; i < names.n; i++) {
-		ct_progress(&j->env, "volumes", i, names.n);
-		if (add(j, s, names.path[i], hash, e))
-			goto out;
-	}
-	rc = ct_hash_input(hash, meta, path, e);
-out:
-	free(hash);
-	train_names_free(&names);
-	return rc;
 }
 
 static int read_data(struct train_volumes_job *j, struct train_data *data, struct ct_err *e)
 {
 	const struct train_files *d = &j->p->files;
 
-	for (size_t i = 0; i < d->n; i++)
-		if (read_from(j, &j->data, d->v[i], &data->input[i], e))
-			return -1;
-	if (d->validate && read_from(j, &j->held, d->validate, &data->held, e))
+	if (train_data_volumes(d, data, j->p->bytes, take, j, "volumes", &j->env, e))
 		return -1;
 	if (j->data.n == 0 || (d->validate && j->held.n == 0))
 		return ct_fail(e, CT_EGEOM, "%s: no volume has %zu voxels along each axis",

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { CHANNELS = 16384, MOST = 65536 };
 enum kind { COUNT, TRUTH, MULTS, FACTORS, HEADS };
 /* whose key it is */
 enum { UNET = 1 << CT_NET_UNET, RDN = 1 << CT_NET_RDN, OMNI = 1 << CT_NET_OMNI };
@@ -17,32 +18,38 @@ static const struct key {
 	const char *name;
 	enum kind kind;
 	size_t at;
-	bool needed; /* a file that lacks it is not of such a network */
-	int nets;    /* UNET | RDN | OMNI */
+	bool needed;        /* a file that lacks it is not of such a network */
+	int nets;           /* UNET | RDN | OMNI */
+	size_t least, most; /* of a count */
 } keys[] = {
-	{"image_size", COUNT, offsetof(struct ct_unet_arch, image_size), false, UNET},
-	{"in_channels", COUNT, offsetof(struct ct_unet_arch, in_channels), true, UNET | RDN | OMNI},
-	{"model_channels", COUNT, offsetof(struct ct_unet_arch, model_channels), true, UNET},
+	{"image_size", COUNT, offsetof(struct ct_unet_arch, image_size), false, UNET, 0, MOST},
+	{"in_channels", COUNT, offsetof(struct ct_unet_arch, in_channels), true, UNET | RDN | OMNI,
+		1, 64},
+	{"model_channels", COUNT, offsetof(struct ct_unet_arch, model_channels), true, UNET, 2,
+		CHANNELS},
 	{"out_channels", COUNT, offsetof(struct ct_unet_arch, out_channels), true,
-		UNET | RDN | OMNI},
-	{"num_res_blocks", COUNT, offsetof(struct ct_unet_arch, num_res_blocks), true, UNET},
-	{"attention_resolutions", FACTORS, 0, true, UNET},
-	{"channel_mult", MULTS, 0, true, UNET},
-	{"num_head_channels", HEADS, offsetof(struct ct_unet_arch, num_head_channels), false, UNET},
-	{"num_heads", COUNT, offsetof(struct ct_unet_arch, num_heads), false, UNET | OMNI},
+		UNET | RDN | OMNI, 1, 64},
+	{"num_res_blocks", COUNT, offsetof(struct ct_unet_arch, num_res_blocks), true, UNET, 1, 16},
+	{"attention_resolutions", FACTORS, 0, true, UNET, 0, 0},
+	{"channel_mult", MULTS, 0, true, UNET, 0, 0},
+	{"num_head_channels", HEADS, offsetof(struct ct_unet_arch, num_head_channels), false, UNET,
+		0, MOST},
+	{"num_heads", COUNT, offsetof(struct ct_unet_arch, num_heads), false, UNET | OMNI, 0, MOST},
 	{"use_scale_shift_norm", TRUTH, offsetof(struct ct_unet_arch, use_scale_shift_norm), true,
-		UNET},
-	{"resblock_updown", TRUTH, offsetof(struct ct_unet_arch, resblock_updown), true, UNET},
+		UNET, 0, 0},
+	{"resblock_updown", TRUTH, offsetof(struct ct_unet_arch, resblock_updown), true, UNET, 0,
+		0},
 	{"use_new_attention_order", TRUTH, offsetof(struct ct_unet_arch, use_new_attention_order),
-		true, UNET},
-	{"conv_resample", TRUTH, offsetof(struct ct_unet_arch, conv_resample), false, UNET},
-	{"num_classes", COUNT, offsetof(struct ct_unet_arch, num_classes), false, UNET},
-	{"factor", COUNT, offsetof(struct ct_unet_arch, factor), true, RDN | OMNI},
-	{"features", COUNT, offsetof(struct ct_unet_arch, features), true, RDN | OMNI},
-	{"blocks", COUNT, offsetof(struct ct_unet_arch, blocks), true, RDN | OMNI},
-	{"layers", COUNT, offsetof(struct ct_unet_arch, layers), true, RDN | OMNI},
-	{"growth", COUNT, offsetof(struct ct_unet_arch, growth), true, RDN},
-	{"window", COUNT, offsetof(struct ct_unet_arch, window), true, OMNI},
+		true, UNET, 0, 0},
+	{"conv_resample", TRUTH, offsetof(struct ct_unet_arch, conv_resample), false, UNET, 0, 0},
+	{"num_classes", COUNT, offsetof(struct ct_unet_arch, num_classes), false, UNET, 0, MOST},
+	{"factor", COUNT, offsetof(struct ct_unet_arch, factor), true, RDN | OMNI, 2,
+		CT_NET_FACTOR},
+	{"features", COUNT, offsetof(struct ct_unet_arch, features), true, RDN | OMNI, 4, 1024},
+	{"blocks", COUNT, offsetof(struct ct_unet_arch, blocks), true, RDN | OMNI, 1, 100},
+	{"layers", COUNT, offsetof(struct ct_unet_arch, layers), true, RDN | OMNI, 1, 100},
+	{"growth", COUNT, offsetof(struct ct_unet_arch, growth), true, RDN, 1, 1024},
+	{"window", COUNT, offsetof(struct ct_unet_arch, window), true, OMNI, 2, CT_NET_WINDOW},
 };
 
 enum { KEYS = sizeof keys / sizeof *keys };
@@ -63,6 +70,16 @@ void ct_unet_arch_default(struct ct_unet_arch *a)
 		.resblock_updown = true,
 		.conv_resample = true,
 	};
+}
+
+static size_t *count_of(struct ct_unet_arch *a, const struct key *k)
+{
+	return (size_t *)((char *)a + k->at);
+}
+
+static bool *truth_of(struct ct_unet_arch *a, const struct key *k)
+{
+	return (bool *)((char *)a + k->at);
 }
 
 /* Does a network of this kind have the key? */
@@ -111,37 +128,30 @@ static bool numbers(const char *s, size_t max, size_t *n, double *v)
 	}
 }
 
-/* A whole number in [0, 65536], or -1 if `negative`. */
+/* A whole number in [0, MOST], or -1 if `negative`. */
 static bool whole(double v, bool negative)
 {
-	return v == floor(v) && v >= (negative ? -1 : 0) && v <= 65536;
+	return v == floor(v) && v >= (negative ? -1 : 0) && v <= MOST;
 }
 
 static bool set_count(struct ct_unet_arch *a, const struct key *k, const char *value)
 {
 	double v[1];
-	size_t n, count;
+	size_t n;
 
 	if (!numbers(value, 1, &n, v) || n != 1 || !whole(v[0], k->kind == HEADS))
 		return false;
-	count = v[0] < 0 ? 0 : (size_t)v[0];
-	memcpy((char *)a + k->at, &count, sizeof count);
+	*count_of(a, k) = v[0] < 0 ? 0 : (size_t)v[0];
 	return true;
 }
 
 static bool set_truth(struct ct_unet_arch *a, const struct key *k, const char *value)
 {
-	static const char *const words[] = {
-		"False", "True", "false", "true", "0", "1", "no", "yes"};
+	const int place = ct_words_find("False|True|false|true|0|1|no|yes", value);
 
-	for (size_t i = 0; i < sizeof words / sizeof *words; i++)
-		if (strcmp(value, words[i]) == 0) {
-			bool b = i % 2;
-
-			memcpy((char *)a + k->at, &b, sizeof b);
-			return true;
-		}
-	return false;
+	if (place >= 0)
+		*truth_of(a, k) = place % 2;
+	return place >= 0;
 }
 
 static bool set_list(struct ct_unet_arch *a, const struct key *k, const char *value)
@@ -183,25 +193,16 @@ int ct_unet_arch_set(struct ct_unet_arch *a, const char *key, const char *value,
 	return 1;
 }
 
-int ct_unet_arch_from_meta(struct ct_unet_arch *a, const struct ct_meta *meta, struct ct_err *e)
+/* What the metadata state. */
+static int take_keys(struct ct_unet_arch *a, const struct ct_meta *meta, struct ct_err *e)
 {
-	const char *net = ct_meta_get(meta, CT_META_NET);
-
-	*a = (struct ct_unet_arch){.image_size = 64, .num_heads = 1, .conv_resample = true};
-	if (net && set_net(a, net, e))
-		return -1;
 	for (size_t i = 0; i < KEYS; i++) {
 		const char *value = ct_meta_get(meta, keys[i].name);
 
-		if (!has(a->net, &keys[i]))
-			continue;
-		if (!value && keys[i].needed)
-			return ct_fail(e, CT_EINPUT, "not a diffusion prior: no metadata \"%s\"",
-				keys[i].name);
-		if (value && ct_unet_arch_set(a, keys[i].name, value, e))
+		if (value && ct_unet_arch_set(a, keys[i].name, value, e) < 0)
 			return -1;
 	}
-	return ct_unet_arch_check(a, e);
+	return 0;
 }
 
 static void list_text(char *text, size_t size, const struct ct_unet_arch *a, enum kind kind)
@@ -219,32 +220,26 @@ static void list_text(char *text, size_t size, const struct ct_unet_arch *a, enu
 		snprintf(text + used, size - used, "]");
 }
 
-int ct_unet_arch_to_meta(const struct ct_unet_arch *a, struct ct_meta *meta, struct ct_err *e)
+int ct_unet_arch_to_meta(const struct ct_unet_arch *arch, struct ct_meta *meta, struct ct_err *e)
 {
-	if (a->net != CT_NET_UNET &&
-		ct_meta_set(meta, CT_META_NET, CT_WORD(CT_NET_LIST, a->net), e))
+	struct ct_unet_arch a = *arch;
+
+	if (a.net != CT_NET_UNET && ct_meta_set(meta, CT_META_NET, CT_WORD(CT_NET_LIST, a.net), e))
 		return -1;
 	for (size_t i = 0; i < KEYS; i++) {
 		const struct key *k = &keys[i];
-		const char *field = (const char *)a + k->at;
 		char text[200];
-		size_t count;
-		bool truth;
 
-		if (!has(a->net, k))
+		if (!has(a.net, k))
 			continue;
-		if (k->kind == TRUTH) {
-			memcpy(&truth, field, sizeof truth);
-			snprintf(text, sizeof text, "%s", truth ? "True" : "False");
-		} else if (k->kind == MULTS || k->kind == FACTORS) {
-			list_text(text, sizeof text, a, k->kind);
-		} else {
-			memcpy(&count, field, sizeof count);
-			if (k->kind == HEADS && count == 0)
-				snprintf(text, sizeof text, "-1");
-			else
-				snprintf(text, sizeof text, "%zu", count);
-		}
+		if (k->kind == TRUTH)
+			snprintf(text, sizeof text, "%s", *truth_of(&a, k) ? "True" : "False");
+		else if (k->kind == MULTS || k->kind == FACTORS)
+			list_text(text, sizeof text, &a, k->kind);
+		else if (k->kind == HEADS && *count_of(&a, k) == 0)
+			snprintf(text, sizeof text, "-1");
+		else
+			snprintf(text, sizeof text, "%zu", *count_of(&a, k));
 		if (ct_meta_set(meta, k->name, text, e))
 			return -1;
 	}
@@ -275,12 +270,11 @@ static int check_level(const struct ct_unet_arch *a, size_t level, struct ct_err
 	bool attends = ct_unet_arch_attends(a, level) || level + 1 == a->levels;
 	size_t unit;
 
-	if (!(c >= 32 && c <= CT_UNET_MAX_CHANNELS) || (size_t)c % 32 != 0)
+	if (!(c >= 32 && c <= CHANNELS) || (size_t)c % 32 != 0)
 		return ct_fail(e, CT_EINPUT,
-			"architecture: channel_mult %g of %zu model_channels gives %g channels, "
-			"not a "
+			"architecture: channel_mult %g of %zu model_channels gives %g channels, not a "
 			"multiple of 32 up to %d",
-			a->channel_mult[level], a->model_channels, c, CT_UNET_MAX_CHANNELS);
+			a->channel_mult[level], a->model_channels, c, CHANNELS);
 	unit = a->num_head_channels ? a->num_head_channels : a->num_heads;
 	if (attends && (unit == 0 || (size_t)c % unit != 0))
 		return ct_fail(e, CT_EINPUT, "architecture: %s %zu does not divide %zu channels",
@@ -288,42 +282,11 @@ static int check_level(const struct ct_unet_arch *a, size_t level, struct ct_err
 	return 0;
 }
 
-static bool within(size_t v, size_t least, size_t most)
-{
-	return v >= least && v <= most;
-}
-
-static int check_superres(const struct ct_unet_arch *a, struct ct_err *e)
-{
-	const bool omni = a->net == CT_NET_OMNI;
-	const size_t heads = omni ? a->num_heads : 1;
-
-	if (!within(a->in_channels, 1, 64) || a->out_channels != a->in_channels)
-		return ct_fail(e, CT_EINPUT, "architecture: %zu channels in, %zu out",
-			a->in_channels, a->out_channels);
-	if (!within(a->factor, 2, CT_NET_FACTOR) || !within(a->features, 4, CT_NET_FEATURES) ||
-		!within(a->blocks, 1, CT_NET_BLOCKS) || !within(a->layers, 1, CT_NET_BLOCKS))
-		return ct_fail(e, CT_EINPUT,
-			"architecture: factor %zu, %zu features, %zu blocks of %zu layers: one is out of range",
-			a->factor, a->features, a->blocks, a->layers);
-	if (omni ? !within(a->window, 2, CT_NET_WINDOW) : !within(a->growth, 1, CT_NET_FEATURES))
-		return ct_fail(e, CT_EINPUT, "architecture: %s is %zu", omni ? "window" : "growth",
-			omni ? a->window : a->growth);
-	return heads && a->features % heads == 0
-		       ? 0
-		       : ct_fail(e, CT_EINPUT,
-				 "architecture: num_heads %zu does not divide %zu features", heads,
-				 a->features);
-}
-
 size_t ct_unet_arch_multiple(const struct ct_unet_arch *a)
 {
-	switch (a->net) {
-	case CT_NET_RDN: return 1;
-	case CT_NET_OMNI: return a->window;
-	case CT_NET_UNET: break;
-	}
-	return (size_t)1 << (a->levels - 1);
+	return a->net == CT_NET_RDN    ? 1
+	       : a->net == CT_NET_OMNI ? a->window
+				       : (size_t)1 << (a->levels - 1);
 }
 
 size_t ct_unet_arch_least(const struct ct_unet_arch *a)
@@ -334,25 +297,40 @@ size_t ct_unet_arch_least(const struct ct_unet_arch *a)
 	return a->net == CT_NET_OMNI ? (SEEN + unit - 1) / unit * unit : unit;
 }
 
+static int check_counts(struct ct_unet_arch a, struct ct_err *e)
+{
+	for (size_t i = 0; i < KEYS; i++) {
+		const struct key *k = &keys[i];
+
+		if (has(a.net, k) && (k->kind == COUNT || k->kind == HEADS) &&
+			(*count_of(&a, k) < k->least || *count_of(&a, k) > k->most))
+			return ct_fail(e, CT_EINPUT, "architecture: %s is %zu: expected %zu to %zu",
+				k->name, *count_of(&a, k), k->least, k->most);
+	}
+	return 0;
+}
+
 int ct_unet_arch_check(const struct ct_unet_arch *a, struct ct_err *e)
 {
-	if (a->net != CT_NET_UNET)
-		return check_superres(a, e);
-	if (a->levels < 1 || a->levels > CT_UNET_LEVELS)
-		return ct_fail(e, CT_EINPUT, "architecture: channel_mult has no level");
-	if (a->model_channels < 2 || a->model_channels > CT_UNET_MAX_CHANNELS)
-		return ct_fail(
-			e, CT_EINPUT, "architecture: model_channels is %zu", a->model_channels);
-	if (a->in_channels < 1 || a->in_channels > 64 || a->out_channels < 1 ||
-		a->out_channels > 64)
+	const size_t heads = a->net == CT_NET_OMNI ? a->num_heads : 1;
+
+	if (check_counts(*a, e))
+		return -1;
+	if (a->net == CT_NET_UNET) {
+		if (a->levels < 1 || a->levels > CT_UNET_LEVELS)
+			return ct_fail(e, CT_EINPUT, "architecture: channel_mult has no level");
+		for (size_t i = 0; i < a->levels; i++)
+			if (check_level(a, i, e))
+				return -1;
+		return 0;
+	}
+	if (a->out_channels != a->in_channels)
 		return ct_fail(e, CT_EINPUT, "architecture: %zu channels in, %zu out",
 			a->in_channels, a->out_channels);
-	if (a->num_res_blocks < 1 || a->num_res_blocks > 16)
-		return ct_fail(
-			e, CT_EINPUT, "architecture: num_res_blocks is %zu", a->num_res_blocks);
-	for (size_t i = 0; i < a->levels; i++)
-		if (check_level(a, i, e))
-			return -1;
+	if (!heads || a->features % heads)
+		return ct_fail(e, CT_EINPUT,
+			"architecture: num_heads %zu does not divide %zu features", heads,
+			a->features);
 	return 0;
 }
 
@@ -430,43 +408,47 @@ static bool is_whole(const struct ct_meta *meta)
 	return true;
 }
 
-/* What metadata state is what the tensors are. */
-static int agrees(const struct ct_unet_arch *a, const struct ct_meta *meta, struct ct_err *e)
+static int check_net(const struct ct_unet_arch *a, const struct ct_meta *meta, struct ct_err *e)
 {
-	const char *net = ct_meta_get(meta, CT_META_NET);
+	const char *net = ct_meta_get(meta, CT_META_NET), *own = CT_WORD(CT_NET_LIST, a->net);
 
-	if (net && strcmp(net, CT_WORD(CT_NET_LIST, a->net)) != 0)
-		return ct_fail(e, CT_EINPUT, "architecture: net is \"%.100s\", the tensors are %s",
-			net, CT_WORD(CT_NET_LIST, a->net));
-	for (size_t i = 0; i < KEYS; i++) {
-		const char *value = ct_meta_get(meta, keys[i].name);
-		struct ct_unet_arch b = *a;
+	return !net || strcmp(net, own) == 0
+		       ? 0
+		       : ct_fail(e, CT_EINPUT,
+				 "architecture: net is \"%.100s\", the tensors are %s", net, own);
+}
 
-		if (!value || !has(a->net, &keys[i]))
-			continue;
-		if (ct_unet_arch_set(&b, keys[i].name, value, e))
-			return -1;
-		if (memcmp((const char *)a + keys[i].at, (const char *)&b + keys[i].at,
-			    sizeof(size_t)) != 0)
+/* What metadata state is what the tensors of a network of super-resolution are. */
+static int agrees(struct ct_unet_arch *a, const struct ct_meta *meta, struct ct_err *e)
+{
+	struct ct_unet_arch b = *a;
+
+	if (check_net(a, meta, e) || take_keys(&b, meta, e))
+		return -1;
+	for (size_t i = 0; i < KEYS; i++)
+		if (has(a->net, &keys[i]) && *count_of(a, &keys[i]) != *count_of(&b, &keys[i]))
 			return ct_fail(e, CT_EINPUT,
 				"architecture: %s is %.100s, the tensors are of another",
-				keys[i].name, value);
-	}
+				keys[i].name, ct_meta_get(meta, keys[i].name));
 	return ct_unet_arch_check(a, e);
 }
 
 int ct_unet_arch_of(struct ct_unet_arch *a, const struct ct_tensors *w, struct ct_err *e)
 {
-	if (is_whole(&w->meta))
-		return ct_unet_arch_from_meta(a, &w->meta, e);
+	const struct ct_meta *meta = &w->meta;
+	const char *net = ct_meta_get(meta, CT_META_NET);
+
+	if (is_whole(meta)) {
+		*a = (struct ct_unet_arch){.image_size = 64, .num_heads = 1, .conv_resample = true};
+		if ((net && set_net(a, net, e)) || take_keys(a, meta, e))
+			return -1;
+		return ct_unet_arch_check(a, e);
+	}
 	*a = (struct ct_unet_arch){0};
 	if (ct_rdn_of(a, w) || ct_omni_of(a, w))
-		return agrees(a, &w->meta, e);
-	if (from_tensors(a, w, e))
+		return agrees(a, meta, e);
+	if (from_tensors(a, w, e) || check_net(a, meta, e) || take_keys(a, meta, e))
 		return -1;
-	for (size_t i = 0; i < w->meta.n; i++)
-		if (ct_unet_arch_set(a, w->meta.pair[i].key, w->meta.pair[i].value, e) < 0)
-			return -1;
 	if (a->num_heads == 0 && a->num_head_channels == 0)
 		return ct_fail(e, CT_EINPUT,
 			"architecture: tensors do not tell num_head_channels or num_heads: state "

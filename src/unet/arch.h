@@ -10,9 +10,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-enum { CT_UNET_LEVELS = 10, CT_UNET_MAX_CHANNELS = 16384 };
-/* Largest values of the networks of super-resolution. */
-enum { CT_NET_FACTOR = 64, CT_NET_WINDOW = 64, CT_NET_BLOCKS = 100, CT_NET_FEATURES = 1024 };
+/* Largest values; the others are in arch.c. */
+enum { CT_UNET_LEVELS = 10, CT_NET_FACTOR = 64, CT_NET_WINDOW = 64 };
 
 #define CT_NET_LIST(X)                                                                             \
 	X(CT_NET_UNET, "unet")                                                                     \
@@ -43,19 +42,19 @@ struct ct_unet_arch {
 
 /* D 32, multipliers 1,2,3,4, one block a level, attention in the middle only, 1 channel. */
 void ct_unet_arch_default(struct ct_unet_arch *a);
-/* Keys of the metadata as guided diffusion names its arguments: "image_size", "in_channels",
+/* Into the metadata, by keys as guided diffusion names its arguments: "image_size", "in_channels",
  * "model_channels", "out_channels", "num_res_blocks", "attention_resolutions" (downsampling
  * factors), "channel_mult", "num_heads", "num_head_channels" (-1: use num_heads),
  * "use_scale_shift_norm", "resblock_updown", "use_new_attention_order", "conv_resample",
  * "num_classes" (0: not conditioned). With "net" (CT_NET_LIST; without it a U-Net) another one,
  * which has instead "in_channels", "out_channels", "factor", "features", "blocks", "layers",
  * and "growth" or "num_heads" and "window". Lists are "[1, 2]", "1,2" or "1:2"; truths True or
- * False. CT_EINPUT naming the key. */
-int ct_unet_arch_from_meta(struct ct_unet_arch *a, const struct ct_meta *meta, struct ct_err *e);
+ * False. */
 int ct_unet_arch_to_meta(const struct ct_unet_arch *a, struct ct_meta *meta, struct ct_err *e);
-/* The same of a network, and what its metadata do not state from the names and shapes of its
- * tensors, which tell all but the heads of attention (without num_heads and num_head_channels it is
- * CT_EINPUT) and the order of their channels (taken for guided diffusion's default). */
+/* From the metadata of a network, CT_EINPUT naming the key, and what these do not state from the
+ * names and shapes of its tensors, which tell all but the heads of attention (without num_heads and
+ * num_head_channels it is CT_EINPUT) and the order of their channels (taken for guided diffusion's
+ * default). */
 int ct_unet_arch_of(struct ct_unet_arch *a, const struct ct_tensors *w, struct ct_err *e);
 /* One key as above, from its words: the command line's way. 1 if the network has no such key. "net"
  * makes it the network as published, of one channel, but a U-Net, which stays as it is. */
@@ -63,8 +62,8 @@ int ct_unet_arch_set(struct ct_unet_arch *a, const char *key, const char *value,
 /* Both sides of a picture are multiples of the first, and no less than the second. */
 size_t ct_unet_arch_multiple(const struct ct_unet_arch *a);
 size_t ct_unet_arch_least(const struct ct_unet_arch *a);
-/* CT_EINPUT unless every channel count is a multiple of 32 within the limits and the heads divide
- * the channels that have attention; of super-resolution, unless all is within the limits above. */
+/* CT_EINPUT unless all is within its limits, every channel count of a U-Net a multiple of 32, and
+ * the heads divide the channels that have attention. */
 int ct_unet_arch_check(const struct ct_unet_arch *a, struct ct_err *e);
 /* Channels of a level. */
 size_t ct_unet_arch_channels(const struct ct_unet_arch *a, size_t level);

@@ -33,10 +33,19 @@ size_t ct_build_op(struct ct_build *b, struct ct_graph_op o, struct ct_image s)
 	return o.out;
 }
 
-size_t ct_build_map(struct ct_build *b, enum ct_graph_kind kind, size_t x, struct ct_image s)
+size_t ct_build_map(
+	struct ct_build *b, enum ct_graph_kind kind, size_t x, size_t param, struct ct_image s)
 {
 	return ct_build_op(
-		b, (struct ct_graph_op){.kind = kind, .a = x, .b = CT_NONE, .param = CT_NONE}, s);
+		b, (struct ct_graph_op){.kind = kind, .a = x, .b = CT_NONE, .param = param}, s);
+}
+
+size_t ct_build_pointwise(struct ct_build *b, enum ct_pointwise f, size_t x)
+{
+	const struct ct_graph_op o = {
+		.kind = CT_GRAPH_POINTWISE, .a = x, .b = CT_NONE, .param = CT_NONE, .f = f};
+
+	return ct_build_op(b, o, b->g->image[x]);
 }
 
 void ct_build_param(struct ct_build *b, const char *prefix, const char *sub, const char *what,
@@ -87,25 +96,35 @@ size_t ct_build_gains(struct ct_build *b, const char *prefix, const char *sub, s
 }
 
 /* Pixels of a line of n after the convolution. */
-static size_t line(const struct ct_build_conv *c, size_t n)
+static size_t line(const struct ct_graph_op *o, size_t n)
 {
-	return c->inside ? (n - c->k) / c->stride + 1 : (n + c->stride - 1) / c->stride;
+	return o->inside ? (n - o->k) / o->stride + 1 : (n + o->stride - 1) / o->stride;
 }
 
-size_t ct_build_convolve(struct ct_build *b, struct ct_build_conv c)
+size_t ct_build_convolve(struct ct_build *b, struct ct_graph_op o, size_t channels)
 {
-	const struct ct_image s = b->g->image[c.x];
+	const struct ct_image s = b->g->image[o.a];
 
-	return ct_build_op(b,
-		(struct ct_graph_op){.kind = CT_GRAPH_CONV,
-			.a = c.x,
-			.b = c.add,
-			.param = c.param,
-			.k = c.k,
-			.stride = c.stride,
-			.bare = c.bare,
-			.inside = c.inside},
-		(struct ct_image){line(&c, s.h), line(&c, s.w), c.channels});
+	o.kind = CT_GRAPH_CONV;
+	return ct_build_op(b, o, (struct ct_image){line(&o, s.h), line(&o, s.w), channels});
+}
+
+size_t ct_build_conv(struct ct_build *b, const char *prefix, const char *sub, size_t x, size_t add,
+	size_t channels, size_t k)
+{
+	const size_t ci = b->g->image[x].c;
+	const size_t p = ct_build_weights(b, prefix, sub, 4, channels, ci, k, false);
+
+	return ct_build_convolve(b,
+		(struct ct_graph_op){.a = x, .b = add, .param = p, .k = k, .stride = 1}, channels);
+}
+
+size_t ct_build_shuffle(struct ct_build *b, size_t x, size_t r)
+{
+	const struct ct_image s = b->g->image[x];
+
+	return ct_build_map(b, CT_GRAPH_SHUFFLE, x, CT_NONE,
+		(struct ct_image){s.h * r, s.w * r, s.c / (r * r)});
 }
 
 size_t ct_build_concat(struct ct_build *b, size_t x, size_t y)

@@ -17,18 +17,13 @@ struct ct_build {
 	bool failed;
 };
 
-/* A convolution of image x, plus image `add` unless that is CT_NONE. */
-struct ct_build_conv {
-	size_t x, add, param, channels, k, stride;
-	bool bare;   /* without a bias */
-	bool inside; /* without padding */
-};
-
 size_t ct_build_image(struct ct_build *b, struct ct_image s);
 /* The operation o, which writes an image of shape s. */
 size_t ct_build_op(struct ct_build *b, struct ct_graph_op o, struct ct_image s);
-/* One that reads x alone and has no parameters. */
-size_t ct_build_map(struct ct_build *b, enum ct_graph_kind kind, size_t x, struct ct_image s);
+/* One that reads x alone, and has the parameters from `param` on or CT_NONE. */
+size_t ct_build_map(
+	struct ct_build *b, enum ct_graph_kind kind, size_t x, size_t param, struct ct_image s);
+size_t ct_build_pointwise(struct ct_build *b, enum ct_pointwise f, size_t x);
 /* The parameter PREFIX.SUB.WHAT, or PREFIX.WHAT if sub is "". */
 void ct_build_param(struct ct_build *b, const char *prefix, const char *sub, const char *what,
 	struct ct_param p);
@@ -40,7 +35,13 @@ size_t ct_build_weight(struct ct_build *b, const char *prefix, const char *sub, 
 	size_t co, size_t ci, size_t k);
 /* Gamma [c], ones, and beta [c], zeros. */
 size_t ct_build_gains(struct ct_build *b, const char *prefix, const char *sub, size_t c);
-size_t ct_build_convolve(struct ct_build *b, struct ct_build_conv c);
+/* The convolution o, of its a, b or CT_NONE, param, k and stride, to so many channels. */
+size_t ct_build_convolve(struct ct_build *b, struct ct_graph_op o, size_t channels);
+/* k x k of image x with a weight and a bias of its own, plus image `add` unless that is CT_NONE. */
+size_t ct_build_conv(struct ct_build *b, const char *prefix, const char *sub, size_t x, size_t add,
+	size_t channels, size_t k);
+/* r x r pixels of every r r channels. */
+size_t ct_build_shuffle(struct ct_build *b, size_t x, size_t r);
 /* Channels of x, then of y. */
 size_t ct_build_concat(struct ct_build *b, size_t x, size_t y);
 

@@ -86,22 +86,9 @@ static int prim_arg(struct prim *p, int id, ct_dnn_cdesc d, dnnl_engine_t eng, s
 	return 0;
 }
 
-static void prim_free(struct prim *p)
-{
-	ct_dnn_args_free(p->n, p->arg);
-	if (p->p)
-		dnnl_primitive_destroy(p->p);
-	*p = (struct prim){0};
-}
-
 static int prim_set(struct prim *p, enum role role, const void *data, struct ct_err *e)
 {
 	return (int)role < p->n ? ct_dnn_set(p->arg[role].memory, data, e) : 0;
-}
-
-static int prim_run(struct prim *p, dnnl_stream_t stream, struct ct_err *e)
-{
-	return ct_dnn_run(p->p, stream, p->n, p->arg, "run", e);
 }
 
 /* The result of the primitive is added to another image. */
@@ -225,8 +212,11 @@ void ct_conv_free(struct ct_conv *c)
 {
 	if (!c)
 		return;
-	for (int d = 0; d < DIRECTIONS; d++)
-		prim_free(&c->dir[d]);
+	for (int d = 0; d < DIRECTIONS; d++) {
+		ct_dnn_args_free(c->dir[d].n, c->dir[d].arg);
+		if (c->dir[d].p)
+			dnnl_primitive_destroy(c->dir[d].p);
+	}
 	ct_dnn_args_free(2, c->unpack_arg);
 	ct_dnn_order_free(&c->unpack);
 	if (c->stream)
@@ -263,7 +253,7 @@ int ct_conv_forward(struct ct_conv *c, float *y, const float *x, const float *bi
 	if (prim_set(p, SRC, x, e) || prim_set(p, DST, y, e) || prim_set(p, BIAS, bias, e) ||
 		prim_set(p, ADD, add, e) || prim_set(p, SCRATCH, scratch, e))
 		return -1;
-	return prim_run(p, c->stream, e);
+	return ct_dnn_run(p->p, c->stream, p->n, p->arg, "run", e);
 }
 
 int ct_conv_back_data(
@@ -273,7 +263,7 @@ int ct_conv_back_data(
 
 	if (prim_set(p, SRC, dx, e) || prim_set(p, DST, dy, e) || prim_set(p, SCRATCH, scratch, e))
 		return -1;
-	return prim_run(p, c->stream, e);
+	return ct_dnn_run(p->p, c->stream, p->n, p->arg, "run", e);
 }
 
 int ct_conv_back_weights(struct ct_conv *c, float *dw, float *db, const float *x, const float *dy,
@@ -286,7 +276,7 @@ int ct_conv_back_weights(struct ct_conv *c, float *dw, float *db, const float *x
 
 	if (prim_set(p, SRC, x, e) || prim_set(p, DST, dy, e) || prim_set(p, WEIGHTS, packed, e) ||
 		prim_set(p, BIAS, bias, e) || prim_set(p, SCRATCH, scratch, e) ||
-		prim_run(p, c->stream, e))
+		ct_dnn_run(p->p, c->stream, p->n, p->arg, "run", e))
 		return -1;
 	for (size_t i = 0; i < c->s.co; i++)
 		db[i] += b[i];

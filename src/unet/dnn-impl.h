@@ -29,6 +29,7 @@ struct ct_dnn_pack {
 	const float *plain; /* what they were made of */
 	float *data;
 	struct ct_dnn_order order;
+	struct ct_err err; /* of the last refresh */
 };
 
 struct ct_dnn {

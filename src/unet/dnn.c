@@ -275,34 +275,24 @@ static int pack_run(struct ct_dnn *d, const struct ct_dnn_pack *p, struct ct_err
 	return rc;
 }
 
-struct refresh {
-	struct ct_dnn *d;
-	struct ct_err *err; /* one a pack */
-};
-
 static void refresh_one(void *arg, size_t i, size_t worker)
 {
-	struct refresh *r = arg;
+	struct ct_dnn *d = arg;
 
 	(void)worker;
-	pack_run(r->d, r->d->pack[i], &r->err[i]);
+	d->pack[i]->err = (struct ct_err){0};
+	pack_run(d, d->pack[i], &d->pack[i]->err);
 }
 
 int ct_dnn_refresh(struct ct_dnn *d, struct ct_par *par, struct ct_err *e)
 {
-	struct refresh r = {.d = d};
-	int rc = 0;
-
-	if (ct_alloc0(&r.err, d->n, sizeof *r.err, e))
-		return -1;
-	ct_par_for(par, d->n, refresh_one, &r);
-	for (size_t i = 0; i < d->n && !rc; i++)
-		if (r.err[i].code != CT_OK) {
-			*e = r.err[i];
-			rc = -1;
+	ct_par_for(par, d->n, refresh_one, d);
+	for (size_t i = 0; i < d->n; i++)
+		if (d->pack[i]->err.code != CT_OK) {
+			*e = d->pack[i]->err;
+			return -1;
 		}
-	free(r.err);
-	return rc;
+	return 0;
 }
 
 int ct_dnn_pack_get(struct ct_dnn *d, size_t key, const float *plain, ct_dnn_cdesc from,

@@ -26,17 +26,14 @@ static size_t conv(
 	struct ct_build *b, size_t x, size_t add, size_t p, size_t co, size_t k, size_t stride)
 {
 	return ct_build_convolve(b,
-		(struct ct_build_conv){
-			.x = x, .add = add, .param = p, .channels = co, .k = k, .stride = stride});
+		(struct ct_graph_op){.a = x, .b = add, .param = p, .k = k, .stride = stride}, co);
 }
 
 static size_t linear(struct ct_build *b, const char *prefix, const char *sub, size_t x, size_t co)
 {
 	const size_t p = ct_build_weights(b, prefix, sub, 2, co, b->g->image[x].c, 1, false);
 
-	return ct_build_op(b,
-		(struct ct_graph_op){.kind = CT_GRAPH_LINEAR, .a = x, .b = CT_NONE, .param = p},
-		(struct ct_image){1, 1, co});
+	return ct_build_map(b, CT_GRAPH_LINEAR, x, p, (struct ct_image){1, 1, co});
 }
 
 static size_t norm(
@@ -58,8 +55,10 @@ static size_t resample(struct ct_build *b, size_t x, int how)
 
 	if (how == 0)
 		return x;
-	return how < 0 ? ct_build_map(b, CT_GRAPH_DOWN, x, (struct ct_image){s.h / 2, s.w / 2, s.c})
-		       : ct_build_map(b, CT_GRAPH_UP, x, (struct ct_image){s.h * 2, s.w * 2, s.c});
+	if (how < 0)
+		return ct_build_map(
+			b, CT_GRAPH_DOWN, x, CT_NONE, (struct ct_image){s.h / 2, s.w / 2, s.c});
+	return ct_build_map(b, CT_GRAPH_UP, x, CT_NONE, (struct ct_image){s.h * 2, s.w * 2, s.c});
 }
 
 /* h = conv(SiLU(norm(x))), h = conv(SiLU(norm(h; emb))), skip(x) + h; resampled if asked between
@@ -68,39 +67,29 @@ static size_t resblock(struct ct_build *b, const char *prefix, size_t x, size_t 
 {
 	const size_t ci = b->g->image[x].c;
 	const bool ss = b->arch->use_scale_shift_norm;
-	size_t h, e, p, second;
+	size_t h, e, second;
 
 	h = norm(b, prefix, "in_layers.0", x, CT_NONE, true);
 	h = resample(b, h, how);
 	x = resample(b, x, how);
-	p = ct_build_weights(b, prefix, "in_layers.2", 4, co, ci, 3, false);
-	h = conv(b, h, CT_NONE, p, co, 3, 1);
+	h = ct_build_conv(b, prefix, "in_layers.2", h, CT_NONE, co, 3);
 	e = linear(b, prefix, "emb_layers.1", b->emb, ss ? 2 * co : co);
 	h = norm(b, prefix, "out_layers.0", h, e, true);
 	second = ct_build_weights(b, prefix, "out_layers.3", 4, co, co, 3, true);
-	if (ci != co) {
-		p = ct_build_weights(b, prefix, "skip_connection", 4, co, ci, 1, false);
-		x = conv(b, x, CT_NONE, p, co, 1, 1);
-	}
+	if (ci != co)
+		x = ct_build_conv(b, prefix, "skip_connection", x, CT_NONE, co, 1);
 	return conv(b, h, x, second, co, 3, 1);
 }
 
 static size_t attention(struct ct_build *b, const char *prefix, size_t x)
 {
 	const struct ct_image s = b->g->image[x];
-	const size_t heads = ct_unet_arch_heads(b->arch, s.c);
 	size_t h, p;
 
 	h = norm(b, prefix, "norm", x, CT_NONE, false);
 	p = ct_build_weights(b, prefix, "qkv", 3, 3 * s.c, s.c, 1, false);
 	h = conv(b, h, CT_NONE, p, 3 * s.c, 1, 1);
-	h = ct_build_op(b,
-		(struct ct_graph_op){.kind = CT_GRAPH_ATTN,
-			.a = h,
-			.b = CT_NONE,
-			.param = CT_NONE,
-			.heads = heads},
-		s);
+	h = ct_build_map(b, CT_GRAPH_ATTN, h, CT_NONE, s);
 	p = ct_build_weights(b, prefix, "proj_out", 3, s.c, s.c, 1, true);
 	return conv(b, h, x, p, s.c, 1, 1);
 }
@@ -129,32 +118,30 @@ static size_t label(struct ct_build *b, size_t x)
 
 	ct_build_param(b, "label_emb", "", "weight",
 		(struct ct_param){.rank = 2, .dim = {b->arch->num_classes, s.c}, .zero = true});
-	return ct_build_op(b,
-		(struct ct_graph_op){.kind = CT_GRAPH_LABEL, .a = x, .b = CT_NONE, .param = p}, s);
+	return ct_build_map(b, CT_GRAPH_LABEL, x, p, s);
 }
 
 static void time_embedding(struct ct_build *b)
 {
 	const size_t d = b->arch->model_channels;
 	const struct ct_image s = {1, 1, 4 * d};
-	size_t x = ct_build_map(b, CT_GRAPH_EMBED, CT_NONE, (struct ct_image){1, 1, d});
+	size_t x = ct_build_map(b, CT_GRAPH_EMBED, CT_NONE, CT_NONE, (struct ct_image){1, 1, d});
 
-	x = ct_build_map(b, CT_GRAPH_SILU, linear(b, "time_embed.0", "", x, 4 * d), s);
+	x = ct_build_map(b, CT_GRAPH_SILU, linear(b, "time_embed.0", "", x, 4 * d), CT_NONE, s);
 	x = linear(b, "time_embed.2", "", x, 4 * d);
 	if (b->arch->num_classes)
 		x = label(b, x);
-	b->emb = ct_build_map(b, CT_GRAPH_SILU, x, s);
+	b->emb = ct_build_map(b, CT_GRAPH_SILU, x, CT_NONE, s);
 }
 
 /* The way down; every entry's output goes on the stack. */
 static size_t down(struct ct_build *b, size_t *stack, size_t *depth)
 {
 	const struct ct_unet_arch *a = b->arch;
-	size_t entry = 0, x, p, c = ct_unet_arch_channels(a, 0);
+	size_t entry = 0, x, c = ct_unet_arch_channels(a, 0);
 	char prefix[48];
 
-	p = ct_build_weights(b, "input_blocks.0.0", "", 4, c, a->in_channels, 3, false);
-	x = conv(b, 0, CT_NONE, p, c, 3, 1);
+	x = ct_build_conv(b, "input_blocks.0.0", "", 0, CT_NONE, c, 3);
 	stack[entry++] = x;
 	for (size_t level = 0; level < a->levels; level++) {
 		c = ct_unet_arch_channels(a, level);
@@ -204,59 +191,43 @@ static size_t up(struct ct_build *b, size_t x, const size_t *stack, size_t depth
 	return x;
 }
 
-/* The other networks. */
-static int superres(
+static size_t unet(struct ct_build *b)
+{
+	/* one entry, num_res_blocks a level and the changes between levels: within these bounds */
+	size_t stack[1 + CT_UNET_LEVELS * 17] = {0}, depth = 0, x, c;
+	const size_t out = b->arch->out_channels;
+
+	time_embedding(b);
+	x = down(b, stack, &depth);
+	c = b->g->image[x].c;
+	x = resblock(b, "middle_block.0", x, c, 0);
+	x = attention(b, "middle_block.1", x);
+	x = resblock(b, "middle_block.2", x, c, 0);
+	x = up(b, x, stack, depth);
+	c = b->g->image[x].c;
+	x = norm(b, "out.0", "", x, CT_NONE, true);
+	return conv(b, x, CT_NONE, ct_build_weights(b, "out.2", "", 4, out, c, 3, true), out, 3, 1);
+}
+
+int ct_graph_build(
 	struct ct_graph *g, const struct ct_unet_arch *a, size_t h, size_t w, struct ct_err *e)
 {
-	const size_t unit = ct_unet_arch_multiple(a), least = ct_unet_arch_least(a);
 	struct ct_build b = {.g = g, .arch = a, .e = e};
+	size_t unit, least;
 
+	if (ct_unet_arch_check(a, e))
+		return -1;
+	unit = ct_unet_arch_multiple(a);
+	least = ct_unet_arch_least(a);
 	if (h % unit || w % unit || h < least || w < least || h > 65536 || w > 65536)
 		return ct_fail(e, CT_EGEOM,
 			"%zu x %zu: the network takes multiples of %zu from %zu to 65536", w, h,
 			unit, least);
 	ct_build_image(&b, (struct ct_image){h, w, a->in_channels});
 	if (!b.failed)
-		g->out = a->net == CT_NET_RDN ? ct_rdn_build(&b) : ct_omni_build(&b);
-	if (b.failed)
-		ct_graph_free(g);
-	return b.failed ? -1 : 0;
-}
-
-int ct_graph_build(
-	struct ct_graph *g, const struct ct_unet_arch *a, size_t h, size_t w, struct ct_err *e)
-{
-	/* one entry, num_res_blocks a level and the changes between levels: within these bounds */
-	size_t stack[1 + CT_UNET_LEVELS * 17] = {0}, depth = 0, x, c;
-	struct ct_build b = {.g = g, .arch = a, .e = e};
-	size_t unit;
-
-	if (ct_unet_arch_check(a, e))
-		return -1;
-	if (a->net != CT_NET_UNET)
-		return superres(g, a, h, w, e);
-	unit = ct_unet_arch_multiple(a);
-	if (h == 0 || w == 0 || h % unit || w % unit)
-		return ct_fail(e, CT_EGEOM,
-			"the network halves its image %zu times: %zu x %zu is not a multiple of "
-			"%zu",
-			a->levels - 1, w, h, unit);
-	if (h > 65536 || w > 65536)
-		return ct_fail(e, CT_EGEOM, "an image of %zu x %zu is too large", w, h);
-	ct_build_image(&b, (struct ct_image){h, w, a->in_channels});
-	if (b.failed)
-		return -1;
-	time_embedding(&b);
-	x = down(&b, stack, &depth);
-	x = resblock(&b, "middle_block.0", x, b.g->image[x].c, 0);
-	x = attention(&b, "middle_block.1", x);
-	x = resblock(&b, "middle_block.2", x, b.g->image[x].c, 0);
-	x = up(&b, x, stack, depth);
-	c = b.g->image[x].c;
-	x = norm(&b, "out.0", "", x, CT_NONE, true);
-	g->out = conv(&b, x, CT_NONE,
-		ct_build_weights(&b, "out.2", "", 4, a->out_channels, c, 3, true), a->out_channels,
-		3, 1);
+		g->out = a->net == CT_NET_RDN    ? ct_rdn_build(&b)
+			 : a->net == CT_NET_OMNI ? ct_omni_build(&b)
+						 : unet(&b);
 	if (b.failed)
 		ct_graph_free(g);
 	return b.failed ? -1 : 0;

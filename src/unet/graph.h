@@ -7,6 +7,7 @@
 #ifndef CT_UNET_GRAPH_H
 #define CT_UNET_GRAPH_H
 #include "unet/arch.h"
+#include "unet/pointwise.h"
 
 #define CT_NONE ((size_t)-1)
 
@@ -22,19 +23,16 @@ enum ct_graph_kind {
 	CT_GRAPH_CONCAT, /* channels of a, then of b */
 	CT_GRAPH_ATTN,   /* a: qkv */
 	/* those of networks of super-resolution */
-	CT_GRAPH_RELU,
-	CT_GRAPH_GELU,
-	CT_GRAPH_SIGMOID,
-	CT_GRAPH_GATE,     /* GELU of the first half of a's channels, times the second */
-	CT_GRAPH_TIMES,    /* a times b, which has one pixel or as many as a */
-	CT_GRAPH_SHUFFLE,  /* k x k pixels of every k k channels */
-	CT_GRAPH_DEPTH,    /* 3 x 3, every channel alone; param: weight, bias */
-	CT_GRAPH_LAYER,    /* normalised over the channels of a pixel; param: gamma, beta */
-	CT_GRAPH_MEAN,     /* of all pixels */
-	CT_GRAPH_POOL,     /* largest of k x k, every `stride` */
-	CT_GRAPH_STRETCH,  /* bilinear, to another size */
-	CT_GRAPH_WINDOW,   /* attention in windows; a: qkv; param: bias of the places */
-	CT_GRAPH_CHANNELS, /* attention of channels in windows; a: qkv; param: temperature */
+	CT_GRAPH_POINTWISE, /* f of every value */
+	CT_GRAPH_GATE,      /* GELU of the first half of a's channels, times the second */
+	CT_GRAPH_TIMES,     /* a times b, which has one pixel or as many as a */
+	CT_GRAPH_SHUFFLE,   /* r x r pixels of every r r channels */
+	CT_GRAPH_DEPTH,     /* 3 x 3, every channel alone; param: weight, bias */
+	CT_GRAPH_LAYER,     /* normalised over the channels of a pixel; param: gamma, beta */
+	CT_GRAPH_MEAN,      /* of all pixels */
+	CT_GRAPH_POOL,      /* largest of k x k, every `stride` */
+	CT_GRAPH_STRETCH,   /* bilinear, to another size */
+	CT_GRAPH_WINDOW,    /* attention in windows; a: qkv; param: as in window.h */
 };
 
 struct ct_image {
@@ -43,16 +41,15 @@ struct ct_image {
 
 struct ct_graph_op {
 	enum ct_graph_kind kind;
-	size_t out, a, b; /* images; CT_NONE */
-	size_t param;     /* first of two, or the only one, or CT_NONE */
-	size_t k, stride; /* convolution */
-	size_t heads;     /* attention */
-	size_t window;    /* its pixels along an edge */
-	bool silu;        /* normalisation */
-	bool bare;        /* convolution: no bias, and one parameter */
-	bool inside;      /* convolution: no padding */
-	bool spread;      /* attention: pixels far apart, not neighbours (window.h) */
-	double eps;       /* of CT_GRAPH_LAYER */
+	size_t out, a, b;      /* images; CT_NONE */
+	size_t param;          /* first of two, or the only one, or CT_NONE */
+	size_t k, stride;      /* convolution */
+	bool silu;             /* normalisation */
+	bool bare;             /* convolution: no bias, and one parameter */
+	bool inside;           /* convolution: no padding */
+	bool channels, spread; /* attention, as in window.h */
+	enum ct_pointwise f;
+	double eps; /* of CT_GRAPH_LAYER */
 };
 
 struct ct_param {

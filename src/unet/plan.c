@@ -1,97 +1,17 @@
-/* plan.c: running a network: where every image lies, and the operations forward and backward.
+/* plan.c: where every image of a network lies while it runs; plan-run.c runs it.
  *
  * Without training an image's place is used again after its last reader, and a normalisation that
  * is the last reader works in place. With training all images stay; the gradients of images live
  * from their first writer, in reverse order, to the operation that made the image.
  */
 #include "config.h"
-#include "unet/unet.h"
 #include "core/mem.h"
 #include "unet/arena.h"
 #include "unet/attention.h"
-#include "unet/conv.h"
-#include "unet/layers.h"
-#include "unet/norm.h"
-#include "unet/ops.h"
+#include "unet/plan-impl.h"
+#include "unet/spatial.h"
 
 #include <stdlib.h>
-#include <string.h>
-
-/* How the gradient of one operation goes to its inputs. */
-struct flow {
-	bool acc_a, acc_b; /* another reader has written there already: add */
-	bool moved;        /* the gradient of b is the place of the gradient of out */
-	size_t tmp;        /* place for a gradient that is then added */
-};
-
-struct ct_unet_plan {
-	struct ct_unet *net;
-	struct ct_graph g;
-	bool train;
-	struct ct_conv **conv; /* [n_op] */
-	size_t *at, acts;      /* place of every image; floats of all */
-	size_t *sum_at, sums;  /* place of a normalisation's sums; doubles of all */
-	size_t *grad_at, grads;
-	struct flow *flow; /* [n_op] */
-	float *act, *grad, *scratch;
-	double *sum;
-	size_t scratch_count;
-	float *none; /* [2][wide]: zeros for a bias that there is none of; its gradient */
-	size_t wide;
-};
-
-/* Is it one of ops.h? */
-static bool is_other(const struct ct_graph_op *o)
-{
-	return o->kind >= CT_GRAPH_RELU;
-}
-
-/* The first (which 0) or second parameter of an operation that has them. */
-static const float *param_of(
-	const struct ct_unet_plan *p, const struct ct_graph_op *o, size_t which)
-{
-	return which && o->bare ? p->none : p->net->at[o->param + which];
-}
-
-/* Where the row of the class begins. */
-static size_t label_of(const struct ct_unet_plan *p, const struct ct_graph_op *o)
-{
-	return p->net->label * p->g.image[o->out].c;
-}
-
-/* What an operation reads; the embedding reads no image. */
-static const struct ct_image *input_of(const struct ct_unet_plan *p, const struct ct_graph_op *o)
-{
-	return &p->g.image[o->a == CT_NONE ? o->out : o->a];
-}
-
-static struct ct_norm norm_of(
-	const struct ct_unet_plan *p, const struct ct_graph_op *o, const float *e)
-{
-	const struct ct_image *s = &p->g.image[o->out];
-
-	return (struct ct_norm){
-		.hw = s->h * s->w,
-		.c = s->c,
-		.gamma = param_of(p, o, 0),
-		.beta = param_of(p, o, 1),
-		.e = e,
-		.scale_shift = p->net->arch.use_scale_shift_norm,
-		.silu = o->silu,
-	};
-}
-
-static struct ct_attn attn_of(const struct ct_unet_plan *p, const struct ct_graph_op *o)
-{
-	const struct ct_image *s = &p->g.image[o->out];
-
-	return (struct ct_attn){
-		.tokens = s->h * s->w,
-		.heads = o->heads,
-		.width = s->c / o->heads,
-		.legacy = !p->net->arch.use_new_attention_order,
-	};
-}
 
 /* Places of the images in the order of the forward pass. */
 static int place_images(struct ct_unet_plan *p, struct ct_err *e)
@@ -157,7 +77,7 @@ static int place_gradients(struct ct_unet_plan *p, struct ct_err *e)
 		goto out;
 	for (size_t i = g->n_op; i-- > 0;) {
 		const struct ct_graph_op *o = &g->op[i];
-		struct flow *f = &p->flow[i];
+		struct ct_plan_flow *f = &p->flow[i];
 
 		if (o->a != CT_NONE && place_input(p, &a, o->a, &f->acc_a, e))
 			goto out;
@@ -185,13 +105,19 @@ out:
 static size_t scratch_of(const struct ct_unet_plan *p, size_t i)
 {
 	const struct ct_graph_op *o = &p->g.op[i];
-	const struct ct_image *out = &p->g.image[o->out];
+	const struct ct_image out = p->g.image[o->out];
+	struct ct_window w;
 
 	switch ((int)o->kind) {
 	case CT_GRAPH_CONV: return ct_conv_scratch(p->conv[i]) / sizeof(float) + 1;
-	case CT_GRAPH_NORM: return ct_norm_scratch(out->c);
-	case CT_GRAPH_ATTN: return ct_attn_scratch(out->h * out->w, p->train);
-	default: return is_other(o) ? ct_ops_scratch(o, *input_of(p, o), *out) : 0;
+	case CT_GRAPH_NORM: return ct_norm_scratch(out.c);
+	case CT_GRAPH_ATTN: return ct_attn_scratch(out.h * out.w, p->train);
+	case CT_GRAPH_DEPTH: return ct_spatial_depth_scratch(out.c);
+	case CT_GRAPH_LAYER:
+	case CT_GRAPH_MEAN:
+	case CT_GRAPH_TIMES: return 4 * ct_plan_input(p, o).c;
+	case CT_GRAPH_WINDOW: w = ct_plan_window(p, o); return ct_window_scratch(&w);
+	default: return 0;
 	}
 }
 
@@ -200,15 +126,15 @@ static int prepare(struct ct_unet_plan *p, struct ct_err *e)
 {
 	for (size_t i = 0; i < p->g.n_op; i++) {
 		const struct ct_graph_op *o = &p->g.op[i];
-		const struct ct_image *in = input_of(p, o);
+		const struct ct_image in = ct_plan_input(p, o);
 		size_t n;
 
 		if (o->kind == CT_GRAPH_CONV) {
-			const struct ct_conv_shape s = {in->h, in->w, in->c, p->g.image[o->out].c,
+			const struct ct_conv_shape s = {in.h, in.w, in.c, p->g.image[o->out].c,
 				o->k, o->stride, o->b != CT_NONE, o->inside, 0};
 
-			if (ct_conv_alloc(&p->conv[i], p->net->dnn, &s, o->param, param_of(p, o, 0),
-				    p->train, e))
+			if (ct_conv_alloc(&p->conv[i], p->net->dnn, &s, o->param,
+				    p->net->at[o->param], p->train, e))
 				return -1;
 			if (!p->net->param) { /* it is held in the order of the plan */
 				free(p->net->at[o->param]);
@@ -217,7 +143,7 @@ static int prepare(struct ct_unet_plan *p, struct ct_err *e)
 		}
 		if (o->kind == CT_GRAPH_NORM) {
 			p->sum_at[i] = p->sums;
-			p->sums += 2 * in->c;
+			p->sums += 2 * in.c;
 		}
 		n = p->g.image[o->out].c;
 		p->wide = o->bare && n > p->wide ? n : p->wide;
@@ -278,209 +204,4 @@ void ct_unet_plan_free(struct ct_unet_plan *p)
 size_t ct_unet_plan_bytes(const struct ct_unet_plan *p)
 {
 	return (p->acts + p->grads + p->scratch_count) * sizeof(float) + p->sums * sizeof(double);
-}
-
-static float *image_at(const struct ct_unet_plan *p, size_t image)
-{
-	return image == CT_NONE ? NULL : p->act + p->at[image];
-}
-
-/* Of an operation of ops.h; its parameters and gradients are set apart. */
-static struct ct_ops other_of(const struct ct_unet_plan *p, const struct ct_graph_op *o)
-{
-	const bool norm = o->kind == CT_GRAPH_LAYER || o->kind == CT_GRAPH_DEPTH;
-
-	return (struct ct_ops){.op = o,
-		.in = *input_of(p, o),
-		.out = p->g.image[o->out],
-		.one = o->b != CT_NONE && p->g.image[o->b].h * p->g.image[o->b].w == 1,
-		.x = image_at(p, o->a),
-		.b = image_at(p, o->b),
-		.param = {o->param == CT_NONE ? NULL : param_of(p, o, 0),
-			norm ? param_of(p, o, 1) : NULL},
-		.y = image_at(p, o->out),
-		.scratch = p->scratch};
-}
-
-static int forward_op(const struct ct_unet_plan *p, size_t i, double t, struct ct_err *e)
-{
-	const struct ct_graph_op *o = &p->g.op[i];
-	const struct ct_image *in = input_of(p, o);
-	const struct ct_image *s = &p->g.image[o->out];
-	const float *x = image_at(p, o->a), *b = image_at(p, o->b);
-	float *y = image_at(p, o->out);
-	struct ct_norm norm;
-	struct ct_attn attn;
-	struct ct_ops other;
-
-	switch ((int)o->kind) {
-	case CT_GRAPH_EMBED: CT_SIMD(ct_layer_embed)(s->c, y, t); break;
-	case CT_GRAPH_LINEAR:
-		CT_SIMD(ct_layer_linear_forward)
-		(in->c, s->c, y, x, param_of(p, o, 0), param_of(p, o, 1));
-		break;
-	case CT_GRAPH_SILU: CT_SIMD(ct_layer_silu_forward)(s->c, y, x); break;
-	case CT_GRAPH_LABEL:
-		CT_SIMD(ct_layer_take)(s->c, y, x, false);
-		CT_SIMD(ct_layer_take)(s->c, y, param_of(p, o, 0) + label_of(p, o), true);
-		break;
-	case CT_GRAPH_CONV:
-		return ct_conv_forward(p->conv[i], y, x, param_of(p, o, 1), b, p->scratch, e);
-	case CT_GRAPH_NORM:
-		norm = norm_of(p, o, b);
-		CT_SIMD(ct_norm_sums)(norm.hw, norm.c, p->sum + p->sum_at[i], x);
-		CT_SIMD(ct_norm_forward)(&norm, y, x, p->sum + p->sum_at[i], p->scratch);
-		break;
-	case CT_GRAPH_UP: CT_SIMD(ct_layer_up_forward)(in->h, in->w, in->c, y, x); break;
-	case CT_GRAPH_DOWN: CT_SIMD(ct_layer_down_forward)(in->h, in->w, in->c, y, x); break;
-	case CT_GRAPH_CONCAT:
-		CT_SIMD(ct_layer_concat_forward)(s->h * s->w, in->c, s->c - in->c, y, x, b);
-		break;
-	case CT_GRAPH_ATTN:
-		attn = attn_of(p, o);
-		return ct_attn_forward(&attn, y, x, p->scratch, e);
-	default: other = other_of(p, o); return ct_ops_forward(&other, e);
-	}
-	return 0;
-}
-
-int ct_unet_forward(struct ct_unet_plan *p, float *y, const float *x, double t, struct ct_err *e)
-{
-	const struct ct_image *in = &p->g.image[0], *out = &p->g.image[p->g.out];
-	int was = ct_dnn_enter(), rc = 0;
-
-	CT_SIMD(ct_layer_to_last)(in->h * in->w, in->c, image_at(p, 0), x);
-	for (size_t i = 0; i < p->g.n_op && !rc; i++)
-		rc = forward_op(p, i, t, e);
-	CT_SIMD(ct_layer_to_first)(out->h * out->w, out->c, y, image_at(p, p->g.out));
-	ct_dnn_leave(was);
-	return rc;
-}
-
-static float *grad_of(const struct ct_unet_plan *p, size_t image)
-{
-	return image == CT_NONE ? NULL : p->grad + p->grad_at[image];
-}
-
-/* Gradient in `grads` of the first (which 0) or second parameter, NULL where it is not asked for.
- */
-static float *param_grad(
-	const struct ct_unet_plan *p, float *grads, const struct ct_graph_op *o, size_t which)
-{
-	if (grads && which && o->bare)
-		return p->none + p->wide;
-	return grads ? grads + p->g.param[o->param + which].offset : NULL;
-}
-
-static int other_back(
-	const struct ct_unet_plan *p, const struct ct_graph_op *o, float *grads, struct ct_err *e)
-{
-	const struct flow *f = &p->flow[o - p->g.op];
-	struct ct_ops other = other_of(p, o);
-
-	for (size_t k = 0; k < 2; k++)
-		other.dparam[k] = other.param[k] ? param_grad(p, grads, o, k) : NULL;
-	other.dx = grad_of(p, o->a);
-	other.db = grad_of(p, o->b);
-	other.dy = grad_of(p, o->out);
-	other.acc = f->acc_a;
-	other.acc_b = f->acc_b;
-	return ct_ops_back(&other, e);
-}
-
-/* Weights first: afterwards dy may become the gradient of what was added. */
-static int conv_back(const struct ct_unet_plan *p, size_t i, float *grads, struct ct_err *e)
-{
-	const struct ct_graph_op *o = &p->g.op[i];
-	const struct flow *f = &p->flow[i];
-	float *da = grad_of(p, o->a), *dy = grad_of(p, o->out);
-	float *to = f->acc_a ? p->grad + f->tmp : da;
-
-	if (grads && ct_conv_back_weights(p->conv[i], param_grad(p, grads, o, 0),
-			     param_grad(p, grads, o, 1), image_at(p, o->a), dy, p->scratch, e))
-		return -1;
-	if (ct_conv_back_data(p->conv[i], to, dy, p->scratch, e))
-		return -1;
-	if (f->acc_a)
-		CT_SIMD(ct_layer_take)(ct_image_count(&p->g.image[o->a]), da, to, true);
-	if (o->b != CT_NONE && !f->moved)
-		CT_SIMD(ct_layer_take)
-	(ct_image_count(&p->g.image[o->b]), grad_of(p, o->b), dy, f->acc_b);
-	return 0;
-}
-
-static void norm_back(const struct ct_unet_plan *p, size_t i, float *grads)
-{
-	const struct ct_graph_op *o = &p->g.op[i];
-	struct ct_norm n = norm_of(p, o, image_at(p, o->b));
-	float *de = grads ? grad_of(p, o->b) : NULL;
-
-	if (de && !p->flow[i].acc_b)
-		memset(de, 0, p->g.image[o->b].c * sizeof *de);
-	CT_SIMD(ct_norm_back)
-	(&n, grad_of(p, o->a), param_grad(p, grads, o, 0), param_grad(p, grads, o, 1), de,
-		grad_of(p, o->out), image_at(p, o->a), p->sum + p->sum_at[i], p->flow[i].acc_a,
-		p->scratch);
-}
-
-static int backward_op(const struct ct_unet_plan *p, size_t i, float *grads, struct ct_err *e)
-{
-	const struct ct_graph_op *o = &p->g.op[i];
-	const struct flow *f = &p->flow[i];
-	const struct ct_image *in = input_of(p, o);
-	const struct ct_image *s = &p->g.image[o->out];
-	const float *x = image_at(p, o->a);
-	float *dx = grad_of(p, o->a), *dy = grad_of(p, o->out);
-	struct ct_attn attn;
-
-	/* the path of the timestep has no part in the gradient to the picture */
-	if (!grads && p->net->arch.net == CT_NET_UNET &&
-		(o->kind == CT_GRAPH_LINEAR || o->kind == CT_GRAPH_SILU))
-		return 0;
-	switch ((int)o->kind) {
-	case CT_GRAPH_EMBED: break;
-	case CT_GRAPH_LINEAR:
-		CT_SIMD(ct_layer_linear_back)
-		(in->c, s->c, dx, param_grad(p, grads, o, 0), param_grad(p, grads, o, 1), dy, x,
-			param_of(p, o, 0), f->acc_a);
-		break;
-	case CT_GRAPH_SILU: CT_SIMD(ct_layer_silu_back)(s->c, dx, dy, x, f->acc_a); break;
-	case CT_GRAPH_LABEL:
-		CT_SIMD(ct_layer_take)(s->c, dx, dy, f->acc_a);
-		if (grads)
-			CT_SIMD(ct_layer_take)
-		(s->c, param_grad(p, grads, o, 0) + label_of(p, o), dy, true);
-		break;
-	case CT_GRAPH_CONV: return conv_back(p, i, grads, e);
-	case CT_GRAPH_NORM: norm_back(p, i, grads); break;
-	case CT_GRAPH_UP: CT_SIMD(ct_layer_up_back)(in->h, in->w, in->c, dx, dy, f->acc_a); break;
-	case CT_GRAPH_DOWN:
-		CT_SIMD(ct_layer_down_back)(in->h, in->w, in->c, dx, dy, f->acc_a);
-		break;
-	case CT_GRAPH_CONCAT:
-		CT_SIMD(ct_layer_concat_back)(s->h * s->w, s->c, 0, in->c, dx, dy, f->acc_a);
-		CT_SIMD(ct_layer_concat_back)
-		(s->h * s->w, s->c, in->c, s->c - in->c, grad_of(p, o->b), dy, f->acc_b);
-		break;
-	case CT_GRAPH_ATTN:
-		attn = attn_of(p, o);
-		return ct_attn_back(&attn, dx, dy, x, p->scratch, e);
-	default: return other_back(p, o, grads, e);
-	}
-	return 0;
-}
-
-int ct_unet_backward(
-	struct ct_unet_plan *p, float *grads, float *dx, const float *dy, struct ct_err *e)
-{
-	const struct ct_image *in = &p->g.image[0], *out = &p->g.image[p->g.out];
-	int was = ct_dnn_enter(), rc = 0;
-
-	CT_SIMD(ct_layer_to_last)(out->h * out->w, out->c, grad_of(p, p->g.out), dy);
-	for (size_t i = p->g.n_op; i-- > 0 && !rc;)
-		rc = backward_op(p, i, grads, e);
-	if (dx)
-		CT_SIMD(ct_layer_to_first)(in->h * in->w, in->c, dx, grad_of(p, 0));
-	ct_dnn_leave(was);
-	return rc;
 }

@@ -4,29 +4,6 @@
 
 #include <stdio.h>
 
-static size_t conv3(struct ct_build *b, const char *name, size_t x, size_t channels)
-{
-	const size_t p = ct_build_weights(b, name, "", 4, channels, b->g->image[x].c, 3, false);
-
-	return ct_build_convolve(b, (struct ct_build_conv){.x = x,
-					    .add = CT_NONE,
-					    .param = p,
-					    .channels = channels,
-					    .k = 3,
-					    .stride = 1});
-}
-
-/* 1 x 1 to the features, plus `add`. */
-static size_t fuse(struct ct_build *b, const char *name, size_t x, size_t add)
-{
-	const size_t c = b->arch->features;
-	const size_t p = ct_build_weights(b, name, "", 4, c, b->g->image[x].c, 1, false);
-
-	return ct_build_convolve(
-		b, (struct ct_build_conv){
-			   .x = x, .add = add, .param = p, .channels = c, .k = 1, .stride = 1});
-}
-
 static size_t dense_block(struct ct_build *b, size_t block, size_t x)
 {
 	const size_t first = x;
@@ -36,12 +13,12 @@ static size_t dense_block(struct ct_build *b, size_t block, size_t x)
 		size_t y;
 
 		snprintf(name, sizeof name, "RDBs.%zu.convs.%zu.conv.0", block, i);
-		y = conv3(b, name, x, b->arch->growth);
-		y = ct_build_map(b, CT_GRAPH_RELU, y, b->g->image[y]);
+		y = ct_build_conv(b, name, "", x, CT_NONE, b->arch->growth, 3);
+		y = ct_build_pointwise(b, CT_POINTWISE_RELU, y);
 		x = ct_build_concat(b, x, y);
 	}
 	snprintf(name, sizeof name, "RDBs.%zu.LFF", block);
-	return fuse(b, name, x, first);
+	return ct_build_conv(b, name, "", x, first, b->arch->features, 1);
 }
 
 /* The pixel shuffles, then the picture. */
@@ -51,42 +28,27 @@ static size_t enlarge(struct ct_build *b, size_t x)
 	char name[32];
 
 	for (size_t r = 2; rest > 1; r++)
-		while (rest % r == 0) {
-			struct ct_image s;
-
+		for (; rest % r == 0; rest /= r, at += 2) {
 			snprintf(name, sizeof name, "UPNet.%zu", at);
-			x = conv3(b, name, x, b->arch->growth * r * r);
-			s = b->g->image[x];
-			x = ct_build_op(b,
-				(struct ct_graph_op){.kind = CT_GRAPH_SHUFFLE,
-					.a = x,
-					.b = CT_NONE,
-					.param = CT_NONE,
-					.k = r},
-				(struct ct_image){s.h * r, s.w * r, s.c / (r * r)});
-			rest /= r;
-			at += 2;
+			x = ct_build_conv(b, name, "", x, CT_NONE, b->arch->growth * r * r, 3);
+			x = ct_build_shuffle(b, x, r);
 		}
 	snprintf(name, sizeof name, "UPNet.%zu", at);
-	return conv3(b, name, x, b->arch->out_channels);
+	return ct_build_conv(b, name, "", x, CT_NONE, b->arch->out_channels, 3);
 }
 
 size_t ct_rdn_build(struct ct_build *b)
 {
-	const size_t c = b->arch->features, first = conv3(b, "SFENet1", 0, c);
-	size_t x = conv3(b, "SFENet2", first, c), all = CT_NONE;
-	size_t p;
+	const size_t c = b->arch->features;
+	const size_t first = ct_build_conv(b, "SFENet1", "", 0, CT_NONE, c, 3);
+	size_t x = ct_build_conv(b, "SFENet2", "", first, CT_NONE, c, 3), all = CT_NONE;
 
 	for (size_t i = 0; i < b->arch->blocks && !b->failed; i++) {
 		x = dense_block(b, i, x);
 		all = i ? ct_build_concat(b, all, x) : x;
 	}
-	x = fuse(b, "GFF.0", all, CT_NONE);
-	p = ct_build_weights(b, "GFF.1", "", 4, c, c, 3, false);
-	x = ct_build_convolve(
-		b, (struct ct_build_conv){
-			   .x = x, .add = first, .param = p, .channels = c, .k = 3, .stride = 1});
-	return enlarge(b, x);
+	x = ct_build_conv(b, "GFF.0", "", all, CT_NONE, c, 1);
+	return enlarge(b, ct_build_conv(b, "GFF.1", "", x, first, c, 3));
 }
 
 bool ct_rdn_of(struct ct_unet_arch *a, const struct ct_tensors *w)

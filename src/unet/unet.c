@@ -6,96 +6,35 @@
 
 #include <assert.h>
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
-/* The smallest image that the network takes: enough to list its parameters. */
-static int list_parameters(struct ct_graph *g, const struct ct_unet_arch *a, struct ct_err *e)
-{
-	size_t least;
-
-	if (ct_unet_arch_check(a, e))
-		return -1;
-	least = ct_unet_arch_least(a);
-	return ct_graph_build(g, a, least, least, e);
-}
-
-int ct_unet_param_count(const struct ct_unet_arch *a, size_t *n, struct ct_err *e)
+int ct_unet_size(const struct ct_unet_arch *a, size_t h, size_t w, size_t *parameters,
+	double *flops, struct ct_err *e)
 {
 	struct ct_graph g = {0};
 
-	if (list_parameters(&g, a, e))
+	if (ct_graph_build(&g, a, h, w, e))
 		return -1;
-	*n = g.count;
-	ct_graph_free(&g);
-	return 0;
-}
-
-int ct_unet_flops(const struct ct_unet_arch *a, size_t h, size_t w, double *flops, struct ct_err *e)
-{
-	struct ct_graph g = {0};
-
-	if (ct_unet_arch_check(a, e) || ct_graph_build(&g, a, h, w, e))
-		return -1;
+	*parameters = g.count;
 	*flops = 0;
 	for (size_t i = 0; i < g.n_op; i++) {
 		const struct ct_graph_op *o = &g.op[i];
 		const struct ct_image *out = &g.image[o->out];
 		double n = (double)out->h * (double)out->w;
 
-		if (o->kind == CT_GRAPH_CONV || o->kind == CT_GRAPH_LINEAR)
-			*flops += 2 * n * (double)g.param[o->param].count;
-		if (o->kind == CT_GRAPH_DEPTH)
+		if (o->kind == CT_GRAPH_CONV || o->kind == CT_GRAPH_LINEAR ||
+			o->kind == CT_GRAPH_DEPTH)
 			*flops += 2 * n * (double)g.param[o->param].count;
 		if (o->kind == CT_GRAPH_ATTN)
 			*flops += 4 * n * n * (double)out->c;
-		if (o->kind == CT_GRAPH_WINDOW)
-			*flops += 4 * n * (double)(o->window * o->window * out->c);
-		if (o->kind == CT_GRAPH_CHANNELS)
-			*flops += 4 * n * (double)(out->c / o->heads * out->c);
+		if (o->kind == CT_GRAPH_WINDOW) {
+			const size_t of =
+				o->channels ? out->c / a->num_heads : a->window * a->window;
+
+			*flops += 4 * n * (double)(of * out->c);
+		}
 	}
 	ct_graph_free(&g);
-	return 0;
-}
-
-static void shape_text(char *text, size_t size, size_t rank, const size_t *dim)
-{
-	size_t used = (size_t)snprintf(text, size, "[");
-
-	for (size_t i = 0; i < rank && used < size; i++)
-		used += (size_t)snprintf(text + used, size - used, "%s%zu", i ? "," : "", dim[i]);
-	if (used < size)
-		snprintf(text + used, size - used, "]");
-}
-
-static int check_tensor(const struct ct_param *p, const struct ct_tensor *t, struct ct_err *e)
-{
-	char want[100], got[100];
-
-	shape_text(want, sizeof want, p->rank, p->dim);
-	if (!t)
-		return ct_fail(e, CT_EINPUT, "no tensor %s %s: a prior of another architecture",
-			p->name, want);
-	if (t->rank == p->rank && memcmp(t->dim, p->dim, p->rank * sizeof *p->dim) == 0)
-		return 0;
-	shape_text(got, sizeof got, t->rank, t->dim);
-	return ct_fail(e, CT_EINPUT,
-		"tensor %s is %s where the architecture of the metadata has %s", p->name, got,
-		want);
-}
-
-/* The tensor of a parameter: its shape and its numbers are right. CT_EINPUT, CT_ENUMERIC. */
-static int find_tensor(struct ct_tensor **t, const struct ct_param *p, const struct ct_tensors *w,
-	struct ct_err *e)
-{
-	*t = ct_tensors_find(w, p->name);
-	if (check_tensor(p, *t, e))
-		return -1;
-	for (size_t k = 0; k < p->count; k++)
-		if (!isfinite((*t)->data[k]))
-			return ct_fail(e, CT_ENUMERIC, "tensor %s: value %zu is %g", p->name, k,
-				(double)(*t)->data[k]);
 	return 0;
 }
 
@@ -103,11 +42,13 @@ static int find_tensor(struct ct_tensor **t, const struct ct_param *p, const str
 static int unet_new(struct ct_unet **out, const struct ct_unet_arch *a, struct ct_err *e)
 {
 	struct ct_unet *n;
+	size_t least;
 
-	if (ct_alloc0(&n, 1, sizeof *n, e))
+	if (ct_unet_arch_check(a, e) || ct_alloc0(&n, 1, sizeof *n, e))
 		return -1;
 	n->arch = *a;
-	if (list_parameters(&n->graph, a, e) || ct_dnn_alloc(&n->dnn, e) ||
+	least = ct_unet_arch_least(a); /* any image tells the parameters */
+	if (ct_graph_build(&n->graph, a, least, least, e) || ct_dnn_alloc(&n->dnn, e) ||
 		ct_alloc0(&n->at, n->graph.n_param, sizeof(float *), e)) {
 		ct_unet_free(n);
 		return -1;
@@ -129,11 +70,14 @@ int ct_unet_alloc(struct ct_unet **out, struct ct_tensors *w, struct ct_err *e)
 			"tensor label_emb.weight: the architecture of the metadata has no classes");
 	if (unet_new(&n, &a, e))
 		return -1;
-	for (size_t i = 0; i < n->graph.n_param; i++)
-		if (find_tensor(&t, &n->graph.param[i], w, e)) {
+	for (size_t i = 0; i < n->graph.n_param; i++) {
+		const struct ct_param *p = &n->graph.param[i];
+
+		if (!ct_tensors_need(w, p->name, p->rank, p->dim, e)) {
 			ct_unet_free(n);
 			return -1;
 		}
+	}
 	for (size_t i = 0; i < n->graph.n_param; i++) {
 		t = ct_tensors_find(w, n->graph.param[i].name);
 		n->at[i] = t->data;

@@ -32,9 +32,8 @@ struct ct_unet_plan;
 
 /* How many parameters, and multiply-adds times two of one forward pass at h x w (convolutions,
  * linear layers, attention), without any allocation of their size. */
-int ct_unet_param_count(const struct ct_unet_arch *a, size_t *n, struct ct_err *e);
-int ct_unet_flops(
-	const struct ct_unet_arch *a, size_t h, size_t w, double *flops, struct ct_err *e);
+int ct_unet_size(const struct ct_unet_arch *a, size_t h, size_t w, size_t *parameters,
+	double *flops, struct ct_err *e);
 
 /* Network of the architecture of `w` (ct_unet_arch_of) with its weights, which are moved: the data
  * of the tensors that it has become NULL. It is to be run, not trained: weights of a convolution

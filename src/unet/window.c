@@ -15,12 +15,10 @@ struct line {
 
 static struct line line_of(const struct ct_window *a, size_t n)
 {
-	switch (a->kind) {
-	case CT_WINDOW_GRID: return (struct line){n / a->size, a->size, 1, n / a->size};
-	case CT_WINDOW_COMB: return (struct line){a->size, n / a->size, 1, a->size};
-	case CT_WINDOW_BLOCK: break;
-	}
-	return (struct line){n / a->size, a->size, a->size, 1};
+	if (!a->spread)
+		return (struct line){n / a->size, a->size, a->size, 1};
+	return a->channels ? (struct line){a->size, n / a->size, 1, a->size}
+			   : (struct line){n / a->size, a->size, 1, n / a->size};
 }
 
 /* Scratch of a group: n pixels. */
@@ -34,13 +32,6 @@ struct room {
 	float *temp;       /* as w */
 };
 
-static size_t square(const struct ct_window *a, size_t n)
-{
-	const size_t d = a->kind == CT_WINDOW_COMB || a->width > n ? a->width : n;
-
-	return d * d;
-}
-
 static size_t pixels_of(const struct ct_window *a)
 {
 	return line_of(a, a->h).n * line_of(a, a->w).n;
@@ -48,54 +39,41 @@ static size_t pixels_of(const struct ct_window *a)
 
 size_t ct_window_scratch(const struct ct_window *a)
 {
-	const size_t n = pixels_of(a), c = a->heads * a->width;
+	const size_t n = pixels_of(a), c = a->heads * a->width, side = a->channels ? a->width : n;
 
-	return 4 * c + 8 * n * c + 3 * square(a, n) + 2 * c;
+	return 4 * c + 8 * n * c + 3 * side * side + 2 * c;
 }
 
 static struct room room_of(const struct ct_window *a, float *scratch)
 {
-	const size_t n = pixels_of(a), c = a->heads * a->width, s = square(a, n);
+	const size_t n = pixels_of(a), c = a->heads * a->width, side = a->channels ? a->width : n;
 	struct room r = {.n = n, .c = c, .sum = (double *)(void *)scratch, .in = scratch + 4 * c};
 
 	r.out = r.in + 3 * n * c;
 	r.din = r.out + n * c;
 	r.dout = r.din + 3 * n * c;
 	r.w = r.dout + n * c;
-	r.dw = r.w + s;
-	r.temp = r.dw + s;
-	r.norm = r.temp + s;
+	r.dw = r.w + side * side;
+	r.temp = r.dw + side * side;
+	r.norm = r.temp + side * side;
 	return r;
 }
 
-/* The pixels of group g of the picture from or to group[n][c]. */
-static void copy(const struct ct_window *a, size_t g, size_t c, float *group, float *picture,
-	bool to_picture)
+/* The pixels of group g of a picture to a group[n][c], or back. */
+static void copy(
+	const struct ct_window *a, size_t g, size_t c, float *to, const float *from, bool back)
 {
 	const struct line rows = line_of(a, a->h), cols = line_of(a, a->w);
 	const size_t i0 = g / cols.groups * rows.group_step;
 	const size_t j0 = g % cols.groups * cols.group_step;
 
 	for (size_t i = 0; i < rows.n; i++)
-		for (size_t j = 0; j < cols.n; j++, group += c) {
-			float *p = picture + ((i0 + i * rows.step) * a->w + j0 + j * cols.step) * c;
+		for (size_t j = 0; j < cols.n; j++) {
+			const size_t own = (i * cols.n + j) * c;
+			const size_t at = ((i0 + i * rows.step) * a->w + j0 + j * cols.step) * c;
 
-			if (to_picture)
-				memcpy(p, group, c * sizeof *p);
-			else
-				memcpy(group, p, c * sizeof *p);
+			memcpy(to + (back ? at : own), from + (back ? own : at), c * sizeof *to);
 		}
-}
-
-static void gather(
-	const struct ct_window *a, size_t g, size_t c, float *group, const float *picture)
-{
-	union {
-		const float *in;
-		float *out;
-	} p = {.in = picture};
-
-	copy(a, g, c, group, p.out, false);
 }
 
 static size_t groups_of(const struct ct_window *a)
@@ -127,25 +105,17 @@ static int pixel_weights(const struct ct_window *a, const struct room *r, size_t
 	return 0;
 }
 
-int ct_window_forward(const struct ct_window *a, float *out, const float *qkv, const float *bias,
-	float *scratch, struct ct_err *e)
+static int pixel_forward(const struct ct_window *a, const struct room *r, size_t head,
+	const float *bias, struct ct_err *e)
 {
-	const struct room r = room_of(a, scratch);
+	const size_t n = r->n, at = head * a->width;
 
-	for (size_t g = 0; g < groups_of(a); g++) {
-		gather(a, g, 3 * r.c, r.in, qkv);
-		for (size_t head = 0; head < a->heads; head++)
-			if (pixel_weights(a, &r, head, bias, e) ||
-				ct_dnn_sgemm(false, false, r.n, a->width, r.n, 1, r.w, r.n,
-					r.in + 2 * r.c + head * a->width, 3 * r.c, 0,
-					r.out + head * a->width, r.c, e))
-				return -1;
-		copy(a, g, r.c, r.out, out, true);
-	}
-	return 0;
+	if (pixel_weights(a, r, head, bias, e))
+		return -1;
+	return ct_dnn_sgemm(false, false, n, a->width, n, 1, r->w, n, r->in + 2 * r->c + at,
+		3 * r->c, 0, r->out + at, r->c, e);
 }
 
-/* Of one head of a group. */
 static int pixel_back(const struct ct_window *a, const struct room *r, size_t head, float *dbias,
 	const float *bias, struct ct_err *e)
 {
@@ -162,27 +132,9 @@ static int pixel_back(const struct ct_window *a, const struct room *r, size_t he
 	for (size_t s = 0; dbias && s < n; s++)
 		for (size_t t = 0; t < n; t++)
 			dbias[place(a, s, t) * a->heads + head] += r->dw[s * n + t];
-	return ct_dnn_sgemm(false, false, n, wd, n, scale, r->dw, n, k, row, 0, dq, row, e) ||
-			       ct_dnn_sgemm(true, false, n, wd, n, scale, r->dw, n, q, row, 0, dk,
-				       row, e)
-		       ? -1
-		       : 0;
-}
-
-int ct_window_back(const struct ct_window *a, float *dqkv, float *dbias, const float *dout,
-	const float *qkv, const float *bias, float *scratch, struct ct_err *e)
-{
-	const struct room r = room_of(a, scratch);
-
-	for (size_t g = 0; g < groups_of(a); g++) {
-		gather(a, g, 3 * r.c, r.in, qkv);
-		gather(a, g, r.c, r.dout, dout);
-		for (size_t head = 0; head < a->heads; head++)
-			if (pixel_back(a, &r, head, dbias, bias, e))
-				return -1;
-		copy(a, g, 3 * r.c, r.din, dqkv, true);
-	}
-	return 0;
+	if (ct_dnn_sgemm(false, false, n, wd, n, scale, r->dw, n, k, row, 0, dq, row, e))
+		return -1;
+	return ct_dnn_sgemm(true, false, n, wd, n, scale, r->dw, n, q, row, 0, dk, row, e);
 }
 
 /* r->sum = the product of q and k with those of `with`, over the pixels. */
@@ -225,35 +177,27 @@ static int channel_weights(const struct ct_window *a, const struct room *r, size
 	return 0;
 }
 
-int ct_window_channels_forward(const struct ct_window *a, float *out, const float *qkv,
-	const float *temperature, float *scratch, struct ct_err *e)
+static int channel_forward(const struct ct_window *a, const struct room *r, size_t head,
+	const float *temperature, struct ct_err *e)
 {
-	const struct room r = room_of(a, scratch);
-	const size_t wd = a->width;
+	const size_t wd = a->width, at = head * wd;
 
-	for (size_t g = 0; g < groups_of(a); g++) {
-		gather(a, g, 3 * r.c, r.in, qkv);
-		normalise(&r);
-		for (size_t head = 0; head < a->heads; head++)
-			if (channel_weights(a, &r, head, temperature[head], e) ||
-				ct_dnn_sgemm(false, true, r.n, wd, wd, 1,
-					r.in + 2 * r.c + head * wd, 3 * r.c, r.w, wd, 0,
-					r.out + head * wd, r.c, e))
-				return -1;
-		copy(a, g, r.c, r.out, out, true);
-	}
-	return 0;
+	if (channel_weights(a, r, head, temperature[head], e))
+		return -1;
+	return ct_dnn_sgemm(false, true, r->n, wd, wd, 1, r->in + 2 * r->c + at, 3 * r->c, r->w, wd,
+		0, r->out + at, r->c, e);
 }
 
-static int channels_back(const struct ct_window *a, const struct room *r, size_t head, float *dt,
-	float temperature, struct ct_err *e)
+static int channel_back(const struct ct_window *a, const struct room *r, size_t head, float *dt,
+	const float *temperature, struct ct_err *e)
 {
 	const size_t n = r->n, wd = a->width, row = 3 * r->c, at = head * wd;
 	const float *q = r->in + at, *k = q + r->c, *v = k + r->c, *d = r->dout + at;
 	float *dq = r->din + at, *dk = dq + r->c, *dv = dk + r->c;
+	const float by = temperature[head];
 	double sum = 0;
 
-	if (channel_weights(a, r, head, temperature, e) ||
+	if (channel_weights(a, r, head, by, e) ||
 		ct_dnn_sgemm(false, false, n, wd, wd, 1, d, r->c, r->w, wd, 0, dv, row, e) ||
 		ct_dnn_sgemm(true, false, wd, wd, n, 1, d, r->c, v, row, 0, r->dw, wd, e))
 		return -1;
@@ -261,12 +205,10 @@ static int channels_back(const struct ct_window *a, const struct room *r, size_t
 	for (size_t i = 0; i < wd * wd; i++)
 		sum += (double)r->dw[i] * (double)r->temp[i];
 	if (dt)
-		*dt += (float)sum;
-	return ct_dnn_sgemm(false, true, n, wd, wd, temperature, k, row, r->dw, wd, 0, dq, row,
-		       e) || ct_dnn_sgemm(false, false, n, wd, wd, temperature, q, row, r->dw, wd,
-				     0, dk, row, e)
-		       ? -1
-		       : 0;
+		dt[head] += (float)sum;
+	if (ct_dnn_sgemm(false, true, n, wd, wd, by, k, row, r->dw, wd, 0, dq, row, e))
+		return -1;
+	return ct_dnn_sgemm(false, false, n, wd, wd, by, q, row, r->dw, wd, 0, dk, row, e);
 }
 
 /* From gradients to the scaled q and k those to q and k: (d - x (x . d)) / length. */
@@ -283,22 +225,40 @@ static void normalise_back(const struct room *r)
 		}
 }
 
-int ct_window_channels_back(const struct ct_window *a, float *dqkv, float *dtemperature,
-	const float *dout, const float *qkv, const float *temperature, float *scratch,
-	struct ct_err *e)
+int ct_window_forward(const struct ct_window *a, float *out, const float *qkv, const float *param,
+	float *scratch, struct ct_err *e)
 {
 	const struct room r = room_of(a, scratch);
 
 	for (size_t g = 0; g < groups_of(a); g++) {
-		gather(a, g, 3 * r.c, r.in, qkv);
-		gather(a, g, r.c, r.dout, dout);
-		normalise(&r);
+		copy(a, g, 3 * r.c, r.in, qkv, false);
+		if (a->channels)
+			normalise(&r);
 		for (size_t head = 0; head < a->heads; head++)
-			if (channels_back(a, &r, head, dtemperature ? dtemperature + head : NULL,
-				    temperature[head], e))
+			if ((a->channels ? channel_forward : pixel_forward)(a, &r, head, param, e))
 				return -1;
-		normalise_back(&r);
-		copy(a, g, 3 * r.c, r.din, dqkv, true);
+		copy(a, g, r.c, out, r.out, true);
+	}
+	return 0;
+}
+
+int ct_window_back(const struct ct_window *a, float *dqkv, float *dparam, const float *dout,
+	const float *qkv, const float *param, float *scratch, struct ct_err *e)
+{
+	const struct room r = room_of(a, scratch);
+
+	for (size_t g = 0; g < groups_of(a); g++) {
+		copy(a, g, 3 * r.c, r.in, qkv, false);
+		copy(a, g, r.c, r.dout, dout, false);
+		if (a->channels)
+			normalise(&r);
+		for (size_t head = 0; head < a->heads; head++)
+			if ((a->channels ? channel_back : pixel_back)(
+				    a, &r, head, dparam, param, e))
+				return -1;
+		if (a->channels)
+			normalise_back(&r);
+		copy(a, g, 3 * r.c, dqkv, r.din, true);
 	}
 	return 0;
 }

@@ -99,10 +99,11 @@ static void acquired(const struct ct_meta *m)
 
 static void arch(const struct ct_meta *m)
 {
+	const struct ct_tensors w = {.meta = *m};
 	struct ct_unet_arch a;
 	struct ct_err e = {0};
 
-	if (ct_unet_arch_from_meta(&a, m, &e))
+	if (ct_unet_arch_of(&a, &w, &e))
 		must_say(&e);
 }
 
