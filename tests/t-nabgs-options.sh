@@ -47,8 +47,6 @@ for x in 0.15 0.3; do fit "start$x" -n 1 --expert rate=0.001,init=base,init-dens
 is 'all(abs(b / a - 2) < 2e-2 for a, b in zip(ply("start0.15.ply")["density"], ply("start0.3.ply")["density"]))' \
 	'--init-density-scale'
 is 'len(ply("start0.3.ply")["x"]) == 300 and max(ply("start0.3.ply")["density"]) < 0.301' 'of the density there'
-fit refit -n 1 --expert refit=3; fit none -n 1
-is 'apart("refit.ply", "none.ply", "density") > 1e-4 and apart("refit.ply", "none.ply", "x") == 0' '--refit: the densities alone'
 # of a base that does not say by how much it was refined
 ct-phantom -q --size=24x24x24 --spacing=4 sphere ball.nii
 for x in 4 8; do fit "x$x" -n 1 --expert rate=1,init=base -x $x -b ball.nii; done

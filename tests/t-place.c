@@ -3,9 +3,9 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/prelu.h"
+#include "core/gauss.h"
 #include "gs/place.h"
-#include "gs/random-stream.h"
+#include "gs/gaussian.h"
 #include "recon/fdk.h"
 #include "tap.h"
 

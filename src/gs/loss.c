@@ -2,7 +2,6 @@
 #include "config.h"
 #include "gs/loss.h"
 #include "core/mem.h"
-#include "gs/loss-row.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -18,6 +18,7 @@
 #define CT_GS_LOSS_H
 #include "core/err.h"
 #include "core/par.h"
+#include "core/simd.h"
 #include "quality/ssim.h"
 
 #include <stddef.h>
@@ -57,5 +58,22 @@ void ct_loss_image_gradient(struct ct_loss_image *l, struct ct_loss_terms *t, fl
  * threads. */
 double ct_loss_tv_gradient(float *df, double *part, const float *f, size_t pitch, const float *base,
 	const size_t grid[static 3], const size_t n[static 3], double weight, struct ct_par *par);
+
+/* Their kernels (loss-row.c). A row of an image: out, both images scaled and the gradient; in, the
+ * prediction (img + base, base may be NULL: 0), what is wanted and the weights (may be NULL: 1). */
+struct ct_loss_row {
+	float *x, *y, *g;
+	const float *img, *base, *want, *weight;
+};
+
+/* x = scale (img + base), y = scale want, g = step weight sign(x - y); returns the sum of
+ * weight |x - y|. */
+CT_SIMD_DECLARE(double, ct_loss_row_l1,
+	(const struct ct_loss_row *row, size_t columns, float scale, float step));
+/* n differences of neighbours b - a (ab, bb: what is to be added to them, or NULL): their signs
+ * times w go to db and from da, which may overlap or be NULL; returns the sum of their sizes. */
+CT_SIMD_DECLARE(double, ct_loss_row_tv,
+	(float *da, float *db, const float *a, const float *b, const float *ab, const float *bb,
+		size_t n, float w));
 
 #endif

@@ -3,8 +3,8 @@
 #include "gs/place.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/prelu.h"
-#include "gs/random-stream.h"
+#include "core/gauss.h"
+#include "gs/gaussian.h"
 #include "recon/fdk.h"
 
 #include <math.h>

@@ -27,7 +27,7 @@ struct params {
 	const char *out;
 	int iterations, gaussians, most, every, activation, mode, scale, densify_until;
 	double ssim, tv, lowres, rate, init, tolerance;
-	int begin, refit;
+	int begin;
 	bool resume, compat, paper;
 };
 
@@ -85,9 +85,6 @@ static const struct ct_opt opts[] = {
 	CT_EXPERT_CHOICE(begin, "init", CT_WORDS(CT_PLACE_LIST),
 		"where Gaussians begin: where the projections say that the base is wrong, or where "
 		"it is dense; auto is residual in mode residual if the scan can be inverted"),
-	CT_EXPERT(refit, "refit", "N", 0, 10000,
-		"at the end, so many steps of conjugate gradients on the densities and all views",
-		CT_WHEN(CT_IF_WORD(activation, CT_BIT(CT_PRELU)))),
 	CT_FLAG(paper, 0, "paper",
 		"the published settings: Gaussians begin where the base is dense, with 0.15 of its "
 		"density, and the rates are the published ones, which fall over 30000 iterations; what is "
@@ -156,7 +153,6 @@ static int options(struct ct_fit_options *o, const struct nabgs_job *j, struct c
 		o->densify_until = (size_t)p->densify_until;
 	o->tv = p->tv;
 	o->lr = p->files.lr ? p->lowres : 0;
-	o->refit = (size_t)p->refit;
 	if (p->begin != CT_PLACE_AUTO)
 		o->place = (enum ct_fit_place)p->begin;
 	o->checkpoint_every = (size_t)p->every;
