@@ -1,7 +1,6 @@
 /* attention.c: see attention.h. */
 #include "config.h"
 #include "field/attention.h"
-#include "field/attention-kernels.h"
 #include "unet/dense.h"
 
 #include <string.h>

@@ -1,6 +1,6 @@
-/* fit-items.c: see fit-items.h. */
+/* fit-items.c: which measurements a step of a fit sees, and what they are (fit-step.h). */
 #include "config.h"
-#include "field/fit-items.h"
+#include "field/fit-step.h"
 #include "core/rng.h"
 #include "xray/geometry.h"
 
@@ -38,7 +38,7 @@ void ct_field_item_grid(
 }
 
 void ct_field_item_voxel(struct ct_field_item *it, const double grid[static 3][4],
-	const size_t n[static 3], size_t v, double radius)
+	const size_t n[static 3], size_t v)
 {
 	const double ijk[3] = {
 		(double)(v % n[0]), (double)(v / n[0] % n[1]), (double)(v / (n[0] * n[1]))};
@@ -47,7 +47,7 @@ void ct_field_item_voxel(struct ct_field_item *it, const double grid[static 3][4
 		it->centre[a] = grid[a][3];
 		for (int c = 0; c < 3; c++) {
 			it->centre[a] += grid[a][c] * ijk[c];
-			it->edge[c][a] = radius * grid[a][c];
+			it->edge[c][a] = grid[a][c];
 		}
 	}
 }
@@ -157,7 +157,7 @@ void ct_field_item_of(struct ct_field_item *it, const struct ct_field_fit *f,
 	if (f->items < ct_vol_count(lr))
 		v = (size_t)ct_rng_below(f->seed, VOXEL, f->step * f->items + i, ct_vol_count(lr));
 	ct_field_item_grid(grid, d->box, lr->affine);
-	ct_field_item_voxel(it, grid, lr->n, v, f->rule.radius);
+	ct_field_item_voxel(it, grid, lr->n, v);
 	it->value = (double)lr->data[v];
 	it->weight = 1;
 }

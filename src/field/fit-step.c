@@ -98,8 +98,8 @@ static int piece(
 		for (size_t k = 0; k < count; k++)
 			item_back(s, f, &s->item[k], p, k, j->items, &r->loss);
 		if (ct_field_backward(in->field, s->work[p], count * n, s->dy,
-			    in->net + g * ct_field_step_net(in),
-			    in->dcode ? in->dcode + first * n : NULL, f->items * n, &r->e))
+			    in->net + g * in->field->net, in->dcode ? in->dcode + first * n : NULL,
+			    f->items * n, &r->e))
 			return -1;
 	}
 	return 0;
@@ -114,7 +114,7 @@ static int points(
 
 	return ct_field_forward(in->field, s->work[0], count, in->x + 3 * first, s->y, e) ||
 			       ct_field_backward(in->field, s->work[0], count, j->f->hr[1] + first,
-				       in->net + g * ct_field_step_net(in),
+				       in->net + g * in->field->net,
 				       in->dcode ? in->dcode + first : NULL, j->f->items, e)
 		       ? -1
 		       : 0;
@@ -150,7 +150,7 @@ static void fill(void *arg, size_t g, size_t worker)
 		for (size_t k = 0; k < n; k++) {
 			struct ct_field_item it;
 
-			ct_field_item_voxel(&it, j->grid, j->block.n, i + k, 0);
+			ct_field_item_voxel(&it, j->grid, j->block.n, i + k);
 			for (int a = 0; a < 3; a++)
 				x[3 * k + (size_t)a] = (float)fmin(fmax(it.centre[a], 0), 1);
 		}
@@ -245,7 +245,7 @@ static void levels(void *arg, size_t i, size_t worker)
 static void adam(void *arg, size_t i, size_t worker)
 {
 	struct step_job *j = arg;
-	const size_t n = ct_field_count(j->f->pass[0].field), chunks = (n + CHUNK - 1) / CHUNK;
+	const size_t n = j->f->pass[0].field->count, chunks = (n + CHUNK - 1) / CHUNK;
 	struct ct_field_pass *in = &j->f->pass[i / chunks];
 	const size_t at = i % chunks * CHUNK, count = n - at < CHUNK ? n - at : CHUNK;
 	struct ct_adamw a = ct_adamw_default();
@@ -253,8 +253,7 @@ static void adam(void *arg, size_t i, size_t worker)
 	(void)worker;
 	a.lr = j->rate;
 	CT_SIMD(ct_adamw_step)
-	(&a, j->f->step + 1, count, ct_field_weights(in->field) + at, in->m + at, in->v + at,
-		in->grad + at);
+	(&a, j->f->step + 1, count, in->field->weights + at, in->m + at, in->v + at, in->grad + at);
 }
 
 static void zero(struct ct_field_fit *f)
@@ -262,8 +261,8 @@ static void zero(struct ct_field_fit *f)
 	for (size_t p = 0; p < ct_samples_passes(&f->rule.samples); p++) {
 		struct ct_field_pass *in = &f->pass[p];
 
-		memset(in->grad, 0, ct_field_count(in->field) * sizeof *in->grad);
-		memset(in->net, 0, CT_FIELD_GROUPS * ct_field_step_net(in) * sizeof *in->net);
+		memset(in->grad, 0, in->field->count * sizeof *in->grad);
+		memset(in->net, 0, CT_FIELD_GROUPS * in->field->net * sizeof *in->net);
 	}
 }
 
@@ -286,17 +285,17 @@ int ct_field_fit_step(struct ct_field_fit *f, const struct ct_field_data *d, dou
 	ct_par_for(env->par, passes * ct_encoding_levels(&f->rule.shape.encoding), levels, &j);
 	for (size_t p = 0; p < passes; p++) {
 		struct ct_field_pass *in = &f->pass[p];
-		const size_t n = ct_field_step_net(in);
+		const size_t n = in->field->net;
 
 		CT_SIMD(ct_adam_gradient)(n, in->net, CT_FIELD_GROUPS, n, 1);
-		memcpy(in->grad + ct_field_encoded(in->field), in->net, n * sizeof *in->net);
+		memcpy(in->grad + in->field->encoded, in->net, n * sizeof *in->net);
 	}
 	if (!isfinite(*loss)) {
 		ct_fail(e, CT_ENUMERIC, "the loss is not finite at iteration %zu", f->step + 1);
 		goto out;
 	}
 	if (!dry) {
-		const size_t n = ct_field_count(f->pass[0].field);
+		const size_t n = f->pass[0].field->count;
 
 		ct_par_for(env->par, passes * ((n + CHUNK - 1) / CHUNK), adam, &j);
 	}

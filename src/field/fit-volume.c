@@ -24,13 +24,13 @@ struct volume_job {
 static int centres(const struct volume_job *j, struct ct_field_scratch *s, float *x, size_t first,
 	size_t n, struct ct_err *e)
 {
-	const size_t seg = ct_field_segment(j->f->pass[0].field), all = (n + seg - 1) / seg * seg;
+	const size_t seg = j->f->pass[0].field->segment, all = (n + seg - 1) / seg * seg;
 
 	for (size_t k = 0; k < all; k++) {
 		const size_t v = first + (k < n ? k : n - 1);
 		struct ct_field_item it;
 
-		ct_field_item_voxel(&it, j->grid, j->out->n, v, 0);
+		ct_field_item_voxel(&it, j->grid, j->out->n, v);
 		for (int a = 0; a < 3; a++)
 			x[3 * k + (size_t)a] = (float)fmin(fmax(it.centre[a], 0), 1);
 	}
@@ -58,7 +58,7 @@ static int rendered(const struct volume_job *j, struct ct_field_scratch *s, floa
 			struct ct_field_item it;
 			float *t = s->t[p] + k * per, *to = at[p] + 3 * k * per;
 
-			ct_field_item_voxel(&it, j->grid, j->out->n, first + k, j->f->rule.radius);
+			ct_field_item_voxel(&it, j->grid, j->out->n, first + k);
 			if (p == 0)
 				ct_samples_voxel(how, to, t, it.centre, it.edge, &draw);
 			else
