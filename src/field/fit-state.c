@@ -32,12 +32,10 @@ int ct_field_fit_pack(struct ct_tensors *t, const struct ct_field_fit *f, struct
 				return -1;
 		}
 	}
-	return ct_meta_setf(&t->meta, e, CT_META_STEP, "%zu", f->step) ||
-			       ct_meta_setf(&t->meta, e, CT_META_AT, "%d", (int)f->whole) ||
-			       ct_meta_setf(&t->meta, e, CT_META_SCALARS, "%a %a %a", f->used,
-				       f->first, f->last)
-		       ? -1
-		       : 0;
+	if (ct_meta_setf(&t->meta, e, CT_META_STEP, "%zu", f->step) ||
+		ct_meta_setf(&t->meta, e, CT_META_AT, "%d", (int)f->whole))
+		return -1;
+	return ct_meta_setf(&t->meta, e, CT_META_SCALARS, "%a %a %a", f->used, f->first, f->last);
 }
 
 int ct_field_fit_unpack(struct ct_field_fit *f, const struct ct_tensors *t, struct ct_err *e)

@@ -15,6 +15,9 @@ struct step_job {
 	struct ct_field_block block;
 	double grid[3][4]; /* of the block's voxels */
 	size_t items;      /* of this step */
+	/* what is done with items [first, first + count) of a group */
+	int (*each)(struct step_job *j, size_t g, struct ct_field_scratch *s, size_t first,
+		size_t count);
 	double rate;
 	struct group {
 		double loss;
@@ -112,51 +115,40 @@ static int points(
 	struct ct_field_pass *in = &j->f->pass[0];
 	struct ct_err *e = &j->group[g].e;
 
-	return ct_field_forward(in->field, s->work[0], count, in->x + 3 * first, s->y, e) ||
-			       ct_field_backward(in->field, s->work[0], count, j->f->hr[1] + first,
-				       in->net + g * in->field->net,
-				       in->dcode ? in->dcode + first : NULL, j->f->items, e)
-		       ? -1
-		       : 0;
+	if (ct_field_forward(in->field, s->work[0], count, in->x + 3 * first, s->y, e))
+		return -1;
+	return ct_field_backward(in->field, s->work[0], count, j->f->hr[1] + first,
+		in->net + g * in->field->net, in->dcode ? in->dcode + first : NULL, j->f->items, e);
 }
 
+/* The field at the voxels of a block. */
+static int voxels(
+	struct step_job *j, size_t g, struct ct_field_scratch *s, size_t first, size_t count)
+{
+	struct ct_field_fit *f = j->f;
+	float *x = f->pass[0].x + 3 * first;
+
+	for (size_t k = 0; k < count; k++) {
+		struct ct_field_item it;
+
+		ct_field_item_voxel(&it, j->grid, j->block.n, first + k);
+		for (int a = 0; a < 3; a++)
+			x[3 * k + (size_t)a] = (float)fmin(fmax(it.centre[a], 0), 1);
+	}
+	return ct_field_forward(
+		f->pass[0].field, s->work[0], count, x, f->hr[0] + first, &j->group[g].e);
+}
+
+/* A group, piece by piece. */
 static void group(void *arg, size_t g, size_t worker)
 {
 	struct step_job *j = arg;
 	const size_t end = j->items * (g + 1) / CT_FIELD_GROUPS;
 	const size_t most = ct_field_step_piece(&j->f->rule);
-	const bool block = j->f->rule.samples.kind == CT_SAMPLES_PROFILE;
 
-	for (size_t i = j->items * g / CT_FIELD_GROUPS; i < end && !j->group[g].rc; i += most) {
-		const size_t n = end - i < most ? end - i : most;
-
-		j->group[g].rc = (block ? points : piece)(j, g, &j->f->own[worker], i, n);
-	}
-}
-
-/* The field at the voxels of a block. */
-static void fill(void *arg, size_t g, size_t worker)
-{
-	struct step_job *j = arg;
-	struct ct_field_fit *f = j->f;
-	struct ct_field_scratch *s = &f->own[worker];
-	const size_t end = j->items * (g + 1) / CT_FIELD_GROUPS;
-	const size_t most = ct_field_step_piece(&f->rule);
-
-	for (size_t i = j->items * g / CT_FIELD_GROUPS; i < end && !j->group[g].rc; i += most) {
-		const size_t n = end - i < most ? end - i : most;
-		float *x = f->pass[0].x + 3 * i;
-
-		for (size_t k = 0; k < n; k++) {
-			struct ct_field_item it;
-
-			ct_field_item_voxel(&it, j->grid, j->block.n, i + k);
-			for (int a = 0; a < 3; a++)
-				x[3 * k + (size_t)a] = (float)fmin(fmax(it.centre[a], 0), 1);
-		}
-		j->group[g].rc = ct_field_forward(
-			f->pass[0].field, s->work[0], n, x, f->hr[0] + i, &j->group[g].e);
-	}
+	for (size_t i = j->items * g / CT_FIELD_GROUPS; i < end && !j->group[g].rc; i += most)
+		j->group[g].rc =
+			j->each(j, g, &j->f->own[worker], i, end - i < most ? end - i : most);
 }
 
 static int failed(const struct step_job *j, struct ct_err *e)
@@ -221,7 +213,8 @@ static int block_forward(
 		for (int c = 0; c < 3; c++)
 			j->grid[a][3] += j->grid[a][c] * (double)b->first[c];
 	j->items = b->n[0] * b->n[1] * b->n[2];
-	ct_par_for(env->par, CT_FIELD_GROUPS, fill, j);
+	j->each = voxels;
+	ct_par_for(env->par, CT_FIELD_GROUPS, group, j);
 	if (failed(j, e))
 		return -1;
 	*loss = block_loss(j, env->par);
@@ -277,6 +270,7 @@ int ct_field_fit_step(struct ct_field_fit *f, const struct ct_field_data *d, dou
 	zero(f);
 	if (f->rule.samples.kind == CT_SAMPLES_PROFILE && block_forward(&j, loss, env, e))
 		goto out;
+	j.each = f->rule.samples.kind == CT_SAMPLES_PROFILE ? points : piece;
 	ct_par_for(env->par, CT_FIELD_GROUPS, group, &j);
 	if (failed(&j, e))
 		goto out;

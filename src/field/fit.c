@@ -62,11 +62,10 @@ static int scratch_alloc(struct ct_field_scratch *s, const struct ct_field_fit *
 			ct_alloc(&s->w[p], n, sizeof *s->w[p], e))
 			return -1;
 	}
-	return ct_alloc(&s->y, 2 * most, sizeof *s->y, e) ||
-			       ct_alloc(&s->dy, 2 * most, sizeof *s->dy, e) ||
-			       ct_alloc(&s->item, piece, sizeof *s->item, e)
-		       ? -1
-		       : 0;
+	if (ct_alloc(&s->y, 2 * most, sizeof *s->y, e) ||
+		ct_alloc(&s->dy, 2 * most, sizeof *s->dy, e))
+		return -1;
+	return ct_alloc(&s->item, piece, sizeof *s->item, e);
 }
 
 static void scratch_free(struct ct_field_scratch *s)
@@ -87,11 +86,10 @@ static int block_alloc(struct ct_field_fit *f, const struct ct_field_data *d, st
 	const size_t lo = (b < d->lr->n[0] ? b : d->lr->n[0]) *
 			  (b < d->lr->n[1] ? b : d->lr->n[1]) * (b < d->lr->n[2] ? b : d->lr->n[2]);
 
-	return ct_alloc(&f->hr[0], f->items, sizeof *f->hr[0], e) ||
-			       ct_alloc(&f->hr[1], f->items, sizeof *f->hr[1], e) ||
-			       ct_alloc(&f->lo, lo, sizeof *f->lo, e)
-		       ? -1
-		       : 0;
+	if (ct_alloc(&f->hr[0], f->items, sizeof *f->hr[0], e) ||
+		ct_alloc(&f->hr[1], f->items, sizeof *f->hr[1], e))
+		return -1;
+	return ct_alloc(&f->lo, lo, sizeof *f->lo, e);
 }
 
 /* Is there a ray above 0 that meets the box? */

@@ -2,7 +2,6 @@
 #include "config.h"
 #include "recon/backproject.h"
 #include "core/mem.h"
-#include "recon/backproject-line.h"
 #include "xray/geometry.h"
 
 #include <math.h>
