@@ -105,7 +105,8 @@ static bool refused(const struct ct_tensors *t, const char *word)
 	bool ok;
 
 	err = (struct ct_err){0};
-	ok = unpack(&to, t) == -1 && err.code == CT_EINPUT && strstr(err.msg, word);
+	ok = unpack(&to, t) == -1 && (err.code == CT_EINPUT || err.code == CT_ENUMERIC) &&
+	     strstr(err.msg, word);
 	ct_fit_free(&to);
 	if (!ok)
 		printf("# %s: %s\n", word, err.msg);

@@ -1,6 +1,7 @@
 /* fit-step.c: one step of a fit: gradients of a batch, and Adam (fit.h). */
 #include "config.h"
 #include "field/fit-step.h"
+#include "core/vec3.h"
 #include "field/render.h"
 #include "solve/adam.h"
 
@@ -64,20 +65,19 @@ static void item_back(struct ct_field_scratch *s, const struct ct_field_fit *f,
 		dy[i] = (float)slope;
 }
 
-static void place(float *x, struct ct_field_scratch *s, const struct ct_field_fit *f,
-	const struct ct_field_item *it, size_t pass, size_t at, uint32_t item)
+void ct_field_item_place(float *x, struct ct_field_scratch *s, const struct ct_samples *how,
+	const struct ct_field_item *it, size_t pass, size_t at, const float *x1,
+	const struct ct_samples_draw *draw)
 {
-	const struct ct_samples_draw draw = {f->seed, f->step, item};
-	const struct ct_samples *how = &f->rule.samples;
-	const size_t n = ct_samples_count(how, pass), first = how->n;
+	float *t = s->t[pass] + at * ct_samples_count(how, pass);
 
 	if (how->kind == CT_SAMPLES_RAYS)
-		ct_samples_ray(how, x, it->centre, it->edge[0], it->span, &draw);
+		ct_samples_ray(how, x, it->centre, it->edge[0], it->span, draw);
 	else if (pass == 0)
-		ct_samples_voxel(how, x, s->t[0] + at * n, it->centre, it->edge, &draw);
+		ct_samples_voxel(how, x, t, it->centre, it->edge, draw);
 	else
-		ct_samples_second(how, x, s->t[1] + at * n, f->pass[0].x + 3 * (size_t)item * first,
-			s->t[0] + at * first, s->w[0] + at * first, it->centre, it->edge, &draw);
+		ct_samples_second(how, x, t, x1, s->t[0] + at * how->n, s->w[0] + at * how->n,
+			it->centre, it->edge, draw);
 }
 
 /* Items [first, first + count) of a batch: all passes, forward and back. */
@@ -94,8 +94,13 @@ static int piece(
 		const size_t n = ct_samples_count(&f->rule.samples, p);
 		float *x = in->x + 3 * first * n;
 
-		for (size_t k = 0; k < count; k++)
-			place(x + 3 * k * n, s, f, &s->item[k], p, k, (uint32_t)(first + k));
+		for (size_t k = 0; k < count; k++) {
+			const struct ct_samples_draw draw = {
+				f->seed, f->step, (uint32_t)(first + k)};
+
+			ct_field_item_place(x + 3 * k * n, s, &f->rule.samples, &s->item[k], p, k,
+				f->pass[0].x + 3 * (first + k) * f->rule.samples.n, &draw);
+		}
 		if (ct_field_forward(in->field, s->work[p], count * n, x, s->y, &r->e))
 			return -1;
 		for (size_t k = 0; k < count; k++)
@@ -208,7 +213,7 @@ static int block_forward(
 	ct_field_item_block(lo, f, m);
 	if (ct_field_block_plan(b, &f->op, lo, m, env->par, e))
 		return -1;
-	ct_field_item_grid(j->grid, j->d->box, j->d->fine->affine);
+	ct_vec3_after(j->grid, j->d->box, j->d->fine->affine);
 	for (int a = 0; a < 3; a++)
 		for (int c = 0; c < 3; c++)
 			j->grid[a][3] += j->grid[a][c] * (double)b->first[c];

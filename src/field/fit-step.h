@@ -34,12 +34,13 @@ void ct_field_item_of(struct ct_field_item *it, const struct ct_field_fit *f,
 /* The ray of a pixel; false, and without weight, if it misses the box. */
 bool ct_field_item_ray(struct ct_field_item *it, const struct ct_field_data *d, size_t view,
 	size_t row, size_t col);
-/* Voxel v of a grid of n. */
+/* Voxel v of a grid of n; `grid` maps its indices to the box. */
 void ct_field_item_voxel(struct ct_field_item *it, const double grid[static 3][4],
 	const size_t n[static 3], size_t v);
-/* Voxel indices to the box. */
-void ct_field_item_grid(
-	double grid[3][4], const double box[static 3][4], const double affine[static 3][4]);
+/* Its samples in pass 0 or 1, the at-th of the scratch, into x; x1, those of its first pass. */
+void ct_field_item_place(float *x, struct ct_field_scratch *s, const struct ct_samples *how,
+	const struct ct_field_item *it, size_t pass, size_t at, const float *x1,
+	const struct ct_samples_draw *draw);
 /* Where the block of a step begins. */
 void ct_field_item_block(
 	size_t lo[static 3], const struct ct_field_fit *f, const size_t m[static 3]);

@@ -2,7 +2,6 @@
 #include "config.h"
 #include "gs/fit.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -59,18 +58,16 @@ static int get_arrays(struct ct_fit *f, const struct ct_tensors *t, struct ct_er
 	for (size_t k = 0; k < STATES; k++) {
 		char name[NAME];
 		float *x = array_of(f, k, name);
-		const struct ct_tensor *in = ct_tensors_find(t, name);
+		const float *in = ct_tensors_vector(t, name, n, e);
 		const bool count = x == f->adam.steps || x == f->adam.seen;
 
-		if (!in || in->rank != 1 || in->dim[0] != n)
-			return ct_fail(
-				e, CT_EINPUT, "the state has no '%s' of %zu numbers", name, n);
-		for (size_t i = 0; i < n; i++)
-			if (!isfinite(in->data[i]) ||
-				(count && !(in->data[i] >= 0 && in->data[i] <= 16777216.0f)))
+		if (!in)
+			return -1;
+		for (size_t i = 0; count && i < n; i++)
+			if (!(in[i] >= 0 && in[i] <= 16777216.0f))
 				return ct_fail(e, CT_EINPUT, "'%s' of the state: %g at %zu", name,
-					(double)in->data[i], i);
-		memcpy(x, in->data, n * sizeof *x);
+					(double)in[i], i);
+		memcpy(x, in, n * sizeof *x);
 	}
 	return 0;
 }

@@ -97,24 +97,17 @@ static bool get_at(struct ct_joint_at *to, const struct ct_meta *m)
 	return ct_meta_get_scalars(m, SCALARS, s, &why) == 0;
 }
 
-/* n numbers; NULL if there are not so many. */
-static const float *get(const struct ct_tensors *t, const char *name, size_t n)
-{
-	const struct ct_tensor *from = ct_tensors_find(t, name);
-
-	return from && ct_tensor_count(from) == n ? from->data : NULL;
-}
-
 static bool get_joint(struct ct_joint *j, const struct ct_tensors *t)
 {
+	struct ct_err why;
 	const bool done = j->at.phase == CT_JOINT_DONE;
-	const float *dual = get(t, DUAL, CT_TV_DUAL * j->n), *from;
+	const float *dual = ct_tensors_vector(t, DUAL, CT_TV_DUAL * j->n, &why), *from;
 	const char *name;
 
 	for (size_t k = 0; k < volumes(&j->at); k++) {
 		float *x = volume(j, k, &name);
 
-		from = get(t, name, j->n);
+		from = ct_tensors_vector(t, name, j->n, &why);
 		if (!from)
 			return false;
 		memcpy(x, from, j->n * sizeof *x);
@@ -130,7 +123,7 @@ static bool get_joint(struct ct_joint *j, const struct ct_tensors *t)
 int ct_fuse_unpack(struct ct_fuse *f, const struct ct_tensors *t, struct ct_err *e)
 {
 	struct ct_joint *j = &f->joint;
-	const float *result = get(t, RESULT, j->n);
+	const float *result = ct_tensors_vector(t, RESULT, j->n, e);
 	bool good = get_at(&j->at, &t->meta);
 
 	if (result) {
