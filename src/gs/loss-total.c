@@ -69,8 +69,10 @@ int ct_loss_total_view(struct ct_loss_total *w, struct ct_loss_terms *t, size_t 
 	const struct ct_fit_data *d = w->d;
 	const struct ct_stack *y = d->target;
 	struct ct_par *par = w->env->par;
-	const struct ct_loss_weights weights = {
-		f->opt.l1, f->opt.ssim, 2 / f->extent, f->mean_weight};
+	const struct ct_loss_view v = {w->dimg, w->img,
+		f->opt.full ? NULL : ct_stack_view(d->base_projections, k), ct_stack_view(y, k),
+		d->weight ? ct_stack_view(d->weight, k) : NULL, ct_rasterise_pitch(y->w), f->opt.l1,
+		f->opt.ssim, 2 / f->extent, f->mean_weight};
 	struct ct_camera cam;
 
 	if (ct_camera_init(&cam, &y->view[k], y->beam, y->h, y->w, e) ||
@@ -80,9 +82,7 @@ int ct_loss_total_view(struct ct_loss_total *w, struct ct_loss_terms *t, size_t 
 	if (f->opt.gate > 0)
 		ct_splat_gate(&w->splat, f->opt.gate * f->extent / 2);
 	ct_splat_draw(w->img, &w->splat, par);
-	ct_loss_image_gradient(&w->loss, t, w->dimg, w->img, ct_rasterise_pitch(y->w),
-		f->opt.full ? NULL : ct_stack_view(d->base_projections, k), ct_stack_view(y, k),
-		d->weight ? ct_stack_view(d->weight, k) : NULL, &weights, par);
+	ct_loss_image_gradient(&w->loss, t, &v, par);
 	ct_splat_backward(&w->grad, &w->splat, w->gaussian, &f->g, w->dimg, par);
 	return 0;
 }

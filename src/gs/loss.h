@@ -23,8 +23,13 @@
 
 #include <stddef.h>
 
-struct ct_loss_weights { /* of a view */
-	double l1, ssim;
+/* A view: its gradient dimg[h][pitch], which is set, img[h][pitch] in mm, base (NULL: 0), y and
+ * weight (NULL: ones) h x w. */
+struct ct_loss_view {
+	float *dimg;
+	const float *img, *base, *y, *weight;
+	size_t pitch;
+	double l1, ssim;    /* weights of the terms; neither need be positive */
 	double scale;       /* 1/mm, of projections */
 	double mean_weight; /* 1 without weights */
 };
@@ -45,12 +50,10 @@ struct ct_loss_image {
 /* Free it in any case. */
 int ct_loss_image_init(struct ct_loss_image *l, size_t h, size_t w, struct ct_err *e);
 void ct_loss_image_free(struct ct_loss_image *l);
-/* Sets t->l1, t->dssim, and dimg[h][pitch] = dL/dimg for img[h][pitch] in mm; base (may be NULL: 0)
- * and y h x w; so does weight (NULL: ones). Neither factor need be positive: a term of weight 0 is
- * not computed. Strips of rows in parallel, the same bytes for any number of threads. */
-void ct_loss_image_gradient(struct ct_loss_image *l, struct ct_loss_terms *t, float *dimg,
-	const float *img, size_t pitch, const float *base, const float *y, const float *weight,
-	const struct ct_loss_weights *k, struct ct_par *par);
+/* Sets t->l1, t->dssim and v->dimg. A term of weight 0 is not computed. Strips of rows in parallel,
+ * the same bytes for any number of threads. */
+void ct_loss_image_gradient(struct ct_loss_image *l, struct ct_loss_terms *t,
+	const struct ct_loss_view *v, struct ct_par *par);
 
 /* Mean |difference| along the three axes of f + base and df[n2][n1][pitch] = weight times its
  * gradient; f of the same layout, base the first of these voxels in a volume of grid[], or NULL. 0
