@@ -149,7 +149,7 @@ static void side_init(struct side *d, size_t n)
 	must(ct_par_alloc(&d->all.par, (size_t)sysconf(_SC_NPROCESSORS_ONLN), &e), &e);
 	fill(d);
 	ct_fit_defaults(&o, 4, false, CT_PRELU);
-	o.place = CT_PLACE_BASE;
+	o.from_base = true;
 	o.iterations = 0;
 	o.gaussians = 1000;
 	o.densify_every = 0;

@@ -538,7 +538,7 @@ static void weights(struct scene *s, const struct ct_env *env)
 	}
 	d.target = &bad;
 	options(&o, CT_PRELU);
-	o.place = CT_PLACE_BASE; /* back-projection knows no weights */
+	o.from_base = true; /* back-projection knows no weights */
 	for (int k = 0; k < 2; k++) {
 		d.weight = k ? &weight : NULL;
 		must(ct_fit_init(&f, &o, &d, env, &err));
@@ -581,7 +581,7 @@ static void coarse(struct scene *s, const struct ct_env *env)
 		struct ct_fit f;
 
 		o.lr = k ? 1 : 0;
-		o.place = CT_PLACE_BASE;
+		o.from_base = true;
 		must(ct_fit_init(&f, &o, &d, env, &err));
 		must(ct_fit_run(&f, &d, env, &err));
 		left[k] = left_over(s, &f.g, env);

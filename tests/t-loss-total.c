@@ -63,7 +63,7 @@ static void make(struct scene *s, bool full, bool weighted)
 		.by = &s->by};
 	ct_fit_defaults(&o, 4, full, CT_PRELU);
 	o.gaussians = o.max_gaussians = N;
-	o.place = CT_PLACE_BASE;
+	o.from_base = true;
 	o.tv_block = 5;
 	o.tv = 0.3;
 	o.lr = 0.7;

@@ -95,8 +95,8 @@ above "$(agrees lr.ply)" "$(agrees few.ply) + 1"; ok $? 'to which the sum then r
 exits 2 'a low-resolution CT and mode full' fit --lr=lr.nii -m full p.exr no.ply
 
 mkdir fast
-far() { cd fast && ct-nabgs -q -b ../up.nii -n 200 -g 1000 --checkpoint-every=1 --paper \
-	--expert init=residual,rate=1000 "$@" ../p.exr r.ply; }
+far() { cd fast && ct-nabgs -q -b ../up.nii -n 200 -g 1000 --checkpoint-every=1 --paper -m full \
+	--expert rate=1000 "$@" ../p.exr r.ply; }
 (far) 2>err; [ $? -eq 6 ]; ok $? 'learning a thousand times too fast ends with 6'
 has err 'iteration [0-9]*: the [A-Z0-9a-z]* term' 'naming iteration and term'
 [ -e fast/r.ply.state ] && [ ! -e fast/r.ply ]; ok $? 'the last good state stays, and no result'

@@ -54,7 +54,7 @@ void ct_fit_paper(struct ct_fit_options *o)
 {
 	o->rate_steps = 30000; /* these two are R2-Gaussian's defaults */
 	o->densify_until = 14999;
-	o->place = CT_PLACE_BASE;
+	o->from_base = true;
 	o->start_density = 0.15;
 	o->rate_factor = 1;
 	o->adapt = false;
@@ -116,13 +116,12 @@ static int place(
 {
 	const struct ct_fit_options *o = &f->opt;
 	struct ct_vol field = {0};
-	bool base = o->place == CT_PLACE_BASE || (o->place == CT_PLACE_AUTO && o->full);
+	bool base = o->from_base || o->full;
 	double cover;
 	int rc;
 
-	if (!base && ct_place_field(&field, d->base, d->target,
-			     o->full ? NULL : d->base_projections, env, e)) {
-		if (o->place != CT_PLACE_AUTO || e->code != CT_EGEOM)
+	if (!base && ct_place_field(&field, d->base, d->target, d->base_projections, env, e)) {
+		if (e->code != CT_EGEOM)
 			return -1;
 		ct_log(env, CT_INFO, "Gaussians begin where the base is dense: %s", e->msg);
 		base = true;

@@ -50,20 +50,12 @@ struct ct_rate {
 	double first, last;
 };
 
-/* Where Gaussians begin: where its projections say that the base is wrong, or where it is dense, as
- * published. AUTO: the former in mode residual, if filtered back-projection can invert the scan. */
-#define CT_PLACE_LIST(X)                                                                           \
-	X(CT_PLACE_AUTO, "auto")                                                                   \
-	X(CT_PLACE_RESIDUAL, "residual")                                                           \
-	X(CT_PLACE_BASE, "base")
-enum ct_fit_place { CT_PLACE_LIST(CT_WORD_VALUE) };
-
 struct ct_fit_options {
 	size_t iterations, gaussians, max_gaussians;
 	enum ct_activation activation;
 	bool full;            /* the whole volume instead of a residual */
 	double start_density; /* of the density where a Gaussian begins */
-	enum ct_fit_place place;
+	bool from_base;       /* begin where the base is dense, as published */
 	double l1, ssim, tv, lr;
 	size_t rate_steps;  /* iterations in which the rates fall; 0: all */
 	bool compat;        /* as R2-Gaussian's program behaves: ct_fit_compat */
