@@ -25,7 +25,7 @@ static void forward(void *arg)
 {
 	struct side *s = arg;
 
-	ct_encoding_forward(&s->s.encoding, ct_field_weights(s->f), POINTS, s->x, s->code, POINTS);
+	ct_encoding_forward(&s->s.encoding, s->f->weights, POINTS, s->x, s->code, POINTS);
 }
 
 static void back(void *arg)
@@ -42,7 +42,7 @@ typedef float two_floats __attribute__((vector_size(8)));
 static void reads(void *arg)
 {
 	struct side *s = arg;
-	const float *w = ct_field_weights(s->f);
+	const float *w = s->f->weights;
 	two_floats sum[CORNERS] = {{0}}, v; /* so that no addition waits for another */
 
 	for (size_t i = 0; i < (size_t)LEVELS * POINTS * CORNERS; i += CORNERS)
@@ -137,7 +137,6 @@ int main(void)
 {
 	struct side s = {.s = {{.kind = CT_ENCODING_HASH,
 				       .levels = LEVELS,
-				       .features = 2,
 				       .log2_table = 19,
 				       .base = 16,
 				       .growth = 2},
@@ -149,8 +148,8 @@ int main(void)
 	s.x = floats(3 * (size_t)POINTS);
 	s.y = floats(POINTS);
 	s.code = floats((size_t)POINTS * 2 * LEVELS);
-	s.grad = floats(ct_field_encoded(s.f));
-	s.dnet = floats(ct_field_count(s.f) - ct_field_encoded(s.f));
+	s.grad = floats(s.f->encoded);
+	s.dnet = floats(s.f->net);
 	s.place = floats((size_t)LEVELS * POINTS * CORNERS + AHEAD);
 	for (int rays = 0; rays < 2; rays++) {
 		const char *const name[2][3] = {

@@ -149,7 +149,7 @@ static void side_init(struct side *d, size_t n)
 	must(ct_par_alloc(&d->all.par, (size_t)sysconf(_SC_NPROCESSORS_ONLN), &e), &e);
 	fill(d);
 	ct_fit_defaults(&o, 4, false, CT_PRELU);
-	o.place = CT_PLACE_BASE;
+	o.from_base = true;
 	o.iterations = 0;
 	o.gaussians = 1000;
 	o.densify_every = 0;
@@ -157,7 +157,7 @@ static void side_init(struct side *d, size_t n)
 	must(ct_fit_init(&d->f, &o, &d->data, &d->all, &e), &e);
 	crowd(&d->f.g, n);
 	must(ct_gs_adam_reserve(&d->f.adam, 0, n, &e), &e);
-	must(ct_loss_total_alloc(&d->w, &o, &d->data, NULL, &e), &e);
+	must(ct_loss_total_alloc(&d->w, &d->f, &d->data, &d->one, &e), &e);
 	must(ct_loss_total_grow(&d->w, n, &e), &e);
 	must(ct_camera_init(&cam, &d->target.view[0], CT_CONE, SIZE, SIZE, &e), &e);
 	must(ct_block_init(&k, d->base.affine, middle, block, &e), &e);
@@ -178,21 +178,24 @@ static void side_free(struct side *d)
 static void forward(void *arg)
 {
 	struct side *d = arg;
+	struct ct_camera cam;
 	struct ct_err e;
 
 	ct_gaussian_resolve(d->w.gaussian, &d->f.g, NULL);
-	must(ct_loss_total_project(&d->w, &d->f, &d->data, 0, &d->one, &e), &e);
+	must(ct_camera_init(&cam, &d->target.view[0], CT_CONE, SIZE, SIZE, &e), &e);
+	must(ct_splat_plan(&d->w.splat, &cam, d->f.g.n, d->w.gaussian, NULL, &e), &e);
+	ct_splat_draw(d->w.img, &d->w.splat, NULL);
 }
 
 static void loss(void *arg)
 {
 	struct side *d = arg;
 	const struct ct_fit *f = &d->f;
-	const struct ct_loss_weights k = {f->opt.l1, f->opt.ssim, 2 / f->extent, f->mean_weight};
+	const struct ct_loss_view v = {d->w.dimg, d->w.img, d->base_proj.data, d->target.data, NULL,
+		ct_rasterise_pitch(SIZE), f->opt.l1, f->opt.ssim, 2 / f->extent, f->mean_weight};
 	struct ct_loss_terms t;
 
-	ct_loss_image_gradient(&d->w.loss, &t, d->w.dimg, d->w.img, ct_rasterise_pitch(SIZE),
-		d->base_proj.data, d->target.data, NULL, &k, NULL);
+	ct_loss_image_gradient(&d->w.loss, &t, &v, NULL);
 }
 
 static void backward(void *arg)
@@ -208,7 +211,7 @@ static void block_term(void *arg)
 	struct ct_loss_terms t;
 	struct ct_err e;
 
-	must(ct_loss_total_tv(&d->w, &t, &d->f, &d->data, ++d->done, &d->one, &e), &e);
+	must(ct_loss_total_tv(&d->w, &t, ++d->done, &e), &e);
 }
 
 static void step(void *arg)
@@ -216,7 +219,7 @@ static void step(void *arg)
 	struct side *d = arg;
 	const double lr[CT_GS_FIELDS] = {0}, ln_s[2] = {-9, 9};
 
-	ct_loss_total_chain(&d->w, &d->f.g, NULL);
+	ct_loss_total_chain(&d->w);
 	ct_gs_adam_step(&d->f.adam, &d->f.g, &d->w.grad, lr, ln_s, NULL);
 }
 
@@ -225,6 +228,7 @@ static void run(struct side *d, const struct ct_env *env)
 	struct ct_err e;
 
 	d->f.opt.iterations += d->each;
+	d->f.end = CT_FIT_RUNNING;
 	must(ct_fit_run(&d->f, &d->data, env, &e), &e);
 }
 
@@ -260,7 +264,7 @@ static void check(struct side *d)
 	forward(d);
 	loss(d);
 	backward(d);
-	ct_loss_total_chain(&d->w, &d->f.g, NULL);
+	ct_loss_total_chain(&d->w);
 	plain_forward(&d->p);
 	plain_loss(&d->p);
 	plain_backward(&d->p);

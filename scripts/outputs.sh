@@ -53,7 +53,7 @@ if has projections; then
 	run ct-fdk --grid 24 fan.exr fan-fdk.nii
 fi
 if has fits; then
-	run ct-nabgs -b up.nii --lr lr.nii -n 40 -g 2000 --expert densify-until=40,refit=2 cone.exr g.ply
+	run ct-nabgs -b up.nii --lr lr.nii -n 40 -g 2000 --expert densify-until=40 cone.exr g.ply
 	run ct-nabgs -b up.nii -n 40 -g 1000 --paper cone.exr paper.ply
 	run ct-nabgs -b up.nii -n 30 -g 500 -m full -a softplus cone.exr full.ply
 	run ct-compose up.nii g.ply composed.nii

@@ -6,7 +6,10 @@
 #include <math.h>
 #include <string.h>
 
-enum { PLAIN_MOST = 512 }; /* rows of anything, points of a segment times those */
+enum {
+	PLAIN_MOST = 512,
+	PLAIN_SEGMENT = 16
+}; /* rows of anything, points of a segment times those */
 
 static void plain_level(
 	const struct ct_encoding *s, size_t l, const double **w, const double x[3], double *out)
@@ -24,7 +27,7 @@ static void plain_level(
 		node[a] = (uint64_t)p;
 		part[a] = p - (double)node[a];
 	}
-	memset(out, 0, s->features * sizeof *out);
+	memset(out, 0, CT_ENCODING_FEATURES * sizeof *out);
 	for (int c = 0; c < 8; c++) {
 		uint64_t k[3], at;
 		double share = 1;
@@ -35,10 +38,10 @@ static void plain_level(
 		}
 		at = hashed ? (k[0] ^ k[1] * 19349663 ^ k[2] * 83492791) % table
 			    : k[0] + side * (k[1] + side * k[2]);
-		for (size_t f = 0; f < s->features; f++)
-			out[f] += share * (*w)[at * s->features + f];
+		for (size_t f = 0; f < CT_ENCODING_FEATURES; f++)
+			out[f] += share * (*w)[at * CT_ENCODING_FEATURES + f];
 	}
-	*w += (hashed ? table : all) * s->features;
+	*w += (hashed ? table : all) * CT_ENCODING_FEATURES;
 }
 
 static void plain_encode(
@@ -46,7 +49,7 @@ static void plain_encode(
 {
 	if (s->kind != CT_ENCODING_FREQUENCIES) {
 		for (size_t l = 0; l < s->levels; l++)
-			plain_level(s, l, &w, x, code + l * s->features);
+			plain_level(s, l, &w, x, code + l * CT_ENCODING_FEATURES);
 		return;
 	}
 	for (int a = 0; a < 3; a++) {
@@ -92,7 +95,7 @@ static void plain_head(const struct ct_attention *a, size_t s, size_t h, const d
 	double (*qkv)[PLAIN_MOST], double *out)
 {
 	const size_t c = a->heads * a->head, at = h * a->head;
-	double w[CT_ATTENTION_SEGMENT], sum = 0;
+	double w[PLAIN_SEGMENT], sum = 0;
 
 	for (size_t t = 0; t < a->segment; t++) {
 		double dot = 0;
@@ -113,7 +116,7 @@ static void plain_head(const struct ct_attention *a, size_t s, size_t h, const d
 static void plain_attention(
 	const struct ct_attention *a, size_t width, const double **w, double (*x)[PLAIN_MOST])
 {
-	static double qkv[CT_ATTENTION_SEGMENT][PLAIN_MOST];
+	static double qkv[PLAIN_SEGMENT][PLAIN_MOST];
 	const size_t c = a->heads * a->head, n = a->segment;
 	const double *gain = *w, *place = gain + 2 * width + 3 * c * width, *after;
 	double y[PLAIN_MOST], z[PLAIN_MOST];
@@ -147,7 +150,7 @@ static void plain_attention(
 static void plain_network(const struct ct_network *s, size_t in, const double *w,
 	double (*code)[PLAIN_MOST], double *y)
 {
-	static double h[CT_ATTENTION_SEGMENT][PLAIN_MOST];
+	static double h[PLAIN_SEGMENT][PLAIN_MOST];
 	const size_t n = s->attention.segment ? s->attention.segment : 1;
 
 	for (size_t l = 0; l <= s->depth; l++) {
@@ -187,7 +190,7 @@ static void plain_network(const struct ct_network *s, size_t in, const double *w
 __attribute__((unused)) static void plain_field(
 	const struct ct_field_shape *s, const double *w, size_t n, const float *x, double *y)
 {
-	static double code[CT_ATTENTION_SEGMENT][PLAIN_MOST];
+	static double code[PLAIN_SEGMENT][PLAIN_MOST];
 	const struct ct_network *net = &s->network;
 	const size_t segment = net->attention.segment ? net->attention.segment : 1,
 		     encoded = ct_encoding_offset(&s->encoding, ct_encoding_levels(&s->encoding));

@@ -129,13 +129,11 @@ cost ct-nabgs "$@" -n 100000 --expert max-gaussians=100 p.exr no.ply
 is 'up to the most' "$(json disk-bytes) == 4400 && $(json state-bytes) == 14400"
 few=$(json memory-bytes) each=408 # bytes of a Gaussian, of one in a view, and of 56 floats
 is 'its memory' "$few > 4 * (2 * $voxels + 3 * $pixels) && $few < 6 * (2 * $voxels + 3 * $pixels)"
-cost ct-nabgs "$@" -n 100000 --expert max-gaussians=1000000,refit=10000 p.exr no.ply
+cost ct-nabgs "$@" -n 100000 --expert max-gaussians=1000000 p.exr no.ply
 is 'of 1000000' "$(json disk-bytes) == 44000000 && $(json memory-bytes) - $few > 999900 * $each - 2 ^ 22 &&
 	$(json memory-bytes) - $few < 999900 * $each + 2 ^ 22"
 would=$(json work | sed -n 's/.* it would be \([0-9]*\) s$/\1/p')
 is 'more Gaussians take longer' "$would > 15000 * $(json seconds) && $would < 21000 * $(json seconds)"
-cost ct-nabgs "$@" -n 1 --expert max-gaussians=100,refit=10000 p.exr no.ply
-is 'a refit is that of all views, many times' "$(json seconds) > 100 * $once"
 cost ct-nabgs "$@" -n 10000000 --expert max-gaussians=100 p.exr no.ply
 is 'as do more iterations' "$(json seconds) > 10000 * $once"
 cost ct-nabgs "$@" -n 5 --expert max-gaussians=100 p.exr no.ply

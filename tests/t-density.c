@@ -3,11 +3,11 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/prelu.h"
+#include "core/gauss.h"
 #include "gs/densify.h"
 #include "gs/fit.h"
 #include "gs/place.h"
-#include "gs/random-stream.h"
+#include "gs/gaussian.h"
 #include "xray/project.h"
 #include "tap.h"
 

@@ -3,7 +3,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "field-tensors.h"
-#include "field/fit-items.h"
+#include "field/fit-step.h"
 #include "field/render.h"
 #include "formats/format.h"
 #include "xray/geometry.h"
@@ -78,8 +78,8 @@ static struct ct_field_rule rule_of(enum ct_samples_kind kind)
 	ct_field_rule_like(&r, CT_FIELD_LIKE_AUTO, 0);
 	ct_field_rule_samples(&r, kind);
 	ct_field_rule_network(&r, 2, 8);
-	r.shape.encoding = (struct ct_encoding){
-		.kind = CT_ENCODING_GRID, .levels = 2, .features = 2, .base = 3, .growth = 2};
+	r.shape.encoding =
+		(struct ct_encoding){.kind = CT_ENCODING_GRID, .levels = 2, .base = 3, .growth = 2};
 	r.shape.network.slope = 0.3;
 	r.adaptive = false;
 	r.rate[0] = 1e-2;
@@ -100,8 +100,8 @@ static struct ct_field_rule rule_of(enum ct_samples_kind kind)
 static void stir(struct ct_field_fit *f, size_t passes)
 {
 	for (size_t p = 0; p < passes; p++) {
-		const size_t n = ct_field_count(f->pass[p].field);
-		float *w = ct_field_weights(f->pass[p].field), *x = normals(n, 7, p, 0.5);
+		const size_t n = f->pass[p].field->count;
+		float *w = f->pass[p].field->weights, *x = normals(n, 7, p, 0.5);
 
 		for (size_t i = 0; i < n; i++)
 			w[i] += x[i];
@@ -112,8 +112,8 @@ static void stir(struct ct_field_fit *f, size_t passes)
 static double loss_at(struct ct_field_fit *f, const struct ct_field_data *d, size_t pass,
 	const float *from, const float *v, double h, const struct ct_env *env)
 {
-	const size_t n = ct_field_count(f->pass[pass].field);
-	float *w = ct_field_weights(f->pass[pass].field);
+	const size_t n = f->pass[pass].field->count;
+	float *w = f->pass[pass].field->weights;
 	double loss;
 
 	for (size_t i = 0; i < n; i++)
@@ -126,12 +126,12 @@ static double loss_at(struct ct_field_fit *f, const struct ct_field_data *d, siz
 static void check_pass(struct ct_field_fit *f, const struct ct_field_data *d, size_t pass,
 	const char *name, const struct ct_env *env)
 {
-	const size_t n = ct_field_count(f->pass[pass].field);
-	const size_t encoded = ct_field_encoded(f->pass[pass].field);
+	const size_t n = f->pass[pass].field->count;
+	const size_t encoded = f->pass[pass].field->encoded;
 	float *from = malloc(n * sizeof *from), *grad = malloc(n * sizeof *grad);
 	double worst = 0, loss;
 
-	memcpy(from, ct_field_weights(f->pass[pass].field), n * sizeof *from);
+	memcpy(from, f->pass[pass].field->weights, n * sizeof *from);
 	must(ct_field_fit_step(f, d, 0, true, &loss, env, &err));
 	memcpy(grad, f->pass[pass].grad, n * sizeof *grad);
 	for (uint64_t k = 0; k < 6; k++) { /* of the encoding, of the network */
@@ -170,8 +170,7 @@ static void check_kind(
 	if (passes == 2)
 		check_pass(&f, &d, 1, CT_WORD(CT_SAMPLES_LIST, kind), env);
 	if (passes == 2) /* a second field of zeros sees nothing, wherever it is asked */
-		memset(ct_field_weights(f.pass[1].field), 0,
-			ct_field_count(f.pass[1].field) * sizeof(float));
+		memset(f.pass[1].field->weights, 0, f.pass[1].field->count * sizeof(float));
 	check_pass(&f, &d, 0, tv > 0 ? "TV" : CT_WORD(CT_SAMPLES_LIST, kind), env);
 	ct_field_fit_free(&f);
 }
@@ -191,7 +190,7 @@ static void check_adaptive(const struct scene *s, const struct ct_env *env)
 	must(ct_field_fit_init(&b, &r, &d, env, &err));
 	must(ct_field_fit_step(&a, &d, 0, true, &la, env, &err));
 	must(ct_field_fit_step(&b, &d, 0, true, &lb, env, &err));
-	n = ct_field_count(a.pass[0].field);
+	n = a.pass[0].field->count;
 	NEAR(lb, pow(la, 1.25), 1e-6, "adaptive: the loss of one voxel");
 	NEAR(sqrt(dot(n, b.pass[0].grad, b.pass[0].grad) / dot(n, a.pass[0].grad, a.pass[0].grad)),
 		pow(la, 0.25), 1e-5, "and its gradient");
@@ -400,7 +399,7 @@ static void check_published(void)
 			r.adaptive && r.rate[0] == 2e-3 && r.rate[1] == 2e-5 && r.warm == 1000,
 		"cunerf");
 	ct_field_rule_like(&r, CT_FIELD_LIKE_NAF, 100);
-	OK(r.samples.n == 192 && r.shape.encoding.levels == 16 && r.shape.encoding.features == 2 &&
+	OK(r.samples.n == 192 && r.shape.encoding.levels == 16 &&
 			r.shape.encoding.log2_table == 19 && r.shape.encoding.base == 16 &&
 			r.shape.network.width == 32 && r.batch == 1024 && r.windows == 0 &&
 			r.rate[0] == 1e-3 && r.rate[1] == 1e-4 && r.iterations == 300000,
@@ -425,9 +424,9 @@ static double moved(const struct scene *s, const struct ct_field_rule *r, size_t
 	for (; f.step < steps; f.step++)
 		must(ct_field_fit_step(&f, &d, rate, false, &loss, &env, &err));
 	must(ct_field_fit_run(&g, &d, &env, &err));
-	for (size_t i = 0; i < ct_field_count(f.pass[0].field); i++)
-		most = fmax(most, fabs((double)ct_field_weights(f.pass[0].field)[i] -
-					  (double)ct_field_weights(g.pass[0].field)[i]));
+	for (size_t i = 0; i < f.pass[0].field->count; i++)
+		most = fmax(most, fabs((double)f.pass[0].field->weights[i] -
+					  (double)g.pass[0].field->weights[i]));
 	ct_field_fit_free(&f);
 	ct_field_fit_free(&g);
 	return most;
@@ -547,8 +546,8 @@ static void check_begin(const struct scene *s)
 
 	must(ct_field_fit_init(&f, &r, &d, &env, &err));
 	for (size_t p = 0; p < 2; p++) {
-		const size_t n = ct_field_count(f.pass[p].field);
-		const float bias = ct_field_weights(f.pass[p].field)[n - 2];
+		const size_t n = f.pass[p].field->count;
+		const float bias = f.pass[p].field->weights[n - 2];
 
 		OK(bias > 0.999f && bias < 1.001f, "pass %zu: its bias is %g", p, (double)bias);
 	}
@@ -595,7 +594,7 @@ static void dump(const struct scene *s, const char *folder, const struct ct_env 
 	double loss;
 
 	must(ct_field_fit_init(&f, &r, &d, env, &err));
-	n = ct_field_count(f.pass[0].field);
+	n = f.pass[0].field->count;
 	stir(&f, 1);
 	for (; f.step < 5; f.step++)
 		must(ct_field_fit_step(&f, &d, (double)rate, false, &loss, env, &err));

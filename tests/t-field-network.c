@@ -8,14 +8,13 @@
 #include "formats/format.h"
 #include "numbers.h"
 
-#define HASH(l, f, t, b, g)                                                                        \
+#define HASH(l, t, b, g)                                                                           \
 	{                                                                                          \
-		.kind = CT_ENCODING_HASH, .levels = l, .features = f, .log2_table = t, .base = b,  \
-		.growth = g                                                                        \
+		.kind = CT_ENCODING_HASH, .levels = l, .log2_table = t, .base = b, .growth = g     \
 	}
-#define GRID(l, f, b, g)                                                                           \
+#define GRID(l, b, g)                                                                              \
 	{                                                                                          \
-		.kind = CT_ENCODING_GRID, .levels = l, .features = f, .base = b, .growth = g       \
+		.kind = CT_ENCODING_GRID, .levels = l, .base = b, .growth = g                      \
 	}
 #define SINES(n)                                                                                   \
 	{                                                                                          \
@@ -27,24 +26,24 @@ static const struct {
 	size_t points;
 	struct ct_field_shape s;
 } cases[] = {
-	{"hash, as NAF", 37, {HASH(4, 2, 6, 2, 2), {8, 3, 2, 1, 0.01, CT_NETWORK_SIGMOID, {0}}}},
-	{"hash of one feature", 20,
-		{HASH(3, 1, 4, 3, 1.7), {5, 2, 0, 1, 0, CT_NETWORK_LINEAR, {0}}}},
-	{"hash of three features", 20,
-		{HASH(2, 3, 5, 2, 3), {7, 2, 1, 2, 0.1, CT_NETWORK_SIGMOID, {0}}}},
-	{"grid", 33, {GRID(2, 2, 2, 2), {6, 1, 0, 2, 0.01, CT_NETWORK_LINEAR, {0}}}},
-	{"grid of four features", 16,
-		{GRID(2, 4, 2, 1.5), {9, 2, 1, 1, 0, CT_NETWORK_SIGMOID, {0}}}},
+	{"hash, as NAF", 37, {HASH(4, 6, 2, 2), {8, 3, 2, 1, 0.01, CT_NETWORK_SIGMOID, {0}}}},
+	{"hash, 1.7 times finer", 20,
+		{HASH(3, 4, 3, 1.7), {5, 2, 0, 1, 0, CT_NETWORK_LINEAR, {0}}}},
+	{"hash, three times finer", 20,
+		{HASH(2, 5, 2, 3), {7, 2, 1, 2, 0.1, CT_NETWORK_SIGMOID, {0}}}},
+	{"grid", 33, {GRID(2, 2, 2), {6, 1, 0, 2, 0.01, CT_NETWORK_LINEAR, {0}}}},
+	{"grid, half as fine again", 16,
+		{GRID(2, 2, 1.5), {9, 2, 1, 1, 0, CT_NETWORK_SIGMOID, {0}}}},
 	{"sines", 17, {SINES(4), {10, 2, 0, 1, 0, CT_NETWORK_LINEAR, {0}}}},
 	{"sines, two outputs", 64, {SINES(11), {12, 3, 2, 2, 0, CT_NETWORK_SIGMOID, {0}}}},
 	{"the position alone", 5, {SINES(0), {4, 5, 4, 1, 0.2, CT_NETWORK_SIGMOID, {0}}}},
 	{"a wide network", 37, {SINES(11), {72, 2, 1, 2, 0, CT_NETWORK_SIGMOID, {0}}}},
 	{"a wide network of a grid", 11,
-		{GRID(9, 8, 2, 1), {72, 2, 1, 1, 0, CT_NETWORK_LINEAR, {0}}}},
+		{GRID(36, 2, 1), {72, 2, 1, 1, 0, CT_NETWORK_LINEAR, {0}}}},
 	{"attention, as SAX-NeRF", 34,
-		{HASH(4, 2, 5, 2, 2), {8, 2, 1, 1, 0.01, CT_NETWORK_SIGMOID, {2, 2, 3}}}},
+		{HASH(4, 5, 2, 2), {8, 2, 1, 1, 0.01, CT_NETWORK_SIGMOID, {2, 2, 3}}}},
 	{"attention among three", 27,
-		{GRID(2, 2, 2, 2), {6, 3, 2, 2, 0.05, CT_NETWORK_SIGMOID, {3, 3, 2}}}},
+		{GRID(2, 2, 2), {6, 3, 2, 2, 0.05, CT_NETWORK_SIGMOID, {3, 3, 2}}}},
 	{"attention behind one layer", 32,
 		{SINES(2), {6, 1, 0, 1, 0, CT_NETWORK_LINEAR, {4, 1, 4}}}},
 };
@@ -65,9 +64,9 @@ static void begin(struct trial *t, const struct ct_field_shape *s, size_t n)
 
 	*t = (struct trial){.s = s, .n = n, .outputs = s->network.outputs};
 	must(ct_field_alloc(&t->f, s, 7, &err) || ct_field_work_alloc(&t->w, t->f, n, &err));
-	t->count = ct_field_count(t->f);
-	t->encoded = ct_field_encoded(t->f);
-	t->width = ct_field_width(t->f);
+	t->count = t->f->count;
+	t->encoded = t->f->encoded;
+	t->width = t->f->width;
 	must(ct_alloc0(&t->x, 3 * n, sizeof(float), &err) ||
 		ct_alloc0(&t->y, n * t->outputs, sizeof(float), &err) ||
 		ct_alloc0(&t->grad, t->count, sizeof(float), &err) ||
@@ -78,7 +77,7 @@ static void begin(struct trial *t, const struct ct_field_shape *s, size_t n)
 			  : i < 6 ? 1
 			  : i < 9 ? (float)(i % 2)
 				  : (float)ct_rng_uniform(3, 2, i);
-	w = ct_field_weights(t->f);
+	w = t->f->weights;
 	for (size_t i = 0; i < t->encoded; i++)
 		w[i] *= 5000;
 	/* norms and places that are not as they begin */
@@ -131,7 +130,7 @@ static void against_plain(struct trial *t, const char *name)
 	if (!w || !y)
 		exit(99);
 	for (size_t i = 0; i < t->count; i++)
-		w[i] = (double)ct_field_weights(t->f)[i];
+		w[i] = (double)t->f->weights[i];
 	plain_field(t->s, w, t->n, t->x, y);
 	for (size_t i = 0; i < t->n * t->outputs; i++) {
 		worst = fmax(worst, fabs(y[i] - (double)t->y[i]));
@@ -188,7 +187,7 @@ static void encoding_levels(struct trial *t, const char *name)
 		if (ct_simd_use(((const char *[]){NULL, "v2", "v3", "v4"})[i], &e))
 			continue;
 		memset(grad[i > 0], 0, t->count * sizeof(float));
-		ct_encoding_forward(s, ct_field_weights(t->f), t->n, t->x, code[i > 0], t->n);
+		ct_encoding_forward(s, t->f->weights, t->n, t->x, code[i > 0], t->n);
 		for (size_t l = 0; l < ct_encoding_levels(s); l++)
 			ct_encoding_back(s, l, t->n, t->x, t->dcode, t->n,
 				grad[i > 0] + ct_encoding_offset(s, l));
@@ -239,7 +238,7 @@ static void levels(struct trial *t, const char *name)
 /* Points in two calls are what they are in one, and gradients add up. */
 static void pieces(struct trial *t, const char *name)
 {
-	const size_t segment = ct_field_segment(t->f), first = t->n / segment / 2 * segment;
+	const size_t segment = t->f->segment, first = t->n / segment / 2 * segment;
 	float *y = copy(t->y, t->n * t->outputs), *grad = copy(t->grad, t->count);
 	const struct ct_encoding *s = &t->s->encoding;
 
@@ -265,32 +264,28 @@ static void pieces(struct trial *t, const char *name)
 /* Node 0 of an axis counts half at 0; at 1 the last two count half each. */
 static void borders(void)
 {
-	const struct ct_encoding s = GRID(1, 1, 4, 2);
-	float w[125] = {0}, code[4];
+	const struct ct_encoding s = GRID(1, 4, 2);
+	float w[250] = {0}, code[8];
 	const float x[12] = {0, 0, 0, 1, 1, 1, -3, NAN, 0.5f / 3, 2, 0.5f, 0.5f};
 
-	w[0] = 8;
-	w[124] = 16;
-	w[25] = 4; /* (0,0,1) */
-	w[4 + 5 * 2 + 25 * 2] = 32;
+	w[0] = w[1] = 8;
+	w[248] = 16;
+	w[50] = 4; /* (0,0,1) */
+	w[2 * (4 + 5 * 2 + 25 * 2)] = 32;
 	ct_encoding_forward(&s, w, 4, x, code, 4);
 	NEAR((double)code[0], 1.5, 0, "the corner 0");
 	NEAR((double)code[1], 2, 0, "the corner 1");
 	NEAR((double)code[2], 1, 1e-6, "beyond 0, and NaN, are 0");
 	NEAR((double)code[3], 16, 1e-6, "beyond 1 is 1");
+	NEAR((double)code[4], 1, 0, "the other feature");
 }
 
 static void refused(void)
 {
 	const struct ct_network net = {4, 1, 0, 1, 0, CT_NETWORK_LINEAR, {0}};
-	const struct ct_field_shape bad[] = {{HASH(0, 2, 6, 2, 2), net},
-		{HASH(40, 2, 6, 2, 2), net}, {HASH(2, 9, 6, 2, 2), net},
-		{HASH(2, 2, 40, 2, 2), net}, {HASH(2, 2, 6, 1, 2), net},
-		{HASH(2, 2, 6, 2, 0.5), net}, {HASH(30, 2, 6, 2, 2), net},
-		{GRID(1, 8, 1024, 2), net}, {SINES(99), net}, {SINES(1), {0, 1, 0, 1, 0, 0, {0}}},
-		{SINES(1), {4, 2, 2, 1, 0, 0, {0}}}, {SINES(1), {4, 2, 0, 3, 0, 0, {0}}},
-		{SINES(1), {4, 2, 0, 1, 0, 0, {2, 0, 4}}},
-		{SINES(1), {4, 2, 0, 1, 0, 0, {99, 1, 4}}}};
+	const struct ct_field_shape bad[] = {{HASH(40, 6, 2, 2), net}, {HASH(30, 6, 2, 2), net},
+		{GRID(1, 1024, 2), net}, {SINES(1), {0, 1, 0, 1, 0, 0, {0}}},
+		{SINES(1), {4, 0, 0, 1, 0, 0, {0}}}, {SINES(1), {2000, 1, 0, 1, 0, 0, {0}}}};
 	struct ct_field_shape good = {SINES(1), {4, 1, 0, 1, 0, 0, {2, 1, 4}}};
 	struct ct_field_work *w;
 	struct ct_field *f;
@@ -303,7 +298,7 @@ static void refused(void)
 	must(ct_field_alloc(&f, &good, 1, &err));
 	OK(ct_field_work_alloc(&w, f, 3, &e) && e.code == CT_EINPUT, "half a segment");
 	must(ct_field_work_alloc(&w, f, 2, &err));
-	ct_field_weights(f)[ct_field_count(f) - 1] = INFINITY;
+	f->weights[f->count - 1] = INFINITY;
 	OK(ct_field_forward(f, w, 2, x, y, &e) && e.code == CT_ENUMERIC, "infinity: %s", e.msg);
 	ct_field_work_free(w);
 	ct_field_free(f);
@@ -317,10 +312,10 @@ static void dump(const char *folder)
 		size_t points;
 		struct ct_field_shape s;
 	} big[] = {
-		{200, {HASH(16, 2, 10, 4, 2), {32, 3, 2, 1, 0.01, CT_NETWORK_SIGMOID, {0}}}},
+		{200, {HASH(16, 10, 4, 2), {32, 3, 2, 1, 0.01, CT_NETWORK_SIGMOID, {0}}}},
 		{16, {SINES(11), {128, 3, 2, 2, 0, CT_NETWORK_SIGMOID, {0}}}},
-		{64, {HASH(8, 2, 12, 16, 1.5), {32, 2, 1, 1, 0.01, CT_NETWORK_SIGMOID, {2, 8, 4}}}},
-		{50, {GRID(3, 4, 3, 2), {48, 2, 0, 2, 0, CT_NETWORK_LINEAR, {0}}}},
+		{64, {HASH(8, 12, 16, 1.5), {32, 2, 1, 1, 0.01, CT_NETWORK_SIGMOID, {2, 8, 4}}}},
+		{50, {GRID(3, 3, 2), {48, 2, 0, 2, 0, CT_NETWORK_LINEAR, {0}}}},
 	};
 
 	const struct ct_env env = {0};
@@ -339,7 +334,7 @@ static void dump(const char *folder)
 			ct_tensors_put(&w, "y", 2, (size_t[]){t.n, t.outputs}, t.y, &err) ||
 			ct_tensors_put(&w, "dy", 2, (size_t[]){t.n, t.outputs}, t.dy, &err) ||
 			ct_tensors_write(path[0], &w, false, &env, &err));
-		memcpy(ct_field_weights(t.f), t.grad, t.count * sizeof *t.grad);
+		memcpy(t.f->weights, t.grad, t.count * sizeof *t.grad);
 		must(field_put(t.f, t.s, &g, &err) ||
 			ct_tensors_write(path[1], &g, false, &env, &err));
 		ct_tensors_free(&w);

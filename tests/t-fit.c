@@ -4,10 +4,10 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/prelu.h"
+#include "core/gauss.h"
 #include "gs/fit.h"
 #include "gs/place.h"
-#include "gs/random-stream.h"
+#include "gs/gaussian.h"
 #include "gs/splat.h"
 #include "xray/project.h"
 #include "tap.h"
@@ -129,8 +129,7 @@ static void settings(void)
 		OK(o.iterations == 5000 && o.gaussians == 50000 && o.max_gaussians == 500000 &&
 				o.tv_block == 32 && o.log_every == 500 &&
 				o.checkpoint_every == 1000 && o.densify_from == 500 &&
-				o.densify_every == 100 && o.densify_until == 0 &&
-				o.rate_steps == 0 && o.refit == 0,
+				o.densify_every == 100 && o.densify_until == 0 && o.rate_steps == 0,
 			"%d: how many and how often", k);
 		OK(equal(o.l1, full ? 1 : 2) && equal(o.ssim, full ? 0.25 : 0.5) &&
 				equal(o.tv, 0.05) && equal(o.lr, 0),
@@ -145,13 +144,13 @@ static void settings(void)
 		OK(equal(o.rate_factor, full ? 1 : 10) && equal(o.densify_grad, 5e-5) &&
 				equal(o.densify_large, 0.1),
 			"factors and limits");
-		OK(o.adapt && !o.compat && o.full == full && o.place == CT_PLACE_AUTO &&
+		OK(o.adapt && !o.compat && o.full == full && !o.from_base &&
 				equal(o.start_density, full ? 0.15 : 0.05),
 			"what is on, and the density to begin from");
 		ct_fit_compat(&o);
 		OK(o.compat && equal(o.gate, full ? 1e-5 : 0), "the gate of the program");
 		ct_fit_paper(&o);
-		OK(o.rate_steps == 30000 && o.densify_until == 14999 && o.place == CT_PLACE_BASE &&
+		OK(o.rate_steps == 30000 && o.densify_until == 14999 && o.from_base &&
 				equal(o.start_density, 0.15) && equal(o.rate_factor, 1) && !o.adapt,
 			"the published ones");
 	}
@@ -201,7 +200,7 @@ static void measured(struct scene *s)
 				f.rule.box.n[1] == 10 && equal(f.rule.box.world[1], -11.25),
 			"the extent, and the rule of density control");
 		OK(equal(f.error, 1) && equal(f.pace, 1) && equal(f.g.gamma, 0.25) &&
-				f.end == CT_FIT_RUNNING && !f.whole && f.g.n == 20,
+				f.end == CT_FIT_RUNNING && f.g.n == 20,
 			"as it begins");
 		ct_fit_free(&f);
 	}
@@ -242,20 +241,14 @@ static void unit(struct scene *s)
 		ct_fit_free(&f);
 	}
 	ct_vol_free(&field);
-	for (int k = 0; k < 3; k++) { /* the published rate; a scan that cannot be inverted */
-		o.place = k == 0 ? CT_PLACE_BASE : k == 1 ? CT_PLACE_AUTO : CT_PLACE_RESIDUAL;
+	for (int k = 0; k < 2; k++) { /* the published rate; a scan that cannot be inverted */
+		o.from_base = k == 0;
 		s->target.views = s->base_proj.views = k ? 1 : VIEWS;
-		if (k == 2) {
-			OK(ct_fit_init(&f, &o, &s->data, &env, &err) == -1 && err.code == CT_EGEOM,
-				"one view has no back-projection: %s", err.msg);
-			continue;
-		}
 		must(ct_fit_init(&f, &o, &s->data, &env, &err));
 		NEAR(f.unit, k ? 1.0 / 3 : 1, 1e-12, "beginning from the base");
 		ct_fit_free(&f);
 	}
 	s->target.views = s->base_proj.views = VIEWS;
-	o.place = CT_PLACE_AUTO;
 	o.full = true;
 	s->target.views = 1;
 	must(ct_fit_init(&f, &o, &s->data, &env, &err));
@@ -396,8 +389,7 @@ static void epochs(struct scene *s, bool weighted)
 	NEAR(f.last_loss / mean, 1, 1e-5, "and of about one");
 	NEAR(f.first_l1 / e[ct_fit_view(2, 0, VIEWS)], 1, 1e-5, "L1 of the first iteration");
 	NEAR(f.epoch_l1 / last_e, 1, 1e-5, "L1 of the epoch that has begun");
-	OK(f.end == CT_FIT_DONE && f.whole && f.g.step == iterations && seen.saves == 0,
-		"to the end");
+	OK(f.end == CT_FIT_DONE && f.g.step == iterations && seen.saves == 0, "to the end");
 	want = f.error;
 	ct_fit_free(&f);
 	for (int k = 0; k < 2; k++) {
@@ -466,11 +458,11 @@ static void kept(struct scene *s)
 	OK(seen.iterations == 4, "%zu lines: of the first, and every second", seen.iterations);
 	f.g.step = 0;
 	must(ct_fit_run(&f, &s->data, &env, &err));
-	OK(f.g.step == 0 && seen.saves == 2, "what is whole is left alone");
-	f.whole = false;
-	f.end = CT_FIT_ENOUGH;
+	OK(f.g.step == 0 && seen.saves == 2, "what has ended is left alone");
+	f.end = CT_FIT_RUNNING;
+	f.g.step = 6;
 	f.g.raw[3] = NAN;
-	OK(ct_fit_run(&f, &s->data, &env, &err) == -1 && err.code == CT_ENUMERIC && !f.whole,
+	OK(ct_fit_run(&f, &s->data, &env, &err) == -1 && err.code == CT_ENUMERIC,
 		"no end with what is no number: %s", err.msg);
 	ct_fit_free(&f);
 }
@@ -500,7 +492,7 @@ static void again(struct scene *s)
 		begin(&f, &o, s, &seen, &env);
 		OK(ct_fit_run(&f, &s->data, &env, &err) == row[k].rc && seen.anew == row[k].anew &&
 				equal(f.pace, pow(2, -(double)row[k].anew)) &&
-				(row[k].rc == 0 || (err.code == row[k].code && !f.whole)),
+				(row[k].rc == 0 || err.code == row[k].code),
 			"%zu failures: %zu new beginnings, pace %g", row[k].fail, seen.anew,
 			f.pace);
 		ct_fit_free(&f);
@@ -633,42 +625,6 @@ static void steps(struct scene *s)
 	ct_fit_free(&f);
 }
 
-static void halt(
-	const struct ct_env *env, const char *what, size_t done, size_t total, size_t likely)
-{
-	struct seen *s = env->ctx;
-
-	(void)total;
-	(void)likely;
-	if (!strcmp(what, "densities") && done == 1)
-		s->stop = 1;
-}
-
-/* Stopped while densities are solved for: kept, and not whole. */
-static void stopped(struct scene *s)
-{
-	struct ct_fit_options o;
-	struct seen seen = {0};
-	struct ct_env env;
-	struct ct_fit f;
-
-	still(&o, 2);
-	o.refit = 3;
-	begin(&f, &o, s, &seen, &env);
-	env.progress = halt;
-	OK(ct_fit_run(&f, &s->data, &env, &err) == -1 && err.code == CT_ESTOP && !f.whole &&
-			seen.saves == 1 && seen.step[0] == 2,
-		"a stop in the refit keeps what was");
-	seen.fail = 2;
-	seen.code = CT_EINPUT;
-	OK(ct_fit_run(&f, &s->data, &env, &err) == -1 && err.code == CT_EINPUT && !f.whole,
-		"if that fails it says so");
-	seen.stop = 0;
-	env.progress = NULL;
-	OK(ct_fit_run(&f, &s->data, &env, &err) == 0 && f.whole && f.error < 1, "and goes on");
-	ct_fit_free(&f);
-}
-
 int main(void)
 {
 	struct scene s;
@@ -688,7 +644,6 @@ int main(void)
 	growth(&s);
 	not_finite(&s);
 	steps(&s);
-	stopped(&s);
 	scene_free(&s);
 	return tap_done();
 }

@@ -1,7 +1,6 @@
 /* t-fuse.c: a base, a low-resolution CT and projections: what is made of them before the solver
  * begins, by its formulas, and what it ends with. */
 #include "config.h"
-#include "recon/band.h"
 #include "recon/fuse.h"
 #include "resolution/upsample.h"
 #include "xray/phantom.h"
@@ -191,7 +190,7 @@ static void t_begin(int protocol, bool given)
 		for (size_t i = 0; i < W * H; i++)
 			p[k * W * H + i] = gap[order[k] * W * H + i] - p0[k * W * H + i];
 	if (protocol == 1)
-		must(ct_band_clear(p, VIEWS, H, W, band, NULL, &err));
+		must(ct_fuse_clear_band(p, VIEWS, H, W, band, NULL, &err));
 	NEAR(apart(PIXELS, s.gap.data, p), 0, 1e-4, "what the projections have beyond x0");
 	for (size_t i = 0; i < PIXELS; i++)
 		p[i] += p0[i];

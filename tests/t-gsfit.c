@@ -5,7 +5,7 @@
 #include "core/rng.h"
 #include "gs/fit.h"
 #include "gs/place.h"
-#include "gs/refit.h"
+#include "gs/loss-total.h"
 #include "xray/project.h"
 #include "alarm.h"
 #include "tap.h"
@@ -251,8 +251,7 @@ static void threads_and_resume(const struct scene *s, const struct ct_env *env)
 	ct_fit_free(&part);
 }
 
-/* Stopped again and again, at any time, and continued from what was saved: the same bytes. Where
- * densities are solved for, which begins anew, mostly near its end. */
+/* Stopped again and again, at any time, and continued from what was saved: the same bytes. */
 static void any_time(const struct scene *s, const struct ct_env *env)
 {
 	const struct ct_fit_data d = {
@@ -262,7 +261,7 @@ static void any_time(const struct scene *s, const struct ct_env *env)
 	struct ct_fit_options o;
 	struct ct_fit whole, part;
 	size_t stops = 0, within = 0;
-	double start, each, solving;
+	double start, each;
 	bool kept = true;
 	int rc;
 
@@ -275,11 +274,6 @@ static void any_time(const struct scene *s, const struct ct_env *env)
 	start = ct_clock_wall();
 	must(ct_fit_run(&whole, &d, env, &err));
 	each = (ct_clock_wall() - start) / (double)o.iterations;
-	whole.opt.refit = o.refit = 2;
-	whole.whole = false;
-	start = ct_clock_wall();
-	must(ct_fit_run(&whole, &d, env, &err));
-	solving = ct_clock_wall() - start;
 	timed.progress = watch;
 	timed.ctx = &st;
 	do {
@@ -296,7 +290,7 @@ static void any_time(const struct scene *s, const struct ct_env *env)
 		st.at = stops < 10 ? from + 6 : SIZE_MAX; /* ten times where it is sure to be met */
 		st.stop = 0;
 		timed.stop = stops < 10 ? &st.stop : &alarm_rang;
-		alarm_in(1e-6 + (from < o.iterations ? 12 * each * u : solving * (0.8 + 0.25 * u)));
+		alarm_in(1e-6 + 12 * each * u);
 		rc = ct_fit_run(&part, &d, &timed, &err);
 		alarm_in(0);
 		within += rc && part.g.step > from;
@@ -525,31 +519,6 @@ static void compat(const struct scene *s, const struct ct_env *env)
 	NEAR(o.gate, 1e-5, 0, "mode full has R2-Gaussian's gate");
 }
 
-/* The true shapes with wrong densities: least squares finds them. */
-static void refits(const struct scene *s, const struct ct_env *env)
-{
-	const struct ct_fit_data d = data_of(s);
-	struct ct_fit_options o;
-	struct ct_loss_total w = {0};
-	struct ct_fit f;
-	double worst = 0;
-
-	options(&o, CT_PRELU);
-	o.refit = 25;
-	must(ct_fit_init(&f, &o, &d, env, &err));
-	true_set(&f.g);
-	for (size_t i = 0; i < f.g.n; i++)
-		f.g.raw[i] *= 0.2f * (float)(i % 5);
-	must(ct_loss_total_alloc(&w, &o, &d, env->par, &err));
-	must(ct_refit_densities(&f, &d, &w, env, &err));
-	for (size_t i = 0; i < f.g.n; i++)
-		worst = fmax(worst, fabs(fabs((double)f.g.raw[i]) - 0.15));
-	if (!OK(worst < 1e-3, "25 steps find the densities"))
-		printf("# worst %g\n", worst);
-	ct_loss_total_free(&w);
-	ct_fit_free(&f);
-}
-
 /* One pixel in three is too high: with weight 0 there it does no harm. */
 static void weights(struct scene *s, const struct ct_env *env)
 {
@@ -569,7 +538,7 @@ static void weights(struct scene *s, const struct ct_env *env)
 	}
 	d.target = &bad;
 	options(&o, CT_PRELU);
-	o.place = CT_PLACE_BASE; /* back-projection knows no weights */
+	o.from_base = true; /* back-projection knows no weights */
 	for (int k = 0; k < 2; k++) {
 		d.weight = k ? &weight : NULL;
 		must(ct_fit_init(&f, &o, &d, env, &err));
@@ -612,16 +581,15 @@ static void coarse(struct scene *s, const struct ct_env *env)
 		struct ct_fit f;
 
 		o.lr = k ? 1 : 0;
-		o.place = CT_PLACE_BASE;
-		o.refit = 2;
+		o.from_base = true;
 		must(ct_fit_init(&f, &o, &d, env, &err));
 		must(ct_fit_run(&f, &d, env, &err));
 		left[k] = left_over(s, &f.g, env);
 		f.opt.lr = 1;
-		must(ct_loss_total_alloc(&w, &f.opt, &d, env->par, &err));
+		must(ct_loss_total_alloc(&w, &f, &d, env, &err));
 		must(ct_loss_total_grow(&w, f.g.n, &err));
 		ct_gaussian_resolve(w.gaussian, &f.g, env->par);
-		must(ct_loss_total_lowres(&w, &t, &f, 1, env, &err));
+		must(ct_loss_total_lowres(&w, &t, 1, &err));
 		term[k] = t.lr;
 		ct_loss_total_free(&w);
 		ct_fit_free(&f);
@@ -647,7 +615,6 @@ int main(void)
 	recover(&s, &env);
 	begins(&s, &env);
 	compat(&s, &env);
-	refits(&s, &env);
 	weights(&s, &env);
 	coarse(&s, &env);
 	threads_and_resume(&s, &env);

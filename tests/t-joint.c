@@ -3,7 +3,7 @@
 #include "core/clock.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "recon/band.h"
+#include "recon/fuse.h"
 #include "recon/joint.h"
 #include "alarm.h"
 #include "numbers.h"
@@ -651,7 +651,7 @@ static void test_band(void)
 			p[v * H * W + i] =
 				(float)(cos(M_PI * (double)kx[v] * ((double)(i % W) + 0.5) / W) *
 					cos(M_PI * (double)ky[v] * ((double)(i / W) + 0.5) / H));
-	must(ct_band_clear(p, 3, H, W, f, NULL, &err));
+	must(ct_fuse_clear_band(p, 3, H, W, f, NULL, &err));
 	for (size_t v = 0; v < 3; v++)
 		for (size_t i = 0; i < H * W; i++) {
 			double c = cos(M_PI * (double)kx[v] * ((double)(i % W) + 0.5) / W) *

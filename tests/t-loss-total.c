@@ -3,9 +3,9 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/prelu.h"
+#include "core/gauss.h"
 #include "gs/loss-total.h"
-#include "gs/random-stream.h"
+#include "gs/gaussian.h"
 #include "gaussian-plain.h"
 #include "tap.h"
 
@@ -63,7 +63,7 @@ static void make(struct scene *s, bool full, bool weighted)
 		.by = &s->by};
 	ct_fit_defaults(&o, 4, full, CT_PRELU);
 	o.gaussians = o.max_gaussians = N;
-	o.place = CT_PLACE_BASE;
+	o.from_base = true;
 	o.tv_block = 5;
 	o.tv = 0.3;
 	o.lr = 0.7;
@@ -78,7 +78,7 @@ static void make(struct scene *s, bool full, bool weighted)
 			s->f.g.rot[a][i] = ct_rng_normal(5, 6 + a, i);
 		s->f.g.raw[i] = i % 2 ? 0.4f : -0.4f;
 	}
-	must(ct_loss_total_alloc(&s->w, &o, &s->data, NULL, &err));
+	must(ct_loss_total_alloc(&s->w, &s->f, &s->data, &s->env, &err));
 	must(ct_loss_total_grow(&s->w, N, &err));
 }
 
@@ -107,14 +107,14 @@ static double value(struct scene *s, enum term term, size_t k, struct ct_loss_te
 	*t = (struct ct_loss_terms){0};
 	ct_gaussian_resolve(s->w.gaussian, &s->f.g, NULL);
 	if (term == VIEW) {
-		must(ct_loss_total_view(&s->w, t, &s->f, &s->data, k % VIEWS, &s->env, &err));
+		must(ct_loss_total_view(&s->w, t, k % VIEWS, &err));
 		return s->f.opt.l1 * t->l1 + s->f.opt.ssim * t->dssim;
 	}
 	if (term == TV) {
-		must(ct_loss_total_tv(&s->w, t, &s->f, &s->data, k, &s->env, &err));
+		must(ct_loss_total_tv(&s->w, t, k, &err));
 		return s->f.opt.tv * t->tv;
 	}
-	must(ct_loss_total_lowres(&s->w, t, &s->f, k, &s->env, &err));
+	must(ct_loss_total_lowres(&s->w, t, k, &err));
 	return s->f.opt.lr * t->lr;
 }
 
@@ -141,7 +141,7 @@ static void gradient(struct scene *s, enum term term, size_t k, const char *name
 					twice = fmax(twice, fabs((double)(d - want)));
 			}
 	}
-	ct_loss_total_chain(&s->w, &s->f.g, NULL);
+	ct_loss_total_chain(&s->w);
 	for (size_t f = 0; f < CT_GS_FIELDS; f++) {
 		float most = 0;
 
@@ -262,7 +262,7 @@ static void terms(bool full, bool weighted)
 		printf("# %g %g\n", off[0], off[1]);
 	s.f.opt.tv_block = 32; /* more than the grid; the buffers are for that */
 	ct_loss_total_free(&s.w);
-	must(ct_loss_total_alloc(&s.w, &s.f.opt, &s.data, NULL, &err));
+	must(ct_loss_total_alloc(&s.w, &s.f, &s.data, &s.env, &err));
 	must(ct_loss_total_grow(&s.w, N, &err));
 	value(&s, TV, 1, &t);
 	NEAR(t.tv / tv_of(&s, 1), 1, 1e-4, "a block that is larger than the grid");
@@ -276,6 +276,7 @@ static void terms(bool full, bool weighted)
 /* Without a low-resolution CT, or its weight, there is none; a gate is in density mm. */
 static void without(void)
 {
+	struct ct_loss_terms t;
 	const size_t pitch = ct_rasterise_pitch(W);
 	struct ct_splat sp = {0};
 	struct ct_camera c;
@@ -290,14 +291,14 @@ static void without(void)
 			s.f.opt.lr = 0;
 		else
 			s.data.lr = NULL;
-		must(ct_loss_total_alloc(&s.w, &s.f.opt, &s.data, NULL, &err));
+		must(ct_loss_total_alloc(&s.w, &s.f, &s.data, &s.env, &err));
 		OK(!s.w.low.want, "without its %s there is none", k ? "voxels" : "weight");
 		s.f.opt.lr = 0.7;
 	}
 	must(ct_loss_total_grow(&s.w, N, &err) || ct_alloc(&img, H * pitch, sizeof *img, &err));
 	s.f.opt.gate = 0.02;
 	ct_gaussian_resolve(s.w.gaussian, &s.f.g, NULL);
-	must(ct_loss_total_project(&s.w, &s.f, &s.data, 1, &s.env, &err));
+	must(ct_loss_total_view(&s.w, &t, 1, &err));
 	must(ct_camera_init(&c, &s.target.view[1], CT_CONE, H, W, &err) ||
 		ct_splat_plan(&sp, &c, N, s.w.gaussian, NULL, &err));
 	ct_splat_gate(&sp, 0.02 * 32 / 2);
@@ -312,25 +313,26 @@ static void without(void)
 static void chain(void)
 {
 	enum { MANY = 3 * CT_GS_CHUNK + 7 };
-	struct ct_gauss g = {.gamma = 0.3};
-	struct ct_loss_total w[2] = {{0}};
-	struct ct_par *par = NULL;
+	struct ct_fit f = {.g.gamma = 0.3};
+	struct ct_gauss *g = &f.g;
+	struct ct_env env[2] = {{0}};
+	struct ct_loss_total w[2] = {{.f = &f, .env = &env[0]}, {.f = &f, .env = &env[1]}};
 	double want = 0, got[2], off = 0;
 
-	must(ct_par_alloc(&par, 3, &err) || ct_gauss_reserve(&g, MANY, &err));
-	for (g.n = CT_GS_CHUNK; g.n <= MANY; g.n += MANY - CT_GS_CHUNK) {
+	must(ct_par_alloc(&env[1].par, 3, &err) || ct_gauss_reserve(g, MANY, &err));
+	for (g->n = CT_GS_CHUNK; g->n <= MANY; g->n += MANY - CT_GS_CHUNK) {
 		want = 0;
-		for (size_t i = 0; i < g.n; i++)
-			g.raw[i] = ct_rng_normal(8, 0, i);
+		for (size_t i = 0; i < g->n; i++)
+			g->raw[i] = ct_rng_normal(8, 0, i);
 		for (int k = 0; k < 2; k++) {
-			must(ct_loss_total_grow(&w[k], g.n, &err));
-			for (size_t i = 0; i < g.n; i++)
+			must(ct_loss_total_grow(&w[k], g->n, &err));
+			for (size_t i = 0; i < g->n; i++)
 				w[k].grad.d[CT_GS_RAW][i] = ct_rng_normal(8, 1, i);
-			w[k].dgamma[g.n / CT_GS_CHUNK] = 5; /* of a chunk that may not be */
-			got[k] = ct_loss_total_chain(&w[k], &g, k ? par : NULL);
+			w[k].dgamma[g->n / CT_GS_CHUNK] = 5; /* of a chunk that may not be */
+			got[k] = ct_loss_total_chain(&w[k]);
 		}
-		for (size_t i = 0; i < g.n; i++) {
-			double d = (double)ct_rng_normal(8, 1, i), z = (double)g.raw[i];
+		for (size_t i = 0; i < g->n; i++) {
+			double d = (double)ct_rng_normal(8, 1, i), z = (double)g->raw[i];
 
 			want += z < 0 ? d * z : 0;
 			off = fmax(off,
@@ -339,13 +341,13 @@ static void chain(void)
 		NEAR(got[0], want, 1e-9, "the gradient of gamma");
 		OK(off < 1e-6 && memcmp(&got[0], &got[1], sizeof(double)) == 0 &&
 				memcmp(w[0].grad.d[CT_GS_RAW], w[1].grad.d[CT_GS_RAW],
-					g.n * sizeof(float)) == 0,
-			"and of raw densities, %zu Gaussians; the same with three threads", g.n);
+					g->n * sizeof(float)) == 0,
+			"and of raw densities, %zu Gaussians; the same with three threads", g->n);
 	}
 	for (int k = 0; k < 2; k++)
 		ct_loss_total_free(&w[k]);
-	ct_gauss_free(&g);
-	ct_par_free(par);
+	ct_gauss_free(g);
+	ct_par_free(env[1].par);
 }
 
 int main(void)

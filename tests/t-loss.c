@@ -13,21 +13,35 @@
 
 enum { H = 19, W = 23 };
 
-static const struct ct_loss_weights weights = {2, 0.5, 0.02, 1}, weighted = {2, 0.5, 0.02, 0.6};
+struct weights {
+	double l1, ssim, scale, mean_weight;
+};
+
+static const struct weights weights = {2, 0.5, 0.02, 1}, weighted = {2, 0.5, 0.02, 0.6};
+
+static void gradient(struct ct_loss_image *l, struct ct_loss_terms *t, float *d, const float *img,
+	size_t pitch, const float *base, const float *y, const float *weight,
+	const struct weights *k, struct ct_par *par)
+{
+	const struct ct_loss_view v = {
+		d, img, base, y, weight, pitch, k->l1, k->ssim, k->scale, k->mean_weight};
+
+	ct_loss_image_gradient(l, t, &v, par);
+}
 
 static double image_loss(struct ct_loss_image *l, float *d, const float *img, size_t pitch,
 	const float *base, const float *y, const float *weight)
 {
-	const struct ct_loss_weights *k = weight ? &weighted : &weights;
+	const struct weights *k = weight ? &weighted : &weights;
 	struct ct_loss_terms t = {0};
 
-	ct_loss_image_gradient(l, &t, d, img, pitch, base, y, weight, k, NULL);
+	gradient(l, &t, d, img, pitch, base, y, weight, k, NULL);
 	return k->l1 * t.l1 + k->ssim * t.dssim;
 }
 
 static void image(bool weigh)
 {
-	const struct ct_loss_weights *k = weigh ? &weighted : &weights;
+	const struct weights *k = weigh ? &weighted : &weights;
 	size_t pitch = ct_rasterise_pitch(W);
 	float *img, *d, *waste, base[H * W], y[H * W], w[H * W], *weight = weigh ? w : NULL;
 	struct ct_loss_terms t = {0};
@@ -46,7 +60,7 @@ static void image(bool weigh)
 		sum += (weigh ? (double)w[i] : 1) *
 		       fabs((double)(img[i / W * pitch + i % W] + base[i] - y[i]));
 	}
-	ct_loss_image_gradient(&l, &t, d, img, pitch, base, y, weight, k, NULL);
+	gradient(&l, &t, d, img, pitch, base, y, weight, k, NULL);
 	NEAR(t.l1, 0.02 * sum / (H * W) / k->mean_weight, 1e-6, "L1 of the scaled images");
 	OK(t.dssim > 0 && t.dssim < 1, "1 - SSIM in (0, 1)");
 	image_loss(&l, d, img, pitch, base, y, weight);
@@ -62,7 +76,7 @@ static void image(bool weigh)
 	NEAR(num / dot, 1, 1e-3,
 		weigh ? "gradient along a direction, weighted"
 		      : "gradient of L1 and SSIM along a direction");
-	ct_loss_image_gradient(&l, &t, d, y, W, NULL, y, weight, k, NULL);
+	gradient(&l, &t, d, y, W, NULL, y, weight, k, NULL);
 	NEAR(t.l1 + fabs(t.dssim), 0, 1e-6, "nothing is lost on the truth");
 	free(img);
 	free(d);
@@ -73,7 +87,7 @@ static void image(bool weigh)
 /* Weights that are all their mean change nothing; a pixel of weight 0 pulls nowhere. */
 static void same_weights(void)
 {
-	struct ct_loss_weights k = weights;
+	struct weights k = weights;
 	float *d[3], x[H * W], y[H * W], w[H * W];
 	struct ct_loss_terms t[3];
 	double off = 0;
@@ -90,7 +104,7 @@ static void same_weights(void)
 		k.mean_weight = i ? 0.25 : 1;
 		k.ssim = i < 2 ? weights.ssim : 0;
 		w[77] = i < 2 ? 0.25f : 0;
-		ct_loss_image_gradient(&l, &t[i], d[i], x, W, NULL, y, i ? w : NULL, &k, NULL);
+		gradient(&l, &t[i], d[i], x, W, NULL, y, i ? w : NULL, &k, NULL);
 	}
 	for (size_t i = 0; i < H * W; i++)
 		off = fmax(off, fabs((double)(d[1][i] - d[0][i])));
@@ -162,7 +176,7 @@ static void strips(void)
 	enum { HH = 129, WW = 21 };
 	static float base[HH * WW], y[HH * WW], w[HH * WW], sx[HH * WW], sy[HH * WW];
 	const size_t pitch = ct_rasterise_pitch(WW);
-	struct ct_loss_weights k = {1.5, 0.5, 0.25, 0};
+	struct weights k = {1.5, 0.5, 0.25, 0};
 	struct ct_loss_terms t;
 	struct ct_loss_image l;
 	float *img, *d;
@@ -185,8 +199,8 @@ static void strips(void)
 		k.ssim = way & 4 ? 0 : 0.5;
 		for (size_t i = 0; i < HH * pitch; i++)
 			d[i] = 9;
-		ct_loss_image_gradient(&l, &t, d, img, pitch, way & 1 ? base : NULL, y,
-			way & 2 ? w : NULL, &k, NULL);
+		gradient(&l, &t, d, img, pitch, way & 1 ? base : NULL, y, way & 2 ? w : NULL, &k,
+			NULL);
 		for (size_t r = 0; r < HH; r++)
 			for (size_t c = 0; c < pitch; c++) {
 				const size_t i = r * WW + c;
@@ -301,7 +315,7 @@ static void threads(void)
 	for (int k = 0; k < 2; k++) {
 		struct ct_par *p = k ? par : NULL;
 
-		ct_loss_image_gradient(&l, &t[k], d[k], x, WW, NULL, y, w, &weighted, p);
+		gradient(&l, &t[k], d[k], x, WW, NULL, y, w, &weighted, p);
 		v[k] = ct_loss_tv_gradient(df[k], part, f, pitch, NULL, n, n, 1, p);
 	}
 	OK(memcmp(d[0], d[1], sizeof d[0]) == 0 && memcmp(&t[0], &t[1], sizeof t[0]) == 0,

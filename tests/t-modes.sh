@@ -103,7 +103,6 @@ has err '^ct-train: --checkpoint-every: needs OUT to be a file' 'has no state'
 no ct-nabgs --base-projections=/nonexistent -b none -m full
 no ct-nabgs --lr=none -b none -m full
 no ct-nabgs @lambda-lr=0.2 -b none
-no ct-nabgs @refit=3 -b none -a sine
 for t in 'ct-nabgs -b none' ct-fuse; do
 	echo "${t%% *} --checkpoint-every" >>tried
 	case $t in ct-fuse) in='none none none' ;; *) in=none ;; esac

@@ -101,7 +101,7 @@ kept() { # kept SUFFIX COMMAND...: the output is appended
 	rm -f "o.$suffix"
 }
 kept exr ct-ddnm -q -x 2 -n 2 -k 2 low.exr
-kept ply ct-nabgs -q -b up.nii -n 30 -g 50 --expert max-gaussians=50,refit=2 a.exr
+kept ply ct-nabgs -q -b up.nii -n 30 -g 50 --expert max-gaussians=50 a.exr
 kept nii ct-fuse -q -n 3 up.nii lr.nii a.exr
 train() { ct-train -q -a model_channels=32,channel_mult=1:1,num_res_blocks=1 -p 8 --expert batch=1 -n 2 "$@" a.exr; }
 ln -s /dev/full t.safetensors

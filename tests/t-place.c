@@ -3,9 +3,9 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/prelu.h"
+#include "core/gauss.h"
 #include "gs/place.h"
-#include "gs/random-stream.h"
+#include "gs/gaussian.h"
 #include "recon/fdk.h"
 #include "tap.h"
 
@@ -211,15 +211,15 @@ static void field(void)
 
 		for (size_t i = 0; i < PIXELS; i++) {
 			y.data[i] = ct_rng_normal(1, 0, i);
-			base_proj.data[i] = ct_rng_normal(1, 1, i);
-			left.data[i] = y.data[i] - (k ? base_proj.data[i] : 0);
+			base_proj.data[i] = k ? ct_rng_normal(1, 1, i) : 0;
+			left.data[i] = y.data[i] - base_proj.data[i];
 		}
 		memset(want.data, 0, ct_vol_count(&want) * sizeof(float));
 		must(ct_fdk_alloc(&f, &want, &left, CT_RAMP_HANN, 0, false, NULL, &err));
 		for (size_t v = 0; v < VIEWS; v++)
 			ct_fdk_views(&f, v, 1, want.data, NULL);
 		ct_fdk_free(&f);
-		must(ct_place_field(&got, &grid, &y, k ? &base_proj : NULL, &env, &err));
+		must(ct_place_field(&got, &grid, &y, &base_proj, &env, &err));
 		double off = 0, most = 0;
 
 		for (size_t i = 0; i < ct_vol_count(&want); i++) {
@@ -231,7 +231,7 @@ static void field(void)
 		ct_vol_free(&got);
 	}
 	stop = 1;
-	OK(ct_place_field(&got, &grid, &y, NULL, &env, &err) == -1 && err.code == CT_ESTOP &&
+	OK(ct_place_field(&got, &grid, &y, &base_proj, &env, &err) == -1 && err.code == CT_ESTOP &&
 			!got.data,
 		"which can be stopped");
 	ct_vol_free(&grid);

@@ -1,6 +1,5 @@
-/* Passes over vectors, FISTA and conjugate gradients on small dense problems. */
+/* Passes over vectors, and FISTA on small dense problems. */
 #include "config.h"
-#include "solve/cg.h"
 #include "solve/fista.h"
 #include "solve/passes.h"
 #include "solve/trend.h"
@@ -73,76 +72,6 @@ static void back(const struct dense *d, float *g, const float *r)
 		for (size_t i = 0; i < M; i++)
 			sum += (double)d->a[i * N + k] * (double)r[i];
 		g[k] = (float)sum;
-	}
-}
-
-static int along(
-	void *ctx, double *curve, const float *dir, const struct ct_env *env, struct ct_err *e)
-{
-	struct dense *d = ctx;
-
-	(void)env, (void)e;
-	for (size_t i = 0; i < M; i++)
-		d->q[i] = (float)dot(N, d->a + i * N, dir);
-	*curve = dot(M, d->q, d->q);
-	return 0;
-}
-
-static int moved(void *ctx, float *s, double alpha, const struct ct_env *env, struct ct_err *e)
-{
-	struct dense *d = ctx;
-
-	(void)e;
-	ct_passes_add(M, d->r, -alpha, d->q, env->par);
-	back(d, s, d->r);
-	return 0;
-}
-
-static double odd_curve;
-
-static int odd(void *ctx, double *curve, const float *d, const struct ct_env *env, struct ct_err *e)
-{
-	(void)ctx, (void)d, (void)env, (void)e;
-	*curve = odd_curve;
-	return 0;
-}
-
-static void t_cg(void)
-{
-	struct dense d;
-	float x[N] = {0}, dir[N], s[N];
-	struct ct_cg c = {N, x, dir, s, 0, along, moved, &d};
-	const struct ct_env env = {0};
-	bool done = false, goes_on = true;
-
-	make(&d);
-	memcpy(d.r, d.b, sizeof d.r);
-	back(&d, s, d.r);
-	ct_cg_begin(&c, NULL);
-	for (int k = 0; k < N; k++) {
-		must(ct_cg_step(&c, &done, &env, &err));
-		goes_on = goes_on && !done;
-	}
-	OK(goes_on, "every step goes down");
-	OK(apart(N, x, d.truth) < 1e-5,
-		"conjugate gradients solve in as many steps as unknowns (%.2g)",
-		apart(N, x, d.truth));
-	memset(s, 0, sizeof s);
-	ct_cg_begin(&c, NULL);
-	must(ct_cg_step(&c, &done, &env, &err));
-	OK(done, "and end where there is no slope");
-	for (int k = 0; k < 3; k++) {
-		float was[N];
-
-		memcpy(was, x, sizeof x);
-		for (size_t i = 0; i < N; i++)
-			s[i] = 1;
-		ct_cg_begin(&c, NULL);
-		c.along = odd;
-		odd_curve = k == 0 ? 0 : k == 1 ? -1 : (double)INFINITY;
-		done = false;
-		OK(ct_cg_step(&c, &done, &env, &err) == 0 && done && memcmp(was, x, sizeof x) == 0,
-			"and where there is no curvature, %g", odd_curve);
 	}
 }
 
@@ -385,7 +314,6 @@ static void t_trend(void)
 int main(void)
 {
 	t_passes();
-	t_cg();
 	t_fista();
 	t_fista_steps();
 	t_fista_left();

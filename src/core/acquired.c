@@ -48,13 +48,13 @@ static int put_three(struct ct_meta *m, const char *key, const double x[3], stru
 
 int ct_acquired_put(struct ct_meta *m, const struct ct_acquired *a, struct ct_err *e)
 {
-	return (*a->maker && ct_meta_set(m, CT_META_DICOM_MAKER, a->maker, e)) ||
-			       (*a->kernel && ct_meta_set(m, CT_META_DICOM_KERNEL, a->kernel, e)) ||
-			       put_three(m, CT_META_DICOM_THICKNESS, a->thickness, e) ||
-			       put_three(m, CT_META_DICOM_SPACING, a->spacing, e) ||
-			       (a->collimation > 0 && ct_meta_setf(m, e, CT_META_DICOM_COLLIMATION,
-							      "%.6g", a->collimation))
-		       ? -1
+	if ((*a->maker && ct_meta_set(m, CT_META_DICOM_MAKER, a->maker, e)) ||
+		(*a->kernel && ct_meta_set(m, CT_META_DICOM_KERNEL, a->kernel, e)) ||
+		put_three(m, CT_META_DICOM_THICKNESS, a->thickness, e) ||
+		put_three(m, CT_META_DICOM_SPACING, a->spacing, e))
+		return -1;
+	return a->collimation > 0
+		       ? ct_meta_setf(m, e, CT_META_DICOM_COLLIMATION, "%.6g", a->collimation)
 		       : 0;
 }
 

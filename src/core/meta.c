@@ -6,6 +6,7 @@
 #include "core/stream.h"
 #include "core/words.h"
 
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -102,6 +103,29 @@ int ct_meta_numbers(const struct ct_meta *m, const char *key, size_t n, double *
 		       ? 0
 		       : ct_fail(e, CT_EINPUT, "metadata %s: '%.60s' is not %zu numbers", key, s,
 				 n);
+}
+
+int ct_meta_put_scalars(struct ct_meta *m, size_t n, double *const *v, struct ct_err *e)
+{
+	char text[16 * 32];
+	int at = 0;
+
+	for (size_t k = 0; k < n; k++)
+		at += snprintf(text + at, sizeof text - (size_t)at, "%a ", *v[k]);
+	return ct_meta_set(m, CT_META_SCALARS, text, e);
+}
+
+int ct_meta_get_scalars(const struct ct_meta *m, size_t n, double *const *v, struct ct_err *e)
+{
+	const char *text = ct_meta_get(m, CT_META_SCALARS);
+	char *next;
+
+	for (size_t k = 0; k < n; k++, text = next) {
+		*v[k] = text ? strtod(text, &next) : (double)NAN;
+		if (!isfinite(*v[k]) || next == text)
+			return ct_fail(e, CT_EINPUT, "scalar %zu of the state is not a number", k);
+	}
+	return 0;
 }
 
 int ct_meta_add(struct ct_meta *dst, const struct ct_meta *src, struct ct_err *e)

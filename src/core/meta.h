@@ -169,6 +169,10 @@ void ct_meta_drop(struct ct_meta *m, const char *key);
  * stands for n equal ones. */
 int ct_meta_numbers(
 	const struct ct_meta *m, const char *key, size_t n, double *v, struct ct_err *e);
+/* n <= 16 numbers that a float cannot hold, exact, as CT_META_SCALARS, and back: CT_EINPUT unless
+ * there are so many, and finite. */
+int ct_meta_put_scalars(struct ct_meta *m, size_t n, double *const *v, struct ct_err *e);
+int ct_meta_get_scalars(const struct ct_meta *m, size_t n, double *const *v, struct ct_err *e);
 /* The pairs of src into dst; copy: these alone. CT_ENOMEM. */
 int ct_meta_add(struct ct_meta *dst, const struct ct_meta *src, struct ct_err *e);
 int ct_meta_copy(struct ct_meta *dst, const struct ct_meta *src, struct ct_err *e);

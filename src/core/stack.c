@@ -109,21 +109,18 @@ int ct_stack_same(const struct ct_stack *a, const struct ct_stack *b, struct ct_
 	return 0;
 }
 
-int ct_stack_like(struct ct_stack *dst, const struct ct_stack *src, double factor, struct ct_err *e)
+/* The views of src with a detector of h x w pixels; u and v are times their numbers over `per`. */
+static int resized(struct ct_stack *dst, const struct ct_stack *src, size_t h, size_t w, double u,
+	double v, double per, struct ct_err *e)
 {
-	double h = (double)src->h * factor, w = (double)src->w * factor;
-
-	if (!(h >= 1 && w >= 1) || h != floor(h) || w != floor(w))
-		return ct_fail(e, CT_EGEOM, "a detector of %zux%zu cannot be refined by %g", src->w,
-			src->h, factor);
-	if (ct_stack_alloc(dst, src->views, (size_t)h, (size_t)w, e))
+	if (ct_stack_alloc(dst, src->views, h, w, e))
 		return -1;
 	dst->beam = src->beam;
 	for (size_t k = 0; k < src->views; k++) {
 		dst->view[k] = src->view[k];
 		for (int a = 0; a < 3; a++) {
-			dst->view[k].u[a] /= factor;
-			dst->view[k].v[a] /= factor;
+			dst->view[k].u[a] = dst->view[k].u[a] * u / per;
+			dst->view[k].v[a] = dst->view[k].v[a] * v / per;
 		}
 	}
 	if (ct_meta_copy(&dst->meta, &src->meta, e)) {
@@ -131,6 +128,16 @@ int ct_stack_like(struct ct_stack *dst, const struct ct_stack *src, double facto
 		return -1;
 	}
 	return 0;
+}
+
+int ct_stack_like(struct ct_stack *dst, const struct ct_stack *src, double factor, struct ct_err *e)
+{
+	double h = (double)src->h * factor, w = (double)src->w * factor;
+
+	if (!(h >= 1 && w >= 1) || h != floor(h) || w != floor(w))
+		return ct_fail(e, CT_EGEOM, "a detector of %zux%zu cannot be refined by %g", src->w,
+			src->h, factor);
+	return resized(dst, src, (size_t)h, (size_t)w, 1, 1, factor, e);
 }
 
 int ct_stack_coarsen(struct ct_stack *dst, const struct ct_stack *src, size_t s, struct ct_err *e)
@@ -141,15 +148,6 @@ int ct_stack_coarsen(struct ct_stack *dst, const struct ct_stack *src, size_t s,
 		return ct_fail(e, CT_EGEOM,
 			"pixels %zu times larger do not fit a detector of %zux%zu", s, src->w,
 			src->h);
-	if (ct_stack_alloc(dst, src->views, fan ? 1 : src->h / s, src->w / s, e))
-		return -1;
-	dst->beam = src->beam;
-	for (size_t k = 0; k < src->views; k++) {
-		dst->view[k] = src->view[k];
-		for (int a = 0; a < 3; a++) {
-			dst->view[k].u[a] *= (double)s;
-			dst->view[k].v[a] *= fan ? 1 : (double)s;
-		}
-	}
-	return ct_meta_copy(&dst->meta, &src->meta, e);
+	return resized(
+		dst, src, fan ? 1 : src->h / s, src->w / s, (double)s, fan ? 1 : (double)s, 1, e);
 }

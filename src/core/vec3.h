@@ -50,4 +50,16 @@ static inline double ct_vec3_dual(double out[static 3][3], const double a[static
 	return ct_vec3_dot(a, out[0]);
 }
 
+/* out = the map m after the affine map a, both 3x4. */
+static inline void ct_vec3_after(
+	double out[static 3][4], const double m[static 3][4], const double a[static 3][4])
+{
+	for (int r = 0; r < 3; r++)
+		for (int c = 0; c < 4; c++) {
+			out[r][c] = c == 3 ? m[r][3] : 0;
+			for (int k = 0; k < 3; k++)
+				out[r][c] += m[r][k] * a[k][c];
+		}
+}
+
 #endif

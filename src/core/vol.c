@@ -57,6 +57,14 @@ void ct_vol_world(const struct ct_vol *v, const double ijk[static 3], double mm[
 			v->affine[a][2] * ijk[2] + v->affine[a][3];
 }
 
+void ct_vol_corner(const struct ct_vol *v, unsigned k, double mm[static 3])
+{
+	double ijk[3];
+
+	ct_cell_corner(ijk, v->n, k, 0.5);
+	ct_vol_world(v, ijk, mm);
+}
+
 void ct_vol_centre(const struct ct_vol *v, double mm[static 3])
 {
 	const double mid[3] = {

@@ -30,6 +30,8 @@ size_t ct_vol_count(const struct ct_vol *v);
 void ct_vol_spacing(const struct ct_vol *v, double mm[static 3]);
 /* World position of index (i,j,k), fractions allowed. */
 void ct_vol_world(const struct ct_vol *v, const double ijk[static 3], double mm[static 3]);
+/* World position of corner k < 8 of the box that the voxels fill, bit a of k for axis a. */
+void ct_vol_corner(const struct ct_vol *v, unsigned k, double mm[static 3]);
 /* World position of the centre of the grid. */
 void ct_vol_centre(const struct ct_vol *v, double mm[static 3]);
 /* CT_EGEOM unless spacing is finite and positive, no larger than 1e6 mm, and the axes are at right

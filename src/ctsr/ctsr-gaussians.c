@@ -5,7 +5,7 @@
 #include "formats/format.h"
 #include "xray/project.h"
 #include "xray/window.h"
-#include "gs/prelu.h"
+#include "core/gauss.h"
 #include "gs/fit.h"
 #include "gs/splat.h"
 #include "gs/mixture.h"

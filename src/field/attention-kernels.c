@@ -1,6 +1,6 @@
-/* attention-kernels.c: see attention-kernels.h. */
+/* attention-kernels.c: the loops of attention.h, over columns. Kernels (core/simd.h). */
 #include "config.h"
-#include "field/attention-kernels.h"
+#include "field/attention.h"
 #include "core/vec-exp.h"
 
 #include <math.h>

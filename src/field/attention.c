@@ -1,7 +1,6 @@
 /* attention.c: see attention.h. */
 #include "config.h"
 #include "field/attention.h"
-#include "field/attention-kernels.h"
 #include "unet/dense.h"
 
 #include <string.h>
@@ -182,9 +181,9 @@ static int layer_back(const struct ct_attention_call *c, enum ct_attention_part 
 	float *dw = grad + ct_attention_offset(c->shape, c->width, part);
 	float *db = bias ? grad + ct_attention_offset(c->shape, c->width, bias) : NULL;
 
-	return ct_dense_gradient(&s, dw, db, d, x, e) || ct_dense_back(&s, dx, d, NULL, 1, false, e)
-		       ? -1
-		       : 0;
+	if (ct_dense_gradient(&s, dw, db, d, x, e))
+		return -1;
+	return ct_dense_back(&s, dx, d, NULL, 1, false, e);
 }
 
 static void heads_back(const struct ct_attention_call *c, const struct rows *r, float *dqkv,

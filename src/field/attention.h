@@ -18,12 +18,10 @@
 #ifndef CT_FIELD_ATTENTION_H
 #define CT_FIELD_ATTENTION_H
 #include "core/err.h"
-#include "core/words.h"
+#include "core/simd.h"
 
 #include <stddef.h>
 #include <stdint.h>
-
-enum { CT_ATTENTION_SEGMENT = 16, CT_ATTENTION_HEADS = 64 }; /* at most; of a head's numbers too */
 
 struct ct_attention {
 	size_t segment, heads, head; /* segment 0: no attention */
@@ -31,20 +29,21 @@ struct ct_attention {
 
 /* What its weights are, in their order: (w), (w), (3c,w), (heads,segment,segment), (w,c), (w), (w),
  * (w), (4w,w), (4w), (w,4w), (w). */
-#define CT_ATTENTION_LIST(X)                                                                       \
-	X(CT_ATTENTION_GAIN, "norm1.weight")                                                       \
-	X(CT_ATTENTION_SHIFT, "norm1.bias")                                                        \
-	X(CT_ATTENTION_QKV, "qkv.weight")                                                          \
-	X(CT_ATTENTION_PLACE, "position")                                                          \
-	X(CT_ATTENTION_OUT, "out.weight")                                                          \
-	X(CT_ATTENTION_OUT_BIAS, "out.bias")                                                       \
-	X(CT_ATTENTION_GAIN2, "norm2.weight")                                                      \
-	X(CT_ATTENTION_SHIFT2, "norm2.bias")                                                       \
-	X(CT_ATTENTION_WIDE, "ffn1.weight")                                                        \
-	X(CT_ATTENTION_WIDE_BIAS, "ffn1.bias")                                                     \
-	X(CT_ATTENTION_BACK, "ffn2.weight")                                                        \
-	X(CT_ATTENTION_BACK_BIAS, "ffn2.bias")
-enum ct_attention_part { CT_ATTENTION_LIST(CT_WORD_VALUE) CT_ATTENTION_PARTS };
+enum ct_attention_part {
+	CT_ATTENTION_GAIN,
+	CT_ATTENTION_SHIFT,
+	CT_ATTENTION_QKV,
+	CT_ATTENTION_PLACE,
+	CT_ATTENTION_OUT,
+	CT_ATTENTION_OUT_BIAS,
+	CT_ATTENTION_GAIN2,
+	CT_ATTENTION_SHIFT2,
+	CT_ATTENTION_WIDE,
+	CT_ATTENTION_WIDE_BIAS,
+	CT_ATTENTION_BACK,
+	CT_ATTENTION_BACK_BIAS,
+	CT_ATTENTION_PARTS
+};
 
 /* Shape of a part for columns of `width`; its rank. */
 size_t ct_attention_dims(const struct ct_attention *s, size_t width, enum ct_attention_part part,
@@ -69,5 +68,30 @@ int ct_attention_forward(
  * weights) += theirs. */
 int ct_attention_back(
 	const struct ct_attention_call *c, float *dx, float *dy, float *grad, struct ct_err *e);
+
+/* The loops (attention-kernels.c). unit = (x - mean) / sqrt(variance + 1e-5) of each column, y =
+ * gain unit + shift; scale[ld], the factor. */
+CT_SIMD_DECLARE(void, ct_attention_kernels_norm,
+	(size_t width, size_t cols, size_t ld, float *y, float *unit, float *scale, const float *x,
+		const float *gain, const float *shift));
+/* dx += d loss / d x; dy is left as it is. */
+CT_SIMD_DECLARE(void, ct_attention_kernels_norm_back,
+	(size_t width, size_t cols, size_t ld, float *dx, const float *dy, const float *unit,
+		const float *scale, const float *gain));
+/* y = GELU(x); dx = dx times its slope at x. */
+CT_SIMD_DECLARE(void, ct_attention_kernels_gelu, (size_t n, float *y, const float *x));
+CT_SIMD_DECLARE(void, ct_attention_kernels_gelu_back, (size_t n, float *dx, const float *x));
+
+/* Of one head: q, k, v [head][ld], `segments` columns a place; p[segment][segment]; weights
+ * w[segment][segment][segments], out[head][ld]. */
+struct ct_attention_head {
+	size_t segment, head, segments, ld;
+	const float *q, *k, *v, *p;
+	float *w;
+};
+CT_SIMD_DECLARE(void, ct_attention_kernels_head, (const struct ct_attention_head *h, float *out));
+/* dq, dk, dv written; w becomes d loss / d logits. */
+CT_SIMD_DECLARE(void, ct_attention_kernels_head_back,
+	(const struct ct_attention_head *h, float *dq, float *dk, float *dv, const float *dout));
 
 #endif

@@ -123,8 +123,9 @@ int ct_field_block_plan(struct ct_field_block *b, const struct ct_field_operator
 			ct_taps_transpose(&b->adjoint.t[a], &b->forward.t[a], e))
 			return -1;
 	}
-	return ct_separable_plan(&b->forward, par, e) || ct_separable_plan(&b->adjoint, par, e) ? -1
-												: 0;
+	if (ct_separable_plan(&b->forward, par, e))
+		return -1;
+	return ct_separable_plan(&b->adjoint, par, e);
 }
 
 void ct_field_block_free(struct ct_field_block *b)

@@ -1,9 +1,9 @@
-/* encoding-level.c: see encoding-level.h. */
+/* encoding-level.c: one level of encoding.h, or the sines. Kernels (core/simd.h). */
 #include "config.h"
-#include "field/encoding-level.h"
+#include "field/encoding.h"
 #include "core/vec.h"
 
-enum { BLOCK = CT_ENCODING_BLOCK, CORNERS = CT_ENCODING_CORNERS };
+enum { BLOCK = CT_ENCODING_BLOCK, CORNERS = 8, FEATURES = CT_ENCODING_FEATURES };
 
 /* Of a block of points: the eight nodes about each, as places in the weights, and what each counts
  * for. Corner c is node + 1 along x if c & 1, y if c & 2, z if c & 4. */
@@ -12,9 +12,8 @@ struct cells {
 	float weight[CORNERS][BLOCK];
 };
 
-/* features: a constant where this is inlined. */
-CT_INLINE void find(struct cells *c, const struct ct_encoding_level *l, size_t features, size_t n,
-	const float *at, const float *fetch)
+CT_INLINE void find(struct cells *c, const struct ct_encoding_level *l, size_t n, const float *at,
+	const float *fetch)
 {
 	for (size_t i = 0; i < n; i += CT_F32_LANES) {
 		ct_u32 key[3][2];
@@ -40,7 +39,7 @@ CT_INLINE void find(struct cells *c, const struct ct_encoding_level *l, size_t f
 		for (int k = 0; k < CORNERS; k++) {
 			const ct_u32 x = key[0][k & 1], y = key[1][k >> 1 & 1], z = key[2][k >> 2];
 			const ct_u32 node = l->mask ? (x ^ y ^ z) & l->mask : x + y + z;
-			const ct_i32 place = (ct_i32)(node * (uint32_t)features);
+			const ct_i32 place = (ct_i32)(node * FEATURES);
 			const ct_f32 w = part[0][k & 1] * part[1][k >> 1 & 1] * part[2][k >> 2];
 
 			memcpy(c->node[k] + i, &place, sizeof place);
@@ -61,42 +60,27 @@ CT_INLINE ct_i32 places(const int32_t *p)
 	return v;
 }
 
-CT_INLINE void look(const struct ct_encoding_level *l, size_t features, const float *weights,
-	size_t n, const float *at, float *code, size_t ld)
-{
-	struct cells c;
-
-	find(&c, l, features, n, at, weights);
-	for (size_t i = 0; i < n; i += CT_F32_LANES)
-		for (size_t f = 0; f < features; f += 2) {
-			ct_f32 one = {0}, two = {0};
-
-#pragma GCC unroll 8
-			for (int k = 0; k < CORNERS; k++) {
-				const ct_i32 place = places(c.node[k] + i) + (int32_t)f;
-				const ct_f32 w = ct_f32_load(c.weight[k] + i);
-				ct_f32 a, b = {0};
-
-				if (f + 1 < features)
-					ct_f32_gather2(&a, &b, weights, place);
-				else
-					a = ct_f32_gather(weights, place);
-				one += w * a;
-				two += w * b;
-			}
-			ct_f32_store_n(code + f * ld + i, one, n - i);
-			if (f + 1 < features)
-				ct_f32_store_n(code + (f + 1) * ld + i, two, n - i);
-		}
-}
-
 void CT_SIMD_HERE(ct_encoding_level_forward)(const struct ct_encoding_level *l,
 	const float *weights, size_t n, const float *at, float *code, size_t ld)
 {
-	if (l->features == 2)
-		look(l, 2, weights, n, at, code, ld);
-	else
-		look(l, l->features, weights, n, at, code, ld);
+	struct cells c;
+
+	find(&c, l, n, at, weights);
+	for (size_t i = 0; i < n; i += CT_F32_LANES) {
+		ct_f32 one = {0}, two = {0};
+
+#pragma GCC unroll 8
+		for (int k = 0; k < CORNERS; k++) {
+			const ct_f32 w = ct_f32_load(c.weight[k] + i);
+			ct_f32 a, b;
+
+			ct_f32_gather2(&a, &b, weights, places(c.node[k] + i));
+			one += w * a;
+			two += w * b;
+		}
+		ct_f32_store_n(code + i, one, n - i);
+		ct_f32_store_n(code + ld + i, two, n - i);
+	}
 }
 
 typedef float two_floats __attribute__((vector_size(8)));
@@ -110,32 +94,15 @@ CT_INLINE void add_two(float *at, float a, float b, float by)
 	memcpy(at, &v, sizeof v);
 }
 
-CT_INLINE void spread(const struct ct_encoding_level *l, size_t features, size_t n, const float *at,
-	const float *dcode, size_t ld, float *grad)
-{
-	struct cells c;
-
-	find(&c, l, features, n, at, grad);
-	for (size_t i = 0; i < n; i++)
-		for (int k = 0; k < CORNERS; k++) {
-			float *g = grad + c.node[k][i];
-			const float w = c.weight[k][i];
-
-			if (features == 2)
-				add_two(g, dcode[i], dcode[ld + i], w);
-			else
-				for (size_t f = 0; f < features; f++)
-					g[f] += dcode[f * ld + i] * w;
-		}
-}
-
 void CT_SIMD_HERE(ct_encoding_level_back)(const struct ct_encoding_level *l, size_t n,
 	const float *at, const float *dcode, size_t ld, float *grad)
 {
-	if (l->features == 2)
-		spread(l, 2, n, at, dcode, ld, grad);
-	else
-		spread(l, l->features, n, at, dcode, ld, grad);
+	struct cells c;
+
+	find(&c, l, n, at, grad);
+	for (size_t i = 0; i < n; i++)
+		for (int k = 0; k < CORNERS; k++)
+			add_two(grad + c.node[k][i], dcode[i], dcode[ld + i], c.weight[k][i]);
 }
 
 /* Of 2 pi r, |r| <= 1/2, to 1e-7: an eighth of a turn by Taylor's series, the rest by symmetry. */

@@ -2,11 +2,8 @@
 #include "config.h"
 #include "field/encoding.h"
 #include "core/rng.h"
-#include "field/encoding-level.h"
 
 #include <math.h>
-
-enum { FREQUENCIES = 21, LOG2_TABLE = 27, SIDE = 1 << 20 }; /* at most */
 
 #define MOST ((size_t)1 << 31) /* floats of a level, which int32_t counts */
 
@@ -20,44 +17,27 @@ static struct ct_encoding_level level_of(const struct ct_encoding *s, size_t lev
 	*entries = hashed ? table : all;
 	return (struct ct_encoding_level){.scale = (float)scale,
 		.nodes = (uint32_t)nodes,
-		.mask = hashed ? (uint32_t)(table - 1) : 0,
-		.features = s->features};
-}
-
-static int check_grids(const struct ct_encoding *s, struct ct_err *e)
-{
-	const double last = (double)s->base * pow(s->growth, (double)s->levels - 1);
-
-	if (s->levels < 1 || s->levels > CT_ENCODING_LEVELS || s->features < 1 ||
-		s->features > CT_ENCODING_FEATURES || s->base < 2 || s->base > SIDE ||
-		!(s->growth >= 1) || !(last <= SIDE))
-		return ct_fail(e, CT_EINPUT,
-			"no grid encoding has %zu levels of %zu features from %zu nodes a side, "
-			"times %g a level (at most %d levels, %d features, %d nodes)",
-			s->levels, s->features, s->base, s->growth, CT_ENCODING_LEVELS,
-			CT_ENCODING_FEATURES, SIDE);
-	if (s->kind == CT_ENCODING_HASH && (s->log2_table < 1 || s->log2_table > LOG2_TABLE))
-		return ct_fail(e, CT_EINPUT, "no hash table has 2^%zu entries, but 2^1 to 2^%d",
-			s->log2_table, LOG2_TABLE);
-	if (s->kind == CT_ENCODING_GRID && pow(last + 2, 3) * (double)s->features >= (double)MOST)
-		return ct_fail(e, CT_EINPUT, "a dense grid of %g^3 nodes is too large", last + 1);
-	return 0;
+		.mask = hashed ? (uint32_t)(table - 1) : 0};
 }
 
 int ct_encoding_check(const struct ct_encoding *s, struct ct_err *e)
 {
-	if (s->kind != CT_ENCODING_FREQUENCIES)
-		return check_grids(s, e);
-	if (s->frequencies > FREQUENCIES)
-		return ct_fail(
-			e, CT_EINPUT, "%zu frequencies, at most %d", s->frequencies, FREQUENCIES);
+	enum { SIDE = 1 << 20 };
+	const double last = (double)s->base * pow(s->growth, (double)s->levels - 1);
+
+	if (s->kind == CT_ENCODING_HASH && !(last <= SIDE))
+		return ct_fail(e, CT_EINPUT, "%zu grids, the last of %g nodes a side, at most %d",
+			s->levels, last, SIDE);
+	if (s->kind == CT_ENCODING_GRID &&
+		!(pow(last + 2, 3) * CT_ENCODING_FEATURES < (double)MOST))
+		return ct_fail(e, CT_EINPUT, "a dense grid of %g^3 nodes is too large", last + 1);
 	return 0;
 }
 
 size_t ct_encoding_width(const struct ct_encoding *s)
 {
 	return s->kind == CT_ENCODING_FREQUENCIES ? 3 * (1 + 2 * s->frequencies)
-						  : s->levels * s->features;
+						  : s->levels * CT_ENCODING_FEATURES;
 }
 
 size_t ct_encoding_levels(const struct ct_encoding *s)
@@ -71,7 +51,7 @@ size_t ct_encoding_offset(const struct ct_encoding *s, size_t level)
 
 	for (size_t l = 0; l < level; l++) {
 		level_of(s, l, &entries);
-		at += entries * s->features;
+		at += entries * CT_ENCODING_FEATURES;
 	}
 	return at;
 }
@@ -114,11 +94,12 @@ void ct_encoding_forward(const struct ct_encoding *s, const float *weights, size
 		if (s->kind == CT_ENCODING_FREQUENCIES)
 			CT_SIMD(ct_encoding_level_sines)
 		(s->frequencies, some, at, code + first, ld);
-		for (size_t l = 0; l < ct_encoding_levels(s); l++, w += entries * s->features) {
+		for (size_t l = 0; l < ct_encoding_levels(s);
+			l++, w += entries * CT_ENCODING_FEATURES) {
 			const struct ct_encoding_level level = level_of(s, l, &entries);
 
 			CT_SIMD(ct_encoding_level_forward)
-			(&level, w, some, at, code + l * s->features * ld + first, ld);
+			(&level, w, some, at, code + l * CT_ENCODING_FEATURES * ld + first, ld);
 		}
 	}
 }
@@ -133,6 +114,6 @@ void ct_encoding_back(const struct ct_encoding *s, size_t level, size_t n, const
 	for (size_t first = 0, some; first < n; first += some) {
 		some = block(at, first, n, x);
 		CT_SIMD(ct_encoding_level_back)
-		(&l, some, at, dcode + level * s->features * ld + first, ld, grad);
+		(&l, some, at, dcode + level * CT_ENCODING_FEATURES * ld + first, ld, grad);
 	}
 }

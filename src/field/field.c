@@ -11,14 +11,8 @@
 
 enum { LANES = CT_DENSE_LANES, POINTS = 1 << 24 };
 
-struct ct_field {
-	struct ct_field_shape shape;
-	size_t width, encoded, count;
-	float *weights;
-};
-
-/* With weights that are not set. */
-static int make_room(struct ct_field **out, const struct ct_field_shape *s, struct ct_err *e)
+int ct_field_alloc(
+	struct ct_field **out, const struct ct_field_shape *s, uint64_t seed, struct ct_err *e)
 {
 	struct ct_field *f;
 
@@ -27,27 +21,18 @@ static int make_room(struct ct_field **out, const struct ct_field_shape *s, stru
 		ct_alloc0(&f, 1, sizeof *f, e))
 		return -1;
 	f->shape = *s;
+	f->segment = s->network.attention.segment ? s->network.attention.segment : 1;
 	f->width = ct_encoding_width(&s->encoding);
 	f->encoded = ct_encoding_offset(&s->encoding, ct_encoding_levels(&s->encoding));
-	f->count = f->encoded + ct_network_count(&s->network, f->width);
+	f->net = ct_network_count(&s->network, f->width);
+	f->count = f->encoded + f->net;
 	if (ct_alloc(&f->weights, f->count, sizeof *f->weights, e)) {
 		free(f);
 		return -1;
 	}
-	*out = f;
-	return 0;
-}
-
-int ct_field_alloc(
-	struct ct_field **out, const struct ct_field_shape *s, uint64_t seed, struct ct_err *e)
-{
-	struct ct_field *f;
-
-	if (make_room(out, s, e))
-		return -1;
-	f = *out;
 	ct_encoding_init(&s->encoding, f->weights, seed, CT_FIELD_STREAM);
 	ct_network_init(&s->network, f->width, f->weights + f->encoded, seed, CT_FIELD_STREAM + 1);
+	*out = f;
 	return 0;
 }
 
@@ -59,37 +44,10 @@ void ct_field_free(struct ct_field *f)
 	free(f);
 }
 
-float *ct_field_weights(struct ct_field *f)
-{
-	return f->weights;
-}
-
-size_t ct_field_count(const struct ct_field *f)
-{
-	return f->count;
-}
-
-size_t ct_field_encoded(const struct ct_field *f)
-{
-	return f->encoded;
-}
-
-size_t ct_field_width(const struct ct_field *f)
-{
-	return f->width;
-}
-
-size_t ct_field_segment(const struct ct_field *f)
-{
-	return f->shape.network.attention.segment ? f->shape.network.attention.segment : 1;
-}
-
 /* Columns of n points: those of each place of the segments are rounded up to whole vectors. */
 static size_t columns(const struct ct_field *f, size_t n)
 {
-	const size_t segment = ct_field_segment(f);
-
-	return segment * ((n / segment + LANES - 1) / LANES * LANES);
+	return f->segment * ((n / f->segment + LANES - 1) / LANES * LANES);
 }
 
 /* Floats of a row: an odd number of cache lines, so that rows fall into all sets of the cache. */
@@ -119,7 +77,7 @@ int ct_field_work_alloc(
 	struct ct_field_work *w;
 
 	*out = NULL;
-	if (n < 1 || n > POINTS || n % ct_field_segment(f))
+	if (n < 1 || n > POINTS || n % f->segment)
 		return ct_fail(e, CT_EINPUT, "no field takes %zu points at a time", n);
 	if (ct_alloc0(&w, 1, sizeof *w, e))
 		return -1;
@@ -161,7 +119,7 @@ static struct ct_network_call call(
 /* The codes of points x[n][3], and 0 in the columns of none. */
 static void encode(const struct ct_field *f, struct ct_field_work *w, size_t n, const float *x)
 {
-	const size_t segment = ct_field_segment(f), cols = columns(f, n), part = cols / segment;
+	const size_t segment = f->segment, cols = columns(f, n), part = cols / segment;
 
 	for (size_t s = 0; s < segment; s++) {
 		const float *at = x;
@@ -183,7 +141,7 @@ int ct_field_forward(const struct ct_field *f, struct ct_field_work *w, size_t n
 	float *y, struct ct_err *e)
 {
 	const struct ct_network_call c = call(f, w, n);
-	const size_t segment = ct_field_segment(f), part = c.cols / segment,
+	const size_t segment = f->segment, part = c.cols / segment,
 		     outputs = f->shape.network.outputs;
 	float *rows;
 	int was, rc;
@@ -212,7 +170,7 @@ int ct_field_backward(const struct ct_field *f, struct ct_field_work *w, size_t 
 	float *dnet, float *dcode, size_t ld, struct ct_err *e)
 {
 	const struct ct_network_call c = call(f, w, n);
-	const size_t segment = ct_field_segment(f), part = c.cols / segment,
+	const size_t segment = f->segment, part = c.cols / segment,
 		     outputs = f->shape.network.outputs;
 	int was, rc;
 

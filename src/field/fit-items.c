@@ -1,7 +1,8 @@
-/* fit-items.c: see fit-items.h. */
+/* fit-items.c: which measurements a step of a fit sees, and what they are (fit-step.h). */
 #include "config.h"
-#include "field/fit-items.h"
+#include "field/fit-step.h"
 #include "core/rng.h"
+#include "core/vec3.h"
 #include "xray/geometry.h"
 
 #include <math.h>
@@ -26,19 +27,8 @@ void ct_field_data_box(struct ct_field_data *d, const struct ct_vol *grid)
 	}
 }
 
-void ct_field_item_grid(
-	double grid[3][4], const double box[static 3][4], const double affine[static 3][4])
-{
-	for (int a = 0; a < 3; a++)
-		for (int c = 0; c < 4; c++) {
-			grid[a][c] = c == 3 ? box[a][3] : 0;
-			for (int r = 0; r < 3; r++)
-				grid[a][c] += box[a][r] * affine[r][c];
-		}
-}
-
 void ct_field_item_voxel(struct ct_field_item *it, const double grid[static 3][4],
-	const size_t n[static 3], size_t v, double radius)
+	const size_t n[static 3], size_t v)
 {
 	const double ijk[3] = {
 		(double)(v % n[0]), (double)(v / n[0] % n[1]), (double)(v / (n[0] * n[1]))};
@@ -47,7 +37,7 @@ void ct_field_item_voxel(struct ct_field_item *it, const double grid[static 3][4
 		it->centre[a] = grid[a][3];
 		for (int c = 0; c < 3; c++) {
 			it->centre[a] += grid[a][c] * ijk[c];
-			it->edge[c][a] = radius * grid[a][c];
+			it->edge[c][a] = grid[a][c];
 		}
 	}
 }
@@ -156,8 +146,8 @@ void ct_field_item_of(struct ct_field_item *it, const struct ct_field_fit *f,
 	}
 	if (f->items < ct_vol_count(lr))
 		v = (size_t)ct_rng_below(f->seed, VOXEL, f->step * f->items + i, ct_vol_count(lr));
-	ct_field_item_grid(grid, d->box, lr->affine);
-	ct_field_item_voxel(it, grid, lr->n, v, f->rule.radius);
+	ct_vec3_after(grid, d->box, lr->affine);
+	ct_field_item_voxel(it, grid, lr->n, v);
 	it->value = (double)lr->data[v];
 	it->weight = 1;
 }

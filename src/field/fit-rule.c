@@ -5,13 +5,9 @@
 #include <math.h>
 
 static const struct ct_encoding dense = {
-	.kind = CT_ENCODING_GRID, .levels = 5, .features = 2, .base = 8, .growth = 2};
-static const struct ct_encoding hash = {.kind = CT_ENCODING_HASH,
-	.levels = 16,
-	.features = 2,
-	.log2_table = 19,
-	.base = 16,
-	.growth = 2};
+	.kind = CT_ENCODING_GRID, .levels = 5, .base = 8, .growth = 2};
+static const struct ct_encoding hash = {
+	.kind = CT_ENCODING_HASH, .levels = 16, .log2_table = 19, .base = 16, .growth = 2};
 
 void ct_field_rule_encoding(struct ct_field_rule *r, enum ct_encoding_kind kind)
 {
@@ -39,7 +35,6 @@ void ct_field_rule_samples(struct ct_field_rule *r, enum ct_samples_kind kind)
 	const bool rays = kind == CT_SAMPLES_RAYS;
 
 	r->samples = (struct ct_samples){kind, two ? 64 : rays ? 192 : 1, two ? 64 : 0};
-	r->radius = two ? 1 : 0;
 	r->shape.network.outputs = two ? 2 : 1;
 	r->shape.network.last = two || rays ? CT_NETWORK_SIGMOID : CT_NETWORK_LINEAR;
 	r->batch = two || rays ? 1024 : kind == CT_SAMPLES_PROFILE ? 12 : 0;

@@ -12,7 +12,7 @@ enum { ARRAYS = 3, NAME = 16 };
 static float *array_of(const struct ct_field_pass *p, size_t pass, size_t k, char name[static NAME])
 {
 	static const char *const word[ARRAYS] = {"weights", "m", "v"};
-	float *const x[ARRAYS] = {ct_field_weights(p->field), p->m, p->v};
+	float *const x[ARRAYS] = {p->field->weights, p->m, p->v};
 
 	snprintf(name, NAME, "%s.%zu", word[k], pass);
 	return x[k];
@@ -23,7 +23,7 @@ int ct_field_fit_pack(struct ct_tensors *t, const struct ct_field_fit *f, struct
 	char name[NAME];
 
 	for (size_t p = 0; p < ct_samples_passes(&f->rule.samples); p++) {
-		const size_t n = ct_field_count(f->pass[p].field);
+		const size_t n = f->pass[p].field->count;
 
 		for (size_t k = 0; k < ARRAYS; k++) {
 			const float *x = array_of(&f->pass[p], p, k, name);
@@ -32,12 +32,10 @@ int ct_field_fit_pack(struct ct_tensors *t, const struct ct_field_fit *f, struct
 				return -1;
 		}
 	}
-	return ct_meta_setf(&t->meta, e, CT_META_STEP, "%zu", f->step) ||
-			       ct_meta_setf(&t->meta, e, CT_META_AT, "%d", (int)f->whole) ||
-			       ct_meta_setf(&t->meta, e, CT_META_SCALARS, "%a %a %a", f->used,
-				       f->first, f->last)
-		       ? -1
-		       : 0;
+	if (ct_meta_setf(&t->meta, e, CT_META_STEP, "%zu", f->step) ||
+		ct_meta_setf(&t->meta, e, CT_META_AT, "%d", (int)f->whole))
+		return -1;
+	return ct_meta_setf(&t->meta, e, CT_META_SCALARS, "%a %a %a", f->used, f->first, f->last);
 }
 
 int ct_field_fit_unpack(struct ct_field_fit *f, const struct ct_tensors *t, struct ct_err *e)
@@ -48,7 +46,7 @@ int ct_field_fit_unpack(struct ct_field_fit *f, const struct ct_tensors *t, stru
 	double step, whole;
 
 	for (size_t p = 0; p < ct_samples_passes(&f->rule.samples); p++) {
-		const size_t n = ct_field_count(f->pass[p].field);
+		const size_t n = f->pass[p].field->count;
 
 		for (size_t k = 0; k < ARRAYS; k++) {
 			float *to = array_of(&f->pass[p], p, k, name);

@@ -1,6 +1,7 @@
 /* fit-step.c: one step of a fit: gradients of a batch, and Adam (fit.h). */
 #include "config.h"
 #include "field/fit-step.h"
+#include "core/vec3.h"
 #include "field/render.h"
 #include "solve/adam.h"
 
@@ -15,6 +16,9 @@ struct step_job {
 	struct ct_field_block block;
 	double grid[3][4]; /* of the block's voxels */
 	size_t items;      /* of this step */
+	/* what is done with items [first, first + count) of a group */
+	int (*each)(struct step_job *j, size_t g, struct ct_field_scratch *s, size_t first,
+		size_t count);
 	double rate;
 	struct group {
 		double loss;
@@ -61,20 +65,19 @@ static void item_back(struct ct_field_scratch *s, const struct ct_field_fit *f,
 		dy[i] = (float)slope;
 }
 
-static void place(float *x, struct ct_field_scratch *s, const struct ct_field_fit *f,
-	const struct ct_field_item *it, size_t pass, size_t at, uint32_t item)
+void ct_field_item_place(float *x, struct ct_field_scratch *s, const struct ct_samples *how,
+	const struct ct_field_item *it, size_t pass, size_t at, const float *x1,
+	const struct ct_samples_draw *draw)
 {
-	const struct ct_samples_draw draw = {f->seed, f->step, item};
-	const struct ct_samples *how = &f->rule.samples;
-	const size_t n = ct_samples_count(how, pass), first = how->n;
+	float *t = s->t[pass] + at * ct_samples_count(how, pass);
 
 	if (how->kind == CT_SAMPLES_RAYS)
-		ct_samples_ray(how, x, it->centre, it->edge[0], it->span, &draw);
+		ct_samples_ray(how, x, it->centre, it->edge[0], it->span, draw);
 	else if (pass == 0)
-		ct_samples_voxel(how, x, s->t[0] + at * n, it->centre, it->edge, &draw);
+		ct_samples_voxel(how, x, t, it->centre, it->edge, draw);
 	else
-		ct_samples_second(how, x, s->t[1] + at * n, f->pass[0].x + 3 * (size_t)item * first,
-			s->t[0] + at * first, s->w[0] + at * first, it->centre, it->edge, &draw);
+		ct_samples_second(how, x, t, x1, s->t[0] + at * how->n, s->w[0] + at * how->n,
+			it->centre, it->edge, draw);
 }
 
 /* Items [first, first + count) of a batch: all passes, forward and back. */
@@ -91,15 +94,20 @@ static int piece(
 		const size_t n = ct_samples_count(&f->rule.samples, p);
 		float *x = in->x + 3 * first * n;
 
-		for (size_t k = 0; k < count; k++)
-			place(x + 3 * k * n, s, f, &s->item[k], p, k, (uint32_t)(first + k));
+		for (size_t k = 0; k < count; k++) {
+			const struct ct_samples_draw draw = {
+				f->seed, f->step, (uint32_t)(first + k)};
+
+			ct_field_item_place(x + 3 * k * n, s, &f->rule.samples, &s->item[k], p, k,
+				f->pass[0].x + 3 * (first + k) * f->rule.samples.n, &draw);
+		}
 		if (ct_field_forward(in->field, s->work[p], count * n, x, s->y, &r->e))
 			return -1;
 		for (size_t k = 0; k < count; k++)
 			item_back(s, f, &s->item[k], p, k, j->items, &r->loss);
 		if (ct_field_backward(in->field, s->work[p], count * n, s->dy,
-			    in->net + g * ct_field_step_net(in),
-			    in->dcode ? in->dcode + first * n : NULL, f->items * n, &r->e))
+			    in->net + g * in->field->net, in->dcode ? in->dcode + first * n : NULL,
+			    f->items * n, &r->e))
 			return -1;
 	}
 	return 0;
@@ -112,51 +120,40 @@ static int points(
 	struct ct_field_pass *in = &j->f->pass[0];
 	struct ct_err *e = &j->group[g].e;
 
-	return ct_field_forward(in->field, s->work[0], count, in->x + 3 * first, s->y, e) ||
-			       ct_field_backward(in->field, s->work[0], count, j->f->hr[1] + first,
-				       in->net + g * ct_field_step_net(in),
-				       in->dcode ? in->dcode + first : NULL, j->f->items, e)
-		       ? -1
-		       : 0;
+	if (ct_field_forward(in->field, s->work[0], count, in->x + 3 * first, s->y, e))
+		return -1;
+	return ct_field_backward(in->field, s->work[0], count, j->f->hr[1] + first,
+		in->net + g * in->field->net, in->dcode ? in->dcode + first : NULL, j->f->items, e);
 }
 
+/* The field at the voxels of a block. */
+static int voxels(
+	struct step_job *j, size_t g, struct ct_field_scratch *s, size_t first, size_t count)
+{
+	struct ct_field_fit *f = j->f;
+	float *x = f->pass[0].x + 3 * first;
+
+	for (size_t k = 0; k < count; k++) {
+		struct ct_field_item it;
+
+		ct_field_item_voxel(&it, j->grid, j->block.n, first + k);
+		for (int a = 0; a < 3; a++)
+			x[3 * k + (size_t)a] = (float)fmin(fmax(it.centre[a], 0), 1);
+	}
+	return ct_field_forward(
+		f->pass[0].field, s->work[0], count, x, f->hr[0] + first, &j->group[g].e);
+}
+
+/* A group, piece by piece. */
 static void group(void *arg, size_t g, size_t worker)
 {
 	struct step_job *j = arg;
 	const size_t end = j->items * (g + 1) / CT_FIELD_GROUPS;
 	const size_t most = ct_field_step_piece(&j->f->rule);
-	const bool block = j->f->rule.samples.kind == CT_SAMPLES_PROFILE;
 
-	for (size_t i = j->items * g / CT_FIELD_GROUPS; i < end && !j->group[g].rc; i += most) {
-		const size_t n = end - i < most ? end - i : most;
-
-		j->group[g].rc = (block ? points : piece)(j, g, &j->f->own[worker], i, n);
-	}
-}
-
-/* The field at the voxels of a block. */
-static void fill(void *arg, size_t g, size_t worker)
-{
-	struct step_job *j = arg;
-	struct ct_field_fit *f = j->f;
-	struct ct_field_scratch *s = &f->own[worker];
-	const size_t end = j->items * (g + 1) / CT_FIELD_GROUPS;
-	const size_t most = ct_field_step_piece(&f->rule);
-
-	for (size_t i = j->items * g / CT_FIELD_GROUPS; i < end && !j->group[g].rc; i += most) {
-		const size_t n = end - i < most ? end - i : most;
-		float *x = f->pass[0].x + 3 * i;
-
-		for (size_t k = 0; k < n; k++) {
-			struct ct_field_item it;
-
-			ct_field_item_voxel(&it, j->grid, j->block.n, i + k, 0);
-			for (int a = 0; a < 3; a++)
-				x[3 * k + (size_t)a] = (float)fmin(fmax(it.centre[a], 0), 1);
-		}
-		j->group[g].rc = ct_field_forward(
-			f->pass[0].field, s->work[0], n, x, f->hr[0] + i, &j->group[g].e);
-	}
+	for (size_t i = j->items * g / CT_FIELD_GROUPS; i < end && !j->group[g].rc; i += most)
+		j->group[g].rc =
+			j->each(j, g, &j->f->own[worker], i, end - i < most ? end - i : most);
 }
 
 static int failed(const struct step_job *j, struct ct_err *e)
@@ -216,12 +213,13 @@ static int block_forward(
 	ct_field_item_block(lo, f, m);
 	if (ct_field_block_plan(b, &f->op, lo, m, env->par, e))
 		return -1;
-	ct_field_item_grid(j->grid, j->d->box, j->d->fine->affine);
+	ct_vec3_after(j->grid, j->d->box, j->d->fine->affine);
 	for (int a = 0; a < 3; a++)
 		for (int c = 0; c < 3; c++)
 			j->grid[a][3] += j->grid[a][c] * (double)b->first[c];
 	j->items = b->n[0] * b->n[1] * b->n[2];
-	ct_par_for(env->par, CT_FIELD_GROUPS, fill, j);
+	j->each = voxels;
+	ct_par_for(env->par, CT_FIELD_GROUPS, group, j);
 	if (failed(j, e))
 		return -1;
 	*loss = block_loss(j, env->par);
@@ -245,7 +243,7 @@ static void levels(void *arg, size_t i, size_t worker)
 static void adam(void *arg, size_t i, size_t worker)
 {
 	struct step_job *j = arg;
-	const size_t n = ct_field_count(j->f->pass[0].field), chunks = (n + CHUNK - 1) / CHUNK;
+	const size_t n = j->f->pass[0].field->count, chunks = (n + CHUNK - 1) / CHUNK;
 	struct ct_field_pass *in = &j->f->pass[i / chunks];
 	const size_t at = i % chunks * CHUNK, count = n - at < CHUNK ? n - at : CHUNK;
 	struct ct_adamw a = ct_adamw_default();
@@ -253,8 +251,7 @@ static void adam(void *arg, size_t i, size_t worker)
 	(void)worker;
 	a.lr = j->rate;
 	CT_SIMD(ct_adamw_step)
-	(&a, j->f->step + 1, count, ct_field_weights(in->field) + at, in->m + at, in->v + at,
-		in->grad + at);
+	(&a, j->f->step + 1, count, in->field->weights + at, in->m + at, in->v + at, in->grad + at);
 }
 
 static void zero(struct ct_field_fit *f)
@@ -262,8 +259,8 @@ static void zero(struct ct_field_fit *f)
 	for (size_t p = 0; p < ct_samples_passes(&f->rule.samples); p++) {
 		struct ct_field_pass *in = &f->pass[p];
 
-		memset(in->grad, 0, ct_field_count(in->field) * sizeof *in->grad);
-		memset(in->net, 0, CT_FIELD_GROUPS * ct_field_step_net(in) * sizeof *in->net);
+		memset(in->grad, 0, in->field->count * sizeof *in->grad);
+		memset(in->net, 0, CT_FIELD_GROUPS * in->field->net * sizeof *in->net);
 	}
 }
 
@@ -278,6 +275,7 @@ int ct_field_fit_step(struct ct_field_fit *f, const struct ct_field_data *d, dou
 	zero(f);
 	if (f->rule.samples.kind == CT_SAMPLES_PROFILE && block_forward(&j, loss, env, e))
 		goto out;
+	j.each = f->rule.samples.kind == CT_SAMPLES_PROFILE ? points : piece;
 	ct_par_for(env->par, CT_FIELD_GROUPS, group, &j);
 	if (failed(&j, e))
 		goto out;
@@ -286,17 +284,17 @@ int ct_field_fit_step(struct ct_field_fit *f, const struct ct_field_data *d, dou
 	ct_par_for(env->par, passes * ct_encoding_levels(&f->rule.shape.encoding), levels, &j);
 	for (size_t p = 0; p < passes; p++) {
 		struct ct_field_pass *in = &f->pass[p];
-		const size_t n = ct_field_step_net(in);
+		const size_t n = in->field->net;
 
 		CT_SIMD(ct_adam_gradient)(n, in->net, CT_FIELD_GROUPS, n, 1);
-		memcpy(in->grad + ct_field_encoded(in->field), in->net, n * sizeof *in->net);
+		memcpy(in->grad + in->field->encoded, in->net, n * sizeof *in->net);
 	}
 	if (!isfinite(*loss)) {
 		ct_fail(e, CT_ENUMERIC, "the loss is not finite at iteration %zu", f->step + 1);
 		goto out;
 	}
 	if (!dry) {
-		const size_t n = ct_field_count(f->pass[0].field);
+		const size_t n = f->pass[0].field->count;
 
 		ct_par_for(env->par, passes * ((n + CHUNK - 1) / CHUNK), adam, &j);
 	}

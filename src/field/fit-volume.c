@@ -3,6 +3,7 @@
 #include "field/fit-step.h"
 #include "field/render.h"
 #include "core/mem.h"
+#include "core/vec3.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -24,13 +25,13 @@ struct volume_job {
 static int centres(const struct volume_job *j, struct ct_field_scratch *s, float *x, size_t first,
 	size_t n, struct ct_err *e)
 {
-	const size_t seg = ct_field_segment(j->f->pass[0].field), all = (n + seg - 1) / seg * seg;
+	const size_t seg = j->f->pass[0].field->segment, all = (n + seg - 1) / seg * seg;
 
 	for (size_t k = 0; k < all; k++) {
 		const size_t v = first + (k < n ? k : n - 1);
 		struct ct_field_item it;
 
-		ct_field_item_voxel(&it, j->grid, j->out->n, v, 0);
+		ct_field_item_voxel(&it, j->grid, j->out->n, v);
 		for (int a = 0; a < 3; a++)
 			x[3 * k + (size_t)a] = (float)fmin(fmax(it.centre[a], 0), 1);
 	}
@@ -56,15 +57,10 @@ static int rendered(const struct volume_job *j, struct ct_field_scratch *s, floa
 			const struct ct_samples_draw draw = {
 				j->f->seed, STREAM, (uint32_t)(first + k)};
 			struct ct_field_item it;
-			float *t = s->t[p] + k * per, *to = at[p] + 3 * k * per;
 
-			ct_field_item_voxel(&it, j->grid, j->out->n, first + k, j->f->rule.radius);
-			if (p == 0)
-				ct_samples_voxel(how, to, t, it.centre, it.edge, &draw);
-			else
-				ct_samples_second(how, to, t, x + 3 * k * how->n,
-					s->t[0] + k * how->n, s->w[0] + k * how->n, it.centre,
-					it.edge, &draw);
+			ct_field_item_voxel(&it, j->grid, j->out->n, first + k);
+			ct_field_item_place(
+				at[p] + 3 * k * per, s, how, &it, p, k, x + 3 * k * how->n, &draw);
 		}
 		if (ct_field_forward(j->f->pass[p].field, s->work[p], n * per, at[p], s->y, e))
 			return -1;
@@ -118,7 +114,7 @@ int ct_field_fit_volume(struct ct_vol *out, const struct ct_field_fit *f,
 	j.piece = how->fine ? ct_field_step_piece(&f->rule) : CT_FIELD_STEP_POINTS;
 	if (!how->fine && how->n > 1) /* of rays: as many points as a piece of them */
 		j.piece = ct_field_step_piece(&f->rule) * how->n;
-	ct_field_item_grid(j.grid, d->box, (const double(*)[4])out->affine);
+	ct_vec3_after(j.grid, d->box, (const double(*)[4])out->affine);
 	if (ct_alloc0(&j.rc, f->workers, sizeof *j.rc, e) ||
 		ct_alloc0(&j.e, f->workers, sizeof *j.e, e) ||
 		ct_alloc(&j.x, f->workers * 3 * j.piece * (2 * how->n + how->fine), sizeof *j.x, e))

@@ -5,6 +5,7 @@
 #include "core/mem.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -30,21 +31,20 @@ static int pass_alloc(
 	struct ct_field_pass *p, const struct ct_field_fit *f, size_t pass, struct ct_err *e)
 {
 	const size_t points = f->items * ct_samples_count(&f->rule.samples, pass);
-	size_t n, net;
+	size_t n;
 
 	if (ct_field_alloc(&p->field, &f->rule.shape, f->seed + pass, e))
 		return -1;
-	n = ct_field_count(p->field);
-	net = n - ct_field_encoded(p->field);
+	n = p->field->count;
 	if (f->rule.shape.network.outputs == 2) /* the bias of the density */
-		ct_field_weights(p->field)[n - 2] = 1;
+		p->field->weights[n - 2] = 1;
 	if (ct_alloc0(&p->m, n, sizeof *p->m, e) || ct_alloc0(&p->v, n, sizeof *p->v, e) ||
 		ct_alloc0(&p->grad, n, sizeof *p->grad, e) ||
-		ct_alloc(&p->net, CT_FIELD_GROUPS * net, sizeof *p->net, e) ||
+		ct_alloc(&p->net, CT_FIELD_GROUPS * p->field->net, sizeof *p->net, e) ||
 		ct_alloc(&p->x, 3 * points, sizeof *p->x, e))
 		return -1;
-	return ct_field_encoded(p->field)
-		       ? ct_alloc(&p->dcode, points * ct_field_width(p->field), sizeof *p->dcode, e)
+	return p->field->encoded
+		       ? ct_alloc(&p->dcode, points * p->field->width, sizeof *p->dcode, e)
 		       : 0;
 }
 
@@ -62,11 +62,10 @@ static int scratch_alloc(struct ct_field_scratch *s, const struct ct_field_fit *
 			ct_alloc(&s->w[p], n, sizeof *s->w[p], e))
 			return -1;
 	}
-	return ct_alloc(&s->y, 2 * most, sizeof *s->y, e) ||
-			       ct_alloc(&s->dy, 2 * most, sizeof *s->dy, e) ||
-			       ct_alloc(&s->item, piece, sizeof *s->item, e)
-		       ? -1
-		       : 0;
+	if (ct_alloc(&s->y, 2 * most, sizeof *s->y, e) ||
+		ct_alloc(&s->dy, 2 * most, sizeof *s->dy, e))
+		return -1;
+	return ct_alloc(&s->item, piece, sizeof *s->item, e);
 }
 
 static void scratch_free(struct ct_field_scratch *s)
@@ -87,11 +86,10 @@ static int block_alloc(struct ct_field_fit *f, const struct ct_field_data *d, st
 	const size_t lo = (b < d->lr->n[0] ? b : d->lr->n[0]) *
 			  (b < d->lr->n[1] ? b : d->lr->n[1]) * (b < d->lr->n[2] ? b : d->lr->n[2]);
 
-	return ct_alloc(&f->hr[0], f->items, sizeof *f->hr[0], e) ||
-			       ct_alloc(&f->hr[1], f->items, sizeof *f->hr[1], e) ||
-			       ct_alloc(&f->lo, lo, sizeof *f->lo, e)
-		       ? -1
-		       : 0;
+	if (ct_alloc(&f->hr[0], f->items, sizeof *f->hr[0], e) ||
+		ct_alloc(&f->hr[1], f->items, sizeof *f->hr[1], e))
+		return -1;
+	return ct_alloc(&f->lo, lo, sizeof *f->lo, e);
 }
 
 /* Is there a ray above 0 that meets the box? */
@@ -262,4 +260,37 @@ int ct_field_fit_run(struct ct_field_fit *f, const struct ct_field_data *d,
 			return -1;
 	}
 	return 0;
+}
+
+int ct_field_fit_cost(struct ct_cost *cost, struct ct_field_fit *f, const struct ct_field_data *d,
+	const struct ct_vol *grid, const struct ct_env *env, struct ct_err *e)
+{
+	enum { TRIAL = 3, VOXELS = 512 };
+	const struct ct_env quiet = {.par = env->par, .seed = env->seed};
+	const double threads = (double)ct_par_threads(env->par);
+	double begun = 0, loss, step, volume;
+	struct ct_vol some = {0};
+	int rc;
+
+	for (int k = 0; k <= TRIAL; k++) {
+		if (k == 1) /* the first one takes its memory */
+			begun = ct_clock_cpu();
+		if (ct_field_fit_step(f, d, 0, true, &loss, &quiet, e))
+			return -1;
+	}
+	step = (ct_clock_cpu() - begun) / TRIAL;
+	if (ct_vol_alloc(&some, (const size_t[]){VOXELS, 1, 1}, e))
+		return -1;
+	memcpy(some.affine, grid->affine, sizeof some.affine);
+	begun = ct_clock_cpu();
+	rc = ct_field_fit_volume(&some, f, d, &quiet, e);
+	volume = (ct_clock_cpu() - begun) / VOXELS * (double)ct_vol_count(grid);
+	ct_vol_free(&some);
+	cost->seconds = (volume + (f->rule.seconds > 0 ? f->rule.seconds
+						       : step * (double)f->rule.iterations)) /
+			threads;
+	snprintf(cost->work, sizeof cost->work,
+		"iterations of %.3g s of processor time, and %.3g s for %.0f voxels", step, volume,
+		(double)ct_vol_count(grid));
+	return rc;
 }

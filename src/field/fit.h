@@ -52,7 +52,6 @@ struct ct_field_rule {
 	struct ct_samples samples;
 	struct ct_field_shape shape;
 	size_t batch, windows;
-	double radius; /* edge of a voxel, as a part of the distance to the next */
 	double rate[2];
 	bool stepwise;
 	size_t warm;

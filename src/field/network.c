@@ -5,26 +5,15 @@
 #include "unet/dense.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 int ct_network_check(const struct ct_network *s, struct ct_err *e)
 {
-	const struct ct_attention *a = &s->attention;
-
 	if (s->width < 1 || s->width > CT_NETWORK_WIDTH || s->depth < 1 ||
-		s->depth > CT_NETWORK_DEPTH || s->skip >= s->depth || s->outputs < 1 ||
-		s->outputs > CT_NETWORK_OUTPUTS || !(s->slope >= 0 && s->slope <= 1))
+		s->depth > CT_NETWORK_DEPTH)
 		return ct_fail(e, CT_EINPUT,
-			"no network has %zu layers of %zu, the code again at layer %zu, %zu "
-			"outputs and slope %g",
-			s->depth, s->width, s->skip, s->outputs, s->slope);
-	if (a->segment > CT_ATTENTION_SEGMENT ||
-		(a->segment && (a->heads < 1 || a->heads > CT_ATTENTION_HEADS || a->head < 1 ||
-				       a->head > CT_ATTENTION_HEADS)))
-		return ct_fail(e, CT_EINPUT,
-			"no attention has segments of %zu points and %zu heads of %zu numbers",
-			a->segment, a->heads, a->head);
+			"no network has %zu layers of %zu: at most %d layers of %d", s->depth,
+			s->width, CT_NETWORK_DEPTH, CT_NETWORK_WIDTH);
 	return 0;
 }
 
@@ -62,15 +51,10 @@ static void attention(
 	p->first = 1 / sqrt((double)dim[1]);
 }
 
-static size_t block_parts(const struct ct_network *s)
-{
-	return s->attention.segment ? CT_ATTENTION_PARTS : 0;
-}
-
-/* Part i without its name and offset. */
+/* Part i without its offset. */
 static bool shape_of(const struct ct_network *s, size_t in, size_t i, struct ct_network_part *p)
 {
-	const size_t parts = block_parts(s);
+	const size_t parts = s->attention.segment ? CT_ATTENTION_PARTS : 0;
 
 	*p = (struct ct_network_part){.count = 1};
 	if (i < 2)
@@ -86,8 +70,7 @@ static bool shape_of(const struct ct_network *s, size_t in, size_t i, struct ct_
 	return true;
 }
 
-/* Without its name. */
-static bool part_of(const struct ct_network *s, size_t in, size_t i, struct ct_network_part *p)
+bool ct_network_part(const struct ct_network *s, size_t in, size_t i, struct ct_network_part *p)
 {
 	size_t at = 0;
 	bool there;
@@ -99,28 +82,11 @@ static bool part_of(const struct ct_network *s, size_t in, size_t i, struct ct_n
 	return there;
 }
 
-bool ct_network_part(const struct ct_network *s, size_t in, size_t i, struct ct_network_part *p)
-{
-	const size_t parts = block_parts(s), layer = i < 2 ? 0 : (i - parts) / 2;
-	const char *what = i % 2 ? "bias" : "weight"; /* parts is even */
-
-	if (!part_of(s, in, i, p))
-		return false;
-	if (i >= 2 && i < 2 + parts)
-		snprintf(
-			p->name, sizeof p->name, "attention.%s", CT_WORD(CT_ATTENTION_LIST, i - 2));
-	else if (layer == s->depth)
-		snprintf(p->name, sizeof p->name, "output.%s", what);
-	else
-		snprintf(p->name, sizeof p->name, "hidden.%zu.%s", layer, what);
-	return true;
-}
-
 size_t ct_network_count(const struct ct_network *s, size_t in)
 {
 	struct ct_network_part p;
 
-	part_of(s, in, 2 * (s->depth + 1) + CT_ATTENTION_PARTS, &p);
+	ct_network_part(s, in, 2 * (s->depth + 1) + CT_ATTENTION_PARTS, &p);
 	return p.offset;
 }
 
@@ -202,7 +168,7 @@ static struct ct_attention_call block(const struct ct_network_call *c, size_t *o
 	const struct ct_network *s = c->shape;
 	struct ct_network_part p;
 
-	part_of(s, c->in, 2, &p);
+	ct_network_part(s, c->in, 2, &p);
 	*offset = p.offset;
 	return (struct ct_attention_call){.shape = &s->attention,
 		.width = s->width,

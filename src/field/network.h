@@ -15,17 +15,14 @@
 #ifndef CT_FIELD_NETWORK_H
 #define CT_FIELD_NETWORK_H
 #include "core/err.h"
-#include "core/words.h"
 #include "field/attention.h"
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
-#define CT_NETWORK_LAST_LIST(X) X(CT_NETWORK_LINEAR, "linear") X(CT_NETWORK_SIGMOID, "sigmoid")
-enum ct_network_last { CT_NETWORK_LAST_LIST(CT_WORD_VALUE) };
-
-enum { CT_NETWORK_WIDTH = 1024, CT_NETWORK_DEPTH = 64, CT_NETWORK_OUTPUTS = 2 }; /* at most */
+enum ct_network_last { CT_NETWORK_LINEAR, CT_NETWORK_SIGMOID };
+enum { CT_NETWORK_WIDTH = 1024, CT_NETWORK_DEPTH = 64 }; /* at most */
 
 struct ct_network {
 	size_t width, depth, skip, outputs;
@@ -34,7 +31,7 @@ struct ct_network {
 	struct ct_attention attention;
 };
 
-/* CT_EINPUT unless the shape makes sense. */
+/* CT_EINPUT for layers that are none or too many. */
 int ct_network_check(const struct ct_network *s, struct ct_err *e);
 /* Of its weights, with codes of `in` features. */
 size_t ct_network_count(const struct ct_network *s, size_t in);
@@ -43,10 +40,8 @@ size_t ct_network_count(const struct ct_network *s, size_t in);
 void ct_network_init(
 	const struct ct_network *s, size_t in, float *weights, uint64_t seed, uint64_t stream);
 
-/* A part of the weights: "hidden.0.weight", "output.bias", "attention." and the words of
- * CT_ATTENTION_LIST. */
+/* A part of the weights. */
 struct ct_network_part {
-	char name[48];
 	size_t rank, dim[3], offset, count;
 	double first; /* a weight begins as this, or within +- that */
 	bool drawn;

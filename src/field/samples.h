@@ -1,7 +1,7 @@
 /* samples.h: where the points of one measurement lie: a voxel as a point, a line or a cube; a ray.
  *
  * Positions are in [0,1]^3 of the box of the object; what lies outside is moved to its face. A
- * voxel is its centre and three edges: from the centre to the faces, times the radius. Along it a
+ * voxel is its centre and three edges: from the centre to those of the next voxels. Along it a
  * sample is at offset o in [-1, 1] of an edge.
  *
  *   points  the centre

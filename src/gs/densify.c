@@ -2,8 +2,8 @@
 #include "config.h"
 #include "gs/densify.h"
 #include "core/rng.h"
-#include "gs/prelu.h"
-#include "gs/random-stream.h"
+#include "core/gauss.h"
+#include "gs/gaussian.h"
 
 #include <math.h>
 

@@ -45,7 +45,7 @@ int ct_fit_cost(struct ct_cost *cost, struct ct_fit *f, const struct ct_fit_data
 	const double begun = ct_clock_cpu(), threads = (double)ct_par_threads(env->par);
 	const double each = (double)(sizeof(struct ct_gaussian) + sizeof(struct ct_pixel_gaussian) +
 				     56 * sizeof(float));
-	double visits = (double)all, refit = (double)f->opt.refit, work;
+	double work;
 	struct trial t = {0};
 	struct ct_env quiet = *env;
 
@@ -54,13 +54,10 @@ int ct_fit_cost(struct ct_cost *cost, struct ct_fit *f, const struct ct_fit_data
 	quiet.log = NULL;
 	f->save = NULL;
 	f->opt.iterations = all < TRIAL ? all : TRIAL;
-	f->opt.refit = 0;
 	if (ct_fit_run(f, d, &quiet, e))
 		return -1;
-	if (refit > 0)
-		visits += (refit + 1) * (double)d->target->views;
-	work = t.n > 1 ? (t.last - t.first) / (double)(t.n - 1) * visits
-	       : n     ? (t.last - begun) * visits
+	work = t.n > 1 ? (t.last - t.first) / (double)(t.n - 1) * (double)all
+	       : n     ? (t.last - begun) * (double)all
 		       : 0;
 	*cost = (struct ct_cost){.seconds = (begun + work) / threads,
 		.memory = each * (double)(most - n),

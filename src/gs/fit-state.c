@@ -1,11 +1,8 @@
-/* fit-state.c: a fit as tensors (fit.h). Numbers that a float cannot hold stand in the metadata, in
- * hexadecimal. */
+/* fit-state.c: a fit as tensors (fit.h). */
 #include "config.h"
 #include "gs/fit.h"
 
-#include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { STATES = CT_GS_FIELDS + CT_GS_ADAM_COLUMNS, SCALARS = 9, NAME = 16 };
@@ -37,9 +34,8 @@ static void scalars(struct ct_fit *f, double *s[static SCALARS])
 int ct_fit_state_pack(struct ct_tensors *t, const struct ct_fit *fit, struct ct_err *e)
 {
 	struct ct_fit f = *fit; /* the same arrays; only read */
-	char text[SCALARS * 32], name[NAME];
+	char name[NAME];
 	double *s[SCALARS];
-	int at = 0;
 
 	for (size_t k = 0; k < STATES; k++) {
 		const float *x = array_of(&f, k, name);
@@ -48,15 +44,11 @@ int ct_fit_state_pack(struct ct_tensors *t, const struct ct_fit *fit, struct ct_
 			return -1;
 	}
 	scalars(&f, s);
-	for (size_t k = 0; k < SCALARS; k++)
-		at += snprintf(text + at, sizeof text - (size_t)at, "%a ", *s[k]);
-	return ct_meta_set(&t->meta, CT_META_SCALARS, text, e) ||
-			       ct_meta_setf(&t->meta, e, CT_META_STEP, "%zu %u", f.g.step,
-				       f.gamma.steps) ||
-			       ct_meta_setf(
-				       &t->meta, e, CT_META_AT, "%d %d", (int)f.end, (int)f.whole)
-		       ? -1
-		       : 0;
+	if (ct_meta_put_scalars(&t->meta, SCALARS, s, e) ||
+		ct_meta_setf(&t->meta, e, CT_META_STEP, "%zu %u", f.g.step, f.gamma.steps) ||
+		ct_meta_setf(&t->meta, e, CT_META_AT, "%d", (int)f.end))
+		return -1;
+	return 0;
 }
 
 static int get_arrays(struct ct_fit *f, const struct ct_tensors *t, struct ct_err *e)
@@ -66,47 +58,38 @@ static int get_arrays(struct ct_fit *f, const struct ct_tensors *t, struct ct_er
 	for (size_t k = 0; k < STATES; k++) {
 		char name[NAME];
 		float *x = array_of(f, k, name);
-		const struct ct_tensor *in = ct_tensors_find(t, name);
+		const float *in = ct_tensors_vector(t, name, n, e);
 		const bool count = x == f->adam.steps || x == f->adam.seen;
 
-		if (!in || in->rank != 1 || in->dim[0] != n)
-			return ct_fail(
-				e, CT_EINPUT, "the state has no '%s' of %zu numbers", name, n);
-		for (size_t i = 0; i < n; i++)
-			if (!isfinite(in->data[i]) ||
-				(count && !(in->data[i] >= 0 && in->data[i] <= 16777216.0f)))
+		if (!in)
+			return -1;
+		for (size_t i = 0; count && i < n; i++)
+			if (!(in[i] >= 0 && in[i] <= 16777216.0f))
 				return ct_fail(e, CT_EINPUT, "'%s' of the state: %g at %zu", name,
-					(double)in->data[i], i);
-		memcpy(x, in->data, n * sizeof *x);
+					(double)in[i], i);
+		memcpy(x, in, n * sizeof *x);
 	}
 	return 0;
 }
 
 static int get_scalars(struct ct_fit *f, const struct ct_tensors *t, struct ct_err *e)
 {
-	const char *text = ct_meta_get(&t->meta, CT_META_SCALARS);
 	const char *step = ct_meta_get(&t->meta, CT_META_STEP);
 	const char *at = ct_meta_get(&t->meta, CT_META_AT);
 	double *s[SCALARS];
-	char *next;
-	int end, whole;
+	int end;
 
 	scalars(f, s);
-	for (size_t k = 0; text && k < SCALARS; k++, text = next) {
-		*s[k] = strtod(text, &next);
-		if (next == text || !isfinite(*s[k]))
-			return ct_fail(e, CT_EINPUT, "scalar %zu of the state is not a number", k);
-	}
-	if (!text || !step || sscanf(step, "%zu %u", &f->g.step, &f->gamma.steps) != 2 ||
+	if (ct_meta_get_scalars(&t->meta, SCALARS, s, e))
+		return -1;
+	if (!step || sscanf(step, "%zu %u", &f->g.step, &f->gamma.steps) != 2 ||
 		f->g.step > f->opt.iterations)
-		return ct_fail(e, CT_EINPUT, "the state has no scalars, or no valid step");
+		return ct_fail(e, CT_EINPUT, "the state has no valid step");
 	if (!(f->g.gamma > 0))
 		return ct_fail(e, CT_EINPUT, "gamma of the state is not positive");
-	if (!at || sscanf(at, "%d %d", &end, &whole) != 2 || end < CT_FIT_RUNNING ||
-		end >= CT_FIT_EMPTY)
+	if (!at || sscanf(at, "%d", &end) != 1 || end < CT_FIT_RUNNING || end >= CT_FIT_EMPTY)
 		return ct_fail(e, CT_EINPUT, "the state does not say whether the fit has ended");
 	f->end = (enum ct_fit_end)end;
-	f->whole = whole != 0;
 	return 0;
 }
 

@@ -3,10 +3,9 @@
 #include "gs/fit.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/prelu.h"
+#include "core/gauss.h"
 #include "gs/place.h"
-#include "gs/refit.h"
-#include "gs/random-stream.h"
+#include "gs/gaussian.h"
 #include "gs/loss-total.h"
 
 #include <math.h>
@@ -55,7 +54,7 @@ void ct_fit_paper(struct ct_fit_options *o)
 {
 	o->rate_steps = 30000; /* these two are R2-Gaussian's defaults */
 	o->densify_until = 14999;
-	o->place = CT_PLACE_BASE;
+	o->from_base = true;
 	o->start_density = 0.15;
 	o->rate_factor = 1;
 	o->adapt = false;
@@ -117,13 +116,12 @@ static int place(
 {
 	const struct ct_fit_options *o = &f->opt;
 	struct ct_vol field = {0};
-	bool base = o->place == CT_PLACE_BASE || (o->place == CT_PLACE_AUTO && o->full);
+	bool base = o->from_base || o->full;
 	double cover;
 	int rc;
 
-	if (!base && ct_place_field(&field, d->base, d->target,
-			     o->full ? NULL : d->base_projections, env, e)) {
-		if (o->place != CT_PLACE_AUTO || e->code != CT_EGEOM)
+	if (!base && ct_place_field(&field, d->base, d->target, d->base_projections, env, e)) {
+		if (e->code != CT_EGEOM)
 			return -1;
 		ct_log(env, CT_INFO, "Gaussians begin where the base is dense: %s", e->msg);
 		base = true;
@@ -265,17 +263,17 @@ static void note_epoch(struct ct_fit *f, size_t views, size_t iteration, double 
 
 /* The terms of an iteration, and the gradient. f stays as it is: to be left off anywhere, with
  * CT_ESTOP soon when asked to stop. */
-static int terms(const struct ct_fit *f, const struct ct_fit_data *d, struct ct_loss_total *w,
-	struct ct_loss_terms *t, size_t view, size_t iteration, const struct ct_env *env,
-	struct ct_err *e)
+static int terms(const struct ct_fit *f, struct ct_loss_total *w, struct ct_loss_terms *t,
+	size_t view, size_t iteration, struct ct_err *e)
 {
+	const struct ct_env *env = w->env;
 	int rc;
 
 	ct_par_heed(env->par, env->stop);
 	ct_gaussian_resolve(w->gaussian, &f->g, env->par);
-	rc = ct_loss_total_view(w, t, f, d, view, env, e) ||
-	     (f->opt.tv > 0 && ct_loss_total_tv(w, t, f, d, iteration, env, e)) ||
-	     (w->low.want && ct_loss_total_lowres(w, t, f, iteration, env, e));
+	rc = ct_loss_total_view(w, t, view, e) ||
+	     (f->opt.tv > 0 && ct_loss_total_tv(w, t, iteration, e)) ||
+	     (w->low.want && ct_loss_total_lowres(w, t, iteration, e));
 	ct_par_heed(env->par, NULL);
 	return ct_check_stop(env, e) || rc ? -1 : 0;
 }
@@ -292,12 +290,11 @@ static bool controls(const struct ct_fit_options *o, size_t iteration)
 	       iteration % o->densify_every == 0;
 }
 
-static void update(
-	struct ct_fit *f, struct ct_loss_total *w, size_t iteration, const struct ct_env *env)
+static void update(struct ct_fit *f, struct ct_loss_total *w, size_t iteration)
 {
 	const struct ct_fit_options *o = &f->opt;
 	size_t steps = o->rate_steps ? o->rate_steps : o->iterations;
-	double lr[CT_GS_FIELDS], dgamma = ct_loss_total_chain(w, &f->g, env->par);
+	double lr[CT_GS_FIELDS], dgamma = ct_loss_total_chain(w);
 
 	if (o->compat && (controls(o, iteration) || iteration == o->iterations))
 		return;
@@ -311,7 +308,7 @@ static void update(
 	for (size_t k = CT_GS_POS; k < CT_GS_SCALE; k++)
 		lr[k] *= f->extent / 2;
 	lr[CT_GS_RAW] *= f->unit;
-	ct_gs_adam_step(&f->adam, &f->g, &w->grad, lr, f->ln_s, env->par);
+	ct_gs_adam_step(&f->adam, &f->g, &w->grad, lr, f->ln_s, w->env->par);
 	if (f->g.activation == CT_PRELU) {
 		const struct ct_adamw rule = ct_gs_adam_rule(o->gamma_rate);
 
@@ -346,15 +343,15 @@ static void note_loss(struct ct_fit *f, size_t views, size_t iteration, double l
 		f->first_loss = f->last_loss;
 }
 
-static int iterate(struct ct_fit *f, const struct ct_fit_data *d, struct ct_loss_total *w,
-	size_t iteration, const struct ct_env *env, struct ct_err *e)
+static int iterate(struct ct_fit *f, struct ct_loss_total *w, size_t iteration, struct ct_err *e)
 {
 	const struct ct_fit_options *o = &f->opt;
-	size_t views = d->target->views, k = ct_fit_view(env->seed, iteration - 1, views);
+	const struct ct_env *env = w->env;
+	size_t views = w->d->target->views, k = ct_fit_view(env->seed, iteration - 1, views);
 	struct ct_loss_terms t = {0};
 	double l1, total;
 
-	if (ct_loss_total_grow(w, f->g.n, e) || terms(f, d, w, &t, k, iteration, env, e))
+	if (ct_loss_total_grow(w, f->g.n, e) || terms(f, w, &t, k, iteration, e))
 		return -1;
 	l1 = t.l1 * f->extent / 2; /* mm */
 	if (check_term(t.l1, "L1", iteration, e) || check_term(t.dssim, "SSIM", iteration, e) ||
@@ -371,7 +368,7 @@ static int iterate(struct ct_fit *f, const struct ct_fit_data *d, struct ct_loss
 			"%g LR %.4g; mean %.6g, %zu Gaussians, gamma %.4g",
 			iteration, total, o->l1, t.l1, o->ssim, t.dssim, o->tv, t.tv, o->lr, t.lr,
 			f->last_loss, f->g.n, f->g.gamma);
-	update(f, w, iteration, env);
+	update(f, w, iteration);
 	f->g.step = iteration;
 	return control(f, iteration, env, e);
 }
@@ -422,9 +419,9 @@ int ct_fit_run(
 	struct ct_loss_total w = {0};
 	int rc = -1;
 
-	if (f->end == CT_FIT_EMPTY || f->whole)
+	if (f->end != CT_FIT_RUNNING)
 		return 0;
-	if (ct_loss_total_alloc(&w, &f->opt, d, env->par, e))
+	if (ct_loss_total_alloc(&w, f, d, env, e))
 		goto out;
 	while (f->end == CT_FIT_RUNNING && f->g.step < f->opt.iterations) {
 		size_t it = f->g.step + 1;
@@ -434,7 +431,7 @@ int ct_fit_run(
 				ct_check_stop(env, e);
 			goto out;
 		}
-		if (iterate(f, d, &w, it, env, e) ||
+		if (iterate(f, &w, it, e) ||
 			(every && it % every == 0 && it < f->opt.iterations && save(f, e))) {
 			if (e->code != CT_ESTOP && retreat(f, d, env, e))
 				goto out;
@@ -448,15 +445,7 @@ int ct_fit_run(
 	else
 		ct_log(env, CT_INFO, "error %.4g after %zu iterations: good enough", f->error,
 			f->g.step);
-	if (f->opt.refit && ct_refit_densities(f, d, &w, env, e)) {
-		struct ct_err why;
-
-		if (e->code == CT_ESTOP && save(f, &why)) /* to refit when continued */
-			*e = why;
-		goto out;
-	}
 	rc = check_set(f, e);
-	f->whole = rc == 0;
 out:
 	ct_loss_total_free(&w);
 	return rc;

@@ -50,25 +50,16 @@ struct ct_rate {
 	double first, last;
 };
 
-/* Where Gaussians begin: where its projections say that the base is wrong, or where it is dense, as
- * published. AUTO: the former in mode residual, if filtered back-projection can invert the scan. */
-#define CT_PLACE_LIST(X)                                                                           \
-	X(CT_PLACE_AUTO, "auto")                                                                   \
-	X(CT_PLACE_RESIDUAL, "residual")                                                           \
-	X(CT_PLACE_BASE, "base")
-enum ct_fit_place { CT_PLACE_LIST(CT_WORD_VALUE) };
-
 struct ct_fit_options {
 	size_t iterations, gaussians, max_gaussians;
 	enum ct_activation activation;
 	bool full;            /* the whole volume instead of a residual */
 	double start_density; /* of the density where a Gaussian begins */
-	enum ct_fit_place place;
+	bool from_base;       /* begin where the base is dense, as published */
 	double l1, ssim, tv, lr;
 	size_t rate_steps;  /* iterations in which the rates fall; 0: all */
 	bool compat;        /* as R2-Gaussian's program behaves: ct_fit_compat */
 	double gate;        /* least contribution to a pixel, in the unit of L1; 0: none */
-	size_t refit;       /* iterations on the densities at the end */
 	double rate_factor; /* factor of the four rates */
 	bool adapt;         /* bound the first step, begin anew where a fit diverges */
 	struct ct_rate position, density, scaling, rotation;
@@ -128,7 +119,6 @@ struct ct_fit {
 	double first_l1, epoch_l1;    /* mm, mean |x - y| of iteration 1; sum of it in this epoch */
 	double error;                 /* of the last epoch; 1 before */
 	enum ct_fit_end end;
-	bool whole; /* nothing is left to do */
 	struct ct_densify_rule rule;
 	/* called with the fit in order at every checkpoint and when asked to stop; may be NULL */
 	int (*save)(void *ctx, const struct ct_fit *f, struct ct_err *e);
@@ -139,7 +129,7 @@ struct ct_fit {
 int ct_fit_init(struct ct_fit *f, const struct ct_fit_options *o, const struct ct_fit_data *d,
 	const struct ct_env *env, struct ct_err *e);
 void ct_fit_free(struct ct_fit *f);
-/* From f->g.step to the end, unless it is whole. CT_ENUMERIC naming term and iteration if the loss
+/* From f->g.step to the end, unless it is there. CT_ENUMERIC naming term and iteration if the loss
  * is not finite or has diverged (CT_FIT_WORST) and beginning anew does not help, CT_ESTOP after a
  * last save when asked to stop. */
 int ct_fit_run(

@@ -1,8 +1,10 @@
-/* gaussian-kernels.c: see gaussian-kernels.h. CT_F64_LANES Gaussians at a time, in double. */
+/* gaussian-kernels.c: raw parameters to Gaussians (gaussian.h), these to their footprints on a
+ * detector, and back from the sums over pixels to gradients (splat.h). Kernels (core/simd.h):
+ * CT_F64_LANES Gaussians at a time, in double. */
 #include "config.h"
 #include "core/vec.h"
 #include "core/vec-exp.h"
-#include "gs/gaussian-kernels.h"
+#include "gs/splat.h"
 
 #include <math.h>
 
@@ -83,7 +85,7 @@ CT_INLINE void resolve_some(struct ct_gaussian *b, const struct ct_gauss *g, siz
 	}
 }
 
-void CT_SIMD_HERE(ct_gaussian_kernels_resolve)(
+void CT_SIMD_HERE(ct_gaussian_resolve_some)(
 	struct ct_gaussian *b, const struct ct_gauss *g, size_t first, size_t end)
 {
 	for (size_t i = first; i < end; i += CT_F64_LANES)
@@ -164,8 +166,8 @@ CT_INLINE void pixels_of(struct ct_pixel_gaussian *o, size_t n, const struct ct_
 			.y_right = part[RIGHT][l]};
 }
 
-void CT_SIMD_HERE(ct_gaussian_kernels_project)(struct ct_pixel_gaussian *o,
-	const struct ct_camera *c, const struct ct_gaussian *b, size_t count)
+void CT_SIMD_HERE(ct_splat_project_some)(struct ct_pixel_gaussian *o, const struct ct_camera *c,
+	const struct ct_gaussian *b, size_t count)
 {
 	for (size_t i = 0; i < count; i += CT_F64_LANES) {
 		size_t n = count - i < CT_F64_LANES ? count - i : CT_F64_LANES;
@@ -215,7 +217,7 @@ CT_INLINE void back_some(struct ct_gradient *grad, const struct ct_splat *p,
 		ct_f64_pick(seen, ct_f64_sqrt(mx * mx + my * my), zero - 1));
 }
 
-void CT_SIMD_HERE(ct_gaussian_kernels_backward)(struct ct_gradient *grad, const struct ct_splat *s,
+void CT_SIMD_HERE(ct_splat_backward_some)(struct ct_gradient *grad, const struct ct_splat *s,
 	const struct ct_gaussian *b, const struct ct_gauss *set, size_t first, size_t end,
 	const double *sums)
 {

@@ -1,8 +1,8 @@
 /* gaussian.c: see gaussian.h. */
 #include "config.h"
 #include "gs/gaussian.h"
-#include "gs/prelu.h"
-#include "gs/gaussian-kernels.h"
+#include "core/gauss.h"
+#include "gs/splat.h"
 
 #include <math.h>
 
@@ -54,7 +54,7 @@ static void some(void *arg, size_t chunk, size_t worker)
 
 	(void)worker;
 	end = end < g->n ? end : g->n;
-	CT_SIMD(ct_gaussian_kernels_resolve)(j->b, g, first, end);
+	CT_SIMD(ct_gaussian_resolve_some)(j->b, g, first, end);
 	for (size_t i = first; i < end; i++)
 		j->b[i].rho = ct_activation_apply(g->activation, g->gamma, (double)g->raw[i]);
 }

@@ -1,6 +1,7 @@
-/* loss-row.c: see loss-row.h. SPAN numbers at a time, of which each has its own sum. */
+/* loss-row.c: rows of the L1 and TV terms (loss.h). Kernels (core/simd.h): SPAN numbers at a time,
+ * of which each has its own sum. */
 #include "config.h"
-#include "gs/loss-row.h"
+#include "gs/loss.h"
 #include "core/vec.h"
 
 enum { SPAN = 16, PARTS = SPAN / CT_F32_LANES };

@@ -3,8 +3,8 @@
 #include "gs/loss-total.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/prelu.h"
-#include "gs/random-stream.h"
+#include "core/gauss.h"
+#include "gs/gaussian.h"
 
 #include <stdlib.h>
 
@@ -29,14 +29,17 @@ static size_t least(size_t a, size_t b)
 	return a < b ? a : b;
 }
 
-int ct_loss_total_alloc(struct ct_loss_total *w, const struct ct_fit_options *o,
-	const struct ct_fit_data *d, struct ct_par *par, struct ct_err *e)
+int ct_loss_total_alloc(struct ct_loss_total *w, const struct ct_fit *f,
+	const struct ct_fit_data *d, const struct ct_env *env, struct ct_err *e)
 {
-	size_t h = d->target->h, n = o->tv_block, pitch = ct_rasterise_pitch(d->target->w);
+	size_t h = d->target->h, n = f->opt.tv_block, pitch = ct_rasterise_pitch(d->target->w);
 	size_t block = ct_rasterise_pitch(n) * n * n, low = 0;
 
-	if (d->lr && o->lr > 0) {
-		if (ct_loss_lowres_alloc(&w->low, d->lr, d->by, par, e))
+	w->f = f;
+	w->d = d;
+	w->env = env;
+	if (d->lr && f->opt.lr > 0) {
+		if (ct_loss_lowres_alloc(&w->low, d->lr, d->by, env->par, e))
 			return -1;
 		low = ct_rasterise_pitch(least(w->low.n[0], LOW_BLOCK)) *
 		      least(w->low.n[1], LOW_BLOCK) * least(w->low.n[2], LOW_BLOCK);
@@ -54,45 +57,33 @@ int ct_loss_total_alloc(struct ct_loss_total *w, const struct ct_fit_options *o,
 
 int ct_loss_total_grow(struct ct_loss_total *w, size_t n, struct ct_err *e)
 {
-	return ct_grow(&w->gaussian, &w->gaussians, n, sizeof *w->gaussian, e) ||
-			       ct_gradient_reserve(&w->grad, n, e) ||
-			       ct_grow(&w->dgamma, &w->dgammas, n / CT_GS_CHUNK + 1,
-				       sizeof *w->dgamma, e)
-		       ? -1
-		       : 0;
+	if (ct_grow(&w->gaussian, &w->gaussians, n, sizeof *w->gaussian, e) ||
+		ct_gradient_reserve(&w->grad, n, e))
+		return -1;
+	return ct_grow(&w->dgamma, &w->dgammas, n / CT_GS_CHUNK + 1, sizeof *w->dgamma, e);
 }
 
-int ct_loss_total_project(struct ct_loss_total *w, const struct ct_fit *f,
-	const struct ct_fit_data *d, size_t k, const struct ct_env *env, struct ct_err *e)
+int ct_loss_total_view(struct ct_loss_total *w, struct ct_loss_terms *t, size_t k, struct ct_err *e)
 {
+	const struct ct_fit *f = w->f;
+	const struct ct_fit_data *d = w->d;
 	const struct ct_stack *y = d->target;
+	struct ct_par *par = w->env->par;
+	const struct ct_loss_view v = {w->dimg, w->img,
+		f->opt.full ? NULL : ct_stack_view(d->base_projections, k), ct_stack_view(y, k),
+		d->weight ? ct_stack_view(d->weight, k) : NULL, ct_rasterise_pitch(y->w), f->opt.l1,
+		f->opt.ssim, 2 / f->extent, f->mean_weight};
 	struct ct_camera cam;
 
 	if (ct_camera_init(&cam, &y->view[k], y->beam, y->h, y->w, e) ||
-		ct_splat_plan(&w->splat, &cam, f->g.n, w->gaussian, env->par, e) ||
-		ct_check_stop(env, e))
+		ct_splat_plan(&w->splat, &cam, f->g.n, w->gaussian, par, e) ||
+		ct_check_stop(w->env, e))
 		return -1;
 	if (f->opt.gate > 0)
 		ct_splat_gate(&w->splat, f->opt.gate * f->extent / 2);
-	ct_splat_draw(w->img, &w->splat, env->par);
-	return 0;
-}
-
-int ct_loss_total_view(struct ct_loss_total *w, struct ct_loss_terms *t, const struct ct_fit *f,
-	const struct ct_fit_data *d, size_t k, const struct ct_env *env, struct ct_err *e)
-{
-	const struct ct_loss_weights weights = {.l1 = f->opt.l1,
-		.ssim = f->opt.ssim,
-		.scale = 2 / f->extent,
-		.mean_weight = f->mean_weight};
-
-	if (ct_loss_total_project(w, f, d, k, env, e))
-		return -1;
-	ct_loss_image_gradient(&w->loss, t, w->dimg, w->img, ct_rasterise_pitch(d->target->w),
-		f->opt.full ? NULL : ct_stack_view(d->base_projections, k),
-		ct_stack_view(d->target, k), d->weight ? ct_stack_view(d->weight, k) : NULL,
-		&weights, env->par);
-	ct_splat_backward(&w->grad, &w->splat, w->gaussian, &f->g, w->dimg, env->par);
+	ct_splat_draw(w->img, &w->splat, par);
+	ct_loss_image_gradient(&w->loss, t, &v, par);
+	ct_splat_backward(&w->grad, &w->splat, w->gaussian, &f->g, w->dimg, par);
 	return 0;
 }
 
@@ -106,59 +97,57 @@ static void random_block(size_t first[static 3], size_t n[static 3], const size_
 	}
 }
 
-static int draw_block(struct ct_loss_total *w, const struct ct_block *block, size_t n,
-	const struct ct_env *env, struct ct_err *e)
+static int draw_block(struct ct_loss_total *w, const struct ct_block *block, struct ct_err *e)
 {
-	if (ct_mixture_plan(&w->vox, block, n, w->gaussian, env->par, e))
+	if (ct_mixture_plan(&w->vox, block, w->f->g.n, w->gaussian, w->env->par, e))
 		return -1;
-	ct_mixture_draw(w->block, &w->vox, env->par);
+	ct_mixture_draw(w->block, &w->vox, w->env->par);
 	return 0;
 }
 
-int ct_loss_total_tv(struct ct_loss_total *w, struct ct_loss_terms *t, const struct ct_fit *f,
-	const struct ct_fit_data *d, size_t iteration, const struct ct_env *env, struct ct_err *e)
+static void block_back(struct ct_loss_total *w)
 {
-	const struct ct_vol *base = d->base;
+	ct_mixture_backward(&w->grad, &w->vox, w->gaussian, &w->f->g, w->dblock, w->env->par);
+}
+
+int ct_loss_total_tv(
+	struct ct_loss_total *w, struct ct_loss_terms *t, size_t iteration, struct ct_err *e)
+{
+	const struct ct_fit_options *o = &w->f->opt;
+	const struct ct_vol *base = w->d->base;
 	size_t n[3], first[3], at;
 	struct ct_block block;
 
-	random_block(first, n, base->n, f->opt.tv_block, env->seed, CT_STREAM_TV + iteration);
-	if (ct_block_init(&block, base->affine, first, n, e) ||
-		draw_block(w, &block, f->g.n, env, e))
+	random_block(first, n, base->n, o->tv_block, w->env->seed, CT_STREAM_TV + iteration);
+	if (ct_block_init(&block, base->affine, first, n, e) || draw_block(w, &block, e))
 		return -1;
 	at = (first[2] * base->n[1] + first[1]) * base->n[0] + first[0];
 	t->tv = ct_loss_tv_gradient(w->dblock, w->tv, w->block, ct_rasterise_pitch(n[0]),
-		f->opt.full ? NULL : base->data + at, base->n, n, f->opt.tv, env->par);
-	ct_mixture_backward(&w->grad, &w->vox, w->gaussian, &f->g, w->dblock, env->par);
+		o->full ? NULL : base->data + at, base->n, n, o->tv, w->env->par);
+	block_back(w);
 	return 0;
 }
 
-int ct_loss_total_lowres(struct ct_loss_total *w, struct ct_loss_terms *t, const struct ct_fit *f,
-	size_t iteration, const struct ct_env *env, struct ct_err *e)
+int ct_loss_total_lowres(
+	struct ct_loss_total *w, struct ct_loss_terms *t, size_t iteration, struct ct_err *e)
 {
 	size_t n[3], first[3];
 	struct ct_block block;
 
-	random_block(first, n, w->low.n, LOW_BLOCK, env->seed, CT_STREAM_LOWRES + iteration);
-	if (ct_loss_lowres_block(&block, &w->low, first, n, e) ||
-		draw_block(w, &block, f->g.n, env, e))
+	random_block(first, n, w->low.n, LOW_BLOCK, w->env->seed, CT_STREAM_LOWRES + iteration);
+	if (ct_loss_lowres_block(&block, &w->low, first, n, e) || draw_block(w, &block, e))
 		return -1;
-	t->lr = ct_loss_lowres_gradient(w->dblock, w->block, &w->low, first, n, f->opt.lr);
-	ct_mixture_backward(&w->grad, &w->vox, w->gaussian, &f->g, w->dblock, env->par);
+	t->lr = ct_loss_lowres_gradient(w->dblock, w->block, &w->low, first, n, w->f->opt.lr);
+	block_back(w);
 	return 0;
 }
-
-struct chain {
-	const struct ct_gauss *g;
-	struct ct_loss_total *w;
-};
 
 /* A part of dL/dgamma. */
 static void chain_some(void *arg, size_t chunk, size_t worker)
 {
-	const struct chain *c = arg;
-	const struct ct_gauss *g = c->g;
-	float *d = c->w->grad.d[CT_GS_RAW];
+	struct ct_loss_total *w = arg;
+	const struct ct_gauss *g = &w->f->g;
+	float *d = w->grad.d[CT_GS_RAW];
 	size_t first = chunk * CT_GS_CHUNK, end = first + CT_GS_CHUNK;
 	double sum = 0;
 
@@ -169,16 +158,15 @@ static void chain_some(void *arg, size_t chunk, size_t worker)
 		sum += (double)d[i] * ct_activation_dgamma(g->activation, z);
 		d[i] = (float)((double)d[i] * ct_activation_slope(g->activation, g->gamma, z));
 	}
-	c->w->dgamma[chunk] = sum;
+	w->dgamma[chunk] = sum;
 }
 
-double ct_loss_total_chain(struct ct_loss_total *w, const struct ct_gauss *g, struct ct_par *par)
+double ct_loss_total_chain(struct ct_loss_total *w)
 {
-	size_t chunks = (g->n + CT_GS_CHUNK - 1) / CT_GS_CHUNK;
-	struct chain c = {g, w};
+	size_t chunks = (w->f->g.n + CT_GS_CHUNK - 1) / CT_GS_CHUNK;
 	double dgamma = 0;
 
-	ct_par_for(par, chunks, chain_some, &c);
+	ct_par_for(w->env->par, chunks, chain_some, w);
 	for (size_t i = 0; i < chunks; i++)
 		dgamma += w->dgamma[i];
 	return dgamma;

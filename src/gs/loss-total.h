@@ -1,5 +1,4 @@
 /* loss-total.h: the total loss of a fit (loss.h): its terms, each with its gradient.
- * For fit.c and refit.c.
  *
  * The gradients with respect to what is drawn go back through splat.h and mixture.h to the
  * parameters of the Gaussians, and that of the density through the activation to the raw density.
@@ -11,6 +10,9 @@
 
 /* Scratch of an iteration. */
 struct ct_loss_total {
+	const struct ct_fit *f;
+	const struct ct_fit_data *d;
+	const struct ct_env *env;
 	struct ct_gaussian *gaussian; /* of the Gaussians as they are */
 	size_t gaussians;
 	struct ct_splat splat;
@@ -25,25 +27,23 @@ struct ct_loss_total {
 	size_t dgammas;
 };
 
-/* *w must be zero; free it also after a failure. Codes of ct_loss_lowres_alloc. */
-int ct_loss_total_alloc(struct ct_loss_total *w, const struct ct_fit_options *o,
-	const struct ct_fit_data *d, struct ct_par *par, struct ct_err *e);
+/* For this fit and its data, which it borrows. *w must be zero; free it also after a failure. Codes
+ * of ct_loss_lowres_alloc. */
+int ct_loss_total_alloc(struct ct_loss_total *w, const struct ct_fit *f,
+	const struct ct_fit_data *d, const struct ct_env *env, struct ct_err *e);
 void ct_loss_total_free(struct ct_loss_total *w);
 /* Room for n Gaussians. */
 int ct_loss_total_grow(struct ct_loss_total *w, size_t n, struct ct_err *e);
-/* Plan and draw view k of what w->gaussian holds: w->splat, w->img. */
-int ct_loss_total_project(struct ct_loss_total *w, const struct ct_fit *f,
-	const struct ct_fit_data *d, size_t k, const struct ct_env *env, struct ct_err *e);
 /* View k: t->l1, t->dssim, and w->grad set. */
-int ct_loss_total_view(struct ct_loss_total *w, struct ct_loss_terms *t, const struct ct_fit *f,
-	const struct ct_fit_data *d, size_t k, const struct ct_env *env, struct ct_err *e);
+int ct_loss_total_view(
+	struct ct_loss_total *w, struct ct_loss_terms *t, size_t k, struct ct_err *e);
 /* TV of a random block of the iteration, t->tv; added to w->grad. */
-int ct_loss_total_tv(struct ct_loss_total *w, struct ct_loss_terms *t, const struct ct_fit *f,
-	const struct ct_fit_data *d, size_t iteration, const struct ct_env *env, struct ct_err *e);
+int ct_loss_total_tv(
+	struct ct_loss_total *w, struct ct_loss_terms *t, size_t iteration, struct ct_err *e);
 /* The low-resolution CT, a random block of it; t->lr; added to w->grad. */
-int ct_loss_total_lowres(struct ct_loss_total *w, struct ct_loss_terms *t, const struct ct_fit *f,
-	size_t iteration, const struct ct_env *env, struct ct_err *e);
+int ct_loss_total_lowres(
+	struct ct_loss_total *w, struct ct_loss_terms *t, size_t iteration, struct ct_err *e);
 /* dL/drho of w->grad to dL/draw; returns dL/dgamma. */
-double ct_loss_total_chain(struct ct_loss_total *w, const struct ct_gauss *g, struct ct_par *par);
+double ct_loss_total_chain(struct ct_loss_total *w);
 
 #endif

@@ -2,7 +2,6 @@
 #include "config.h"
 #include "gs/loss.h"
 #include "core/mem.h"
-#include "gs/loss-row.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -35,11 +34,8 @@ void ct_loss_image_free(struct ct_loss_image *l)
 
 struct loss_image_job {
 	struct ct_loss_image *l;
-	float *dimg;
-	const float *img, *base, *y, *weight;
-	size_t pitch;
-	double ssim;
-	float scale, step;
+	const struct ct_loss_view *v;
+	double count; /* of pixels, weighted */
 };
 
 static void rows(const struct ct_loss_image *l, size_t strip, size_t *first, size_t *end)
@@ -51,6 +47,7 @@ static void rows(const struct ct_loss_image *l, size_t strip, size_t *first, siz
 static void l1_strip(void *arg, size_t strip, size_t worker)
 {
 	const struct loss_image_job *j = arg;
+	const struct ct_loss_view *v = j->v;
 	struct ct_loss_image *l = j->l;
 	double sum = 0;
 	size_t r, end;
@@ -58,15 +55,12 @@ static void l1_strip(void *arg, size_t strip, size_t worker)
 	(void)worker;
 	for (rows(l, strip, &r, &end); r < end; r++) {
 		const size_t at = r * l->w;
-		const struct ct_loss_row row = {.x = l->x + at,
-			.y = l->y + at,
-			.g = l->g + at,
-			.img = j->img + r * j->pitch,
-			.base = j->base ? j->base + at : NULL,
-			.want = j->y + at,
-			.weight = j->weight ? j->weight + at : NULL};
+		const struct ct_loss_row row = {l->x + at, l->y + at, l->g + at,
+			v->img + r * v->pitch, v->base ? v->base + at : NULL, v->y + at,
+			v->weight ? v->weight + at : NULL};
 
-		sum += CT_SIMD(ct_loss_row_l1)(&row, l->w, j->scale, j->step);
+		sum += CT_SIMD(ct_loss_row_l1)(
+			&row, l->w, (float)v->scale, (float)(v->l1 / j->count));
 	}
 	l->part[2 * strip] = sum;
 }
@@ -74,49 +68,40 @@ static void l1_strip(void *arg, size_t strip, size_t worker)
 static void ssim_strip(void *arg, size_t strip, size_t worker)
 {
 	const struct loss_image_job *j = arg;
+	const struct ct_loss_view *v = j->v;
+	const float scale = (float)v->scale;
 	struct ct_loss_image *l = j->l;
 	size_t r, end;
 
 	(void)worker;
 	rows(l, strip, &r, &end);
-	if (j->ssim != 0)
-		l->part[2 * strip + 1] = ct_ssim_back_rows(
-			&l->rule, l->h, l->w, r, end, l->g, l->x, l->y, j->weight, -j->ssim);
+	if (v->ssim != 0)
+		l->part[2 * strip + 1] = ct_ssim_back_rows(&l->rule, l->h, l->w, r, end, l->g, l->x,
+			l->y, v->weight, -(v->ssim / v->mean_weight));
 	for (; r < end; r++) {
-		float *restrict to = j->dimg + r * j->pitch;
+		float *restrict to = v->dimg + r * v->pitch;
 		const float *restrict from = l->g + r * l->w;
 
 		for (size_t c = 0; c < l->w; c++)
-			to[c] = j->scale * from[c];
-		memset(to + l->w, 0, (j->pitch - l->w) * sizeof *to);
+			to[c] = scale * from[c];
+		memset(to + l->w, 0, (v->pitch - l->w) * sizeof *to);
 	}
 }
 
-void ct_loss_image_gradient(struct ct_loss_image *l, struct ct_loss_terms *t, float *dimg,
-	const float *img, size_t pitch, const float *base, const float *y, const float *weight,
-	const struct ct_loss_weights *k, struct ct_par *par)
+void ct_loss_image_gradient(struct ct_loss_image *l, struct ct_loss_terms *t,
+	const struct ct_loss_view *v, struct ct_par *par)
 {
-	const double count = (double)l->h * (double)l->w * k->mean_weight;
+	struct loss_image_job j = {l, v, (double)l->h * (double)l->w * v->mean_weight};
 	double l1 = 0, less = 0;
-	struct loss_image_job j = {.l = l,
-		.dimg = dimg,
-		.img = img,
-		.base = base,
-		.y = y,
-		.weight = weight,
-		.pitch = pitch,
-		.ssim = k->ssim / k->mean_weight,
-		.scale = (float)k->scale,
-		.step = (float)(k->l1 / count)};
 
 	ct_par_for(par, strips(l), l1_strip, &j);
 	ct_par_for(par, strips(l), ssim_strip, &j);
 	for (size_t i = 0; i < strips(l); i++) {
 		l1 += l->part[2 * i];
-		less += k->ssim == 0 ? 0 : l->part[2 * i + 1];
+		less += v->ssim == 0 ? 0 : l->part[2 * i + 1];
 	}
-	t->l1 = l1 / count;
-	t->dssim = less / count;
+	t->l1 = l1 / j.count;
+	t->dssim = less / j.count;
 }
 
 struct tv {

@@ -18,12 +18,18 @@
 #define CT_GS_LOSS_H
 #include "core/err.h"
 #include "core/par.h"
+#include "core/simd.h"
 #include "quality/ssim.h"
 
 #include <stddef.h>
 
-struct ct_loss_weights { /* of a view */
-	double l1, ssim;
+/* A view: its gradient dimg[h][pitch], which is set, img[h][pitch] in mm, base (NULL: 0), y and
+ * weight (NULL: ones) h x w. */
+struct ct_loss_view {
+	float *dimg;
+	const float *img, *base, *y, *weight;
+	size_t pitch;
+	double l1, ssim;    /* weights of the terms; neither need be positive */
 	double scale;       /* 1/mm, of projections */
 	double mean_weight; /* 1 without weights */
 };
@@ -44,12 +50,10 @@ struct ct_loss_image {
 /* Free it in any case. */
 int ct_loss_image_init(struct ct_loss_image *l, size_t h, size_t w, struct ct_err *e);
 void ct_loss_image_free(struct ct_loss_image *l);
-/* Sets t->l1, t->dssim, and dimg[h][pitch] = dL/dimg for img[h][pitch] in mm; base (may be NULL: 0)
- * and y h x w; so does weight (NULL: ones). Neither factor need be positive: a term of weight 0 is
- * not computed. Strips of rows in parallel, the same bytes for any number of threads. */
-void ct_loss_image_gradient(struct ct_loss_image *l, struct ct_loss_terms *t, float *dimg,
-	const float *img, size_t pitch, const float *base, const float *y, const float *weight,
-	const struct ct_loss_weights *k, struct ct_par *par);
+/* Sets t->l1, t->dssim and v->dimg. A term of weight 0 is not computed. Strips of rows in parallel,
+ * the same bytes for any number of threads. */
+void ct_loss_image_gradient(struct ct_loss_image *l, struct ct_loss_terms *t,
+	const struct ct_loss_view *v, struct ct_par *par);
 
 /* Mean |difference| along the three axes of f + base and df[n2][n1][pitch] = weight times its
  * gradient; f of the same layout, base the first of these voxels in a volume of grid[], or NULL. 0
@@ -57,5 +61,22 @@ void ct_loss_image_gradient(struct ct_loss_image *l, struct ct_loss_terms *t, fl
  * threads. */
 double ct_loss_tv_gradient(float *df, double *part, const float *f, size_t pitch, const float *base,
 	const size_t grid[static 3], const size_t n[static 3], double weight, struct ct_par *par);
+
+/* Their kernels (loss-row.c). A row of an image: out, both images scaled and the gradient; in, the
+ * prediction (img + base, base may be NULL: 0), what is wanted and the weights (may be NULL: 1). */
+struct ct_loss_row {
+	float *x, *y, *g;
+	const float *img, *base, *want, *weight;
+};
+
+/* x = scale (img + base), y = scale want, g = step weight sign(x - y); returns the sum of
+ * weight |x - y|. */
+CT_SIMD_DECLARE(double, ct_loss_row_l1,
+	(const struct ct_loss_row *row, size_t columns, float scale, float step));
+/* n differences of neighbours b - a (ab, bb: what is to be added to them, or NULL): their signs
+ * times w go to db and from da, which may overlap or be NULL; returns the sum of their sizes. */
+CT_SIMD_DECLARE(double, ct_loss_row_tv,
+	(float *da, float *db, const float *a, const float *b, const float *ab, const float *bb,
+		size_t n, float w));
 
 #endif

@@ -3,8 +3,8 @@
 #include "gs/place.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "gs/prelu.h"
-#include "gs/random-stream.h"
+#include "core/gauss.h"
+#include "gs/gaussian.h"
 #include "recon/fdk.h"
 
 #include <math.h>
@@ -312,7 +312,7 @@ int ct_place_field(struct ct_vol *field, const struct ct_vol *grid, const struct
 		goto out;
 	memset(field->data, 0, ct_vol_count(field) * sizeof *field->data);
 	for (size_t i = 0; i < count; i++)
-		left.data[i] = y->data[i] - (base ? base->data[i] : 0);
+		left.data[i] = y->data[i] - base->data[i];
 	if (ct_fdk_alloc(&f, field, &left, CT_RAMP_HANN, 0, false, env->par, e))
 		goto out;
 	rc = ct_fdk_all(&f, field->data, &quiet, e);

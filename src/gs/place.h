@@ -34,7 +34,7 @@ double ct_place_typical(const struct ct_vol *field);
 /* How many times all that a field has (the sum of its sizes, in density mm^3) one density 1 of
  * every Gaussian is; 0 if there is no field. */
 double ct_place_cover(const struct ct_gauss *g, const struct ct_vol *field);
-/* The filtered back-projection of y - base (NULL: of y) on a grid, whose data may be NULL; *field
+/* The filtered back-projection of y - base on a grid, whose data may be NULL; *field
  * must be zero. CT_EGEOM for a scan that has none, CT_ESTOP, CT_ENOMEM. */
 int ct_place_field(struct ct_vol *field, const struct ct_vol *grid, const struct ct_stack *y,
 	const struct ct_stack *base, const struct ct_env *env, struct ct_err *e);

@@ -3,7 +3,6 @@
 #include "gs/splat.h"
 #include "core/mem.h"
 #include "core/vec3.h"
-#include "gs/gaussian-kernels.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -84,7 +83,7 @@ static void plan_some(void *arg, size_t chunk, size_t worker)
 	size_t *count = s->place + chunk * s->bands;
 
 	(void)worker;
-	CT_SIMD(ct_gaussian_kernels_project)
+	CT_SIMD(ct_splat_project_some)
 	(s->footprint + first, &s->cam, p->b + first, end - first);
 	for (size_t i = first; i < end; i++)
 		for (int32_t k = s->footprint[i].first / BAND; k * BAND < s->footprint[i].end; k++)
@@ -235,7 +234,7 @@ static void backward_some(void *arg, size_t chunk, size_t worker)
 	CT_SIMD(ct_rasterise_sums)
 	(sums, CT_GS_CHUNK, j->dimg, 0, ct_rasterise_pitch(c->w), c->w, end - first,
 		j->s->footprint + first);
-	CT_SIMD(ct_gaussian_kernels_backward)(j->grad, j->s, j->b, j->set, first, end, sums);
+	CT_SIMD(ct_splat_backward_some)(j->grad, j->s, j->b, j->set, first, end, sums);
 }
 
 void ct_splat_backward(struct ct_gradient *grad, const struct ct_splat *s,

@@ -72,4 +72,15 @@ void ct_splat_backward(struct ct_gradient *grad, const struct ct_splat *s,
 	const struct ct_gaussian *b, const struct ct_gauss *set, const float *dimg,
 	struct ct_par *par);
 
+/* Their kernels (gaussian-kernels.c). o[count] = footprints of b[count]; those not seen or wholly
+ * outside have no rows. */
+CT_SIMD_DECLARE(void, ct_splat_project_some,
+	(struct ct_pixel_gaussian * o, const struct ct_camera *c, const struct ct_gaussian *b,
+		size_t count));
+/* grad of Gaussians [first, end), of which sums[6][CT_GS_CHUNK] are the sums (rasterise.h), 0
+ * beyond the last. */
+CT_SIMD_DECLARE(void, ct_splat_backward_some,
+	(struct ct_gradient * grad, const struct ct_splat *s, const struct ct_gaussian *b,
+		const struct ct_gauss *set, size_t first, size_t end, const double *sums));
+
 #endif

@@ -1,6 +1,8 @@
-/* backproject-line.c: see backproject-line.h. */
+/* backproject-line.c: back-projection along lines of voxels that run with the detector's columns
+ * (backproject.h): each reads one blend of two detector columns at equal steps. Kernels
+ * (core/simd.h). */
 #include "config.h"
-#include "recon/backproject-line.h"
+#include "recon/backproject.h"
 #include "core/vec.h"
 
 #include <math.h>

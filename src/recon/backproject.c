@@ -2,7 +2,7 @@
 #include "config.h"
 #include "recon/backproject.h"
 #include "core/mem.h"
-#include "recon/backproject-line.h"
+#include "core/vec3.h"
 #include "xray/geometry.h"
 
 #include <math.h>
@@ -16,15 +16,11 @@ static bool map_view(double map[3][4], const struct ct_vol *grid, const struct c
 	size_t view, const double origin[3])
 {
 	double m[3][4];
-	const bool sound = ct_view_map(m, scan, view, origin);
 
-	for (int r = 0; r < 3 && sound; r++)
-		for (int c = 0; c < 4; c++) {
-			map[r][c] = c == 3 ? m[r][3] : 0;
-			for (int a = 0; a < 3; a++)
-				map[r][c] += m[r][a] * grid->affine[a][c];
-		}
-	return sound;
+	if (!ct_view_map(m, scan, view, origin))
+		return false;
+	ct_vec3_after(map, (const double(*)[4])m, (const double(*)[4])grid->affine);
+	return true;
 }
 
 /* Is every voxel in front of the source? */

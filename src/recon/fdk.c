@@ -16,10 +16,9 @@ static double radius_about(const struct ct_fdk_weights *o, const struct ct_vol *
 	double most = 0;
 
 	for (unsigned k = 0; k < 8; k++) {
-		double x[3], mm[3], along;
+		double mm[3], along;
 
-		ct_cell_corner(x, grid->n, k, 0.5);
-		ct_vol_world(grid, x, mm);
+		ct_vol_corner(grid, k, mm);
 		ct_vec3_minus(mm, mm, o->centre);
 		along = ct_vec3_dot(mm, o->axis);
 		most = fmax(most, sqrt(fmax(ct_vec3_dot(mm, mm) - along * along, 0)));

@@ -1,5 +1,4 @@
-/* fuse-state.c: a solver that was interrupted, or its result, as tensors (fuse.h). Numbers that a
- * float cannot hold stand in the metadata, in hexadecimal. */
+/* fuse-state.c: a solver that was interrupted, or its result, as tensors (fuse.h). */
 #include "config.h"
 #include "core/mem.h"
 #include "recon/fuse.h"
@@ -7,7 +6,6 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define RESULT "residual"
@@ -44,17 +42,12 @@ static int put_at(struct ct_tensors *t, const struct ct_joint *j, struct ct_err 
 {
 	struct ct_joint_at at = j->at;
 	double *s[SCALARS];
-	char text[SCALARS * 32];
-	int used = 0;
 
 	scalars(&at, s);
-	for (size_t k = 0; k < SCALARS; k++)
-		used += snprintf(text + used, sizeof text - (size_t)used, "%a ", *s[k]);
-	return ct_meta_set(&t->meta, CT_META_SCALARS, text, e) ||
-			       ct_meta_setf(&t->meta, e, CT_META_AT, "%zu %zu %d %zu", at.phase,
-				       at.done, (int)at.trusted, at.sweeps)
-		       ? -1
-		       : 0;
+	if (ct_meta_put_scalars(&t->meta, SCALARS, s, e))
+		return -1;
+	return ct_meta_setf(&t->meta, e, CT_META_AT, "%zu %zu %d %zu", at.phase, at.done,
+		(int)at.trusted, at.sweeps);
 }
 
 static int put_joint(struct ct_tensors *t, const struct ct_joint *j, struct ct_err *e)
@@ -82,53 +75,39 @@ int ct_fuse_pack(struct ct_tensors *t, const struct ct_fuse *f, struct ct_err *e
 {
 	const struct ct_joint *j = &f->joint;
 
-	return (f->residual ? ct_tensors_put(t, RESULT, 1, &j->n, f->residual, e)
-			    : put_joint(t, j, e)) ||
-			       put_at(t, j, e)
-		       ? -1
-		       : 0;
+	if (f->residual ? ct_tensors_put(t, RESULT, 1, &j->n, f->residual, e) : put_joint(t, j, e))
+		return -1;
+	return put_at(t, j, e);
 }
 
 static bool get_at(struct ct_joint_at *to, const struct ct_meta *m)
 {
-	const char *at = ct_meta_get(m, CT_META_AT), *text = ct_meta_get(m, CT_META_SCALARS);
+	const char *at = ct_meta_get(m, CT_META_AT);
 	double *s[SCALARS];
-	char *next;
+	struct ct_err why;
 	int trusted;
 
-	if (!at || !text ||
+	if (!at ||
 		sscanf(at, "%zu %zu %d %zu", &to->phase, &to->done, &trusted, &to->sweeps) !=
 			COUNTS ||
 		to->phase > CT_JOINT_DONE || to->sweeps > CT_JOINT_SWEEPS)
 		return false;
 	to->trusted = trusted != 0;
 	scalars(to, s);
-	for (size_t k = 0; k < SCALARS; k++, text = next) {
-		*s[k] = strtod(text, &next);
-		if (next == text)
-			return false;
-	}
-	return true;
-}
-
-/* n numbers; NULL if there are not so many. */
-static const float *get(const struct ct_tensors *t, const char *name, size_t n)
-{
-	const struct ct_tensor *from = ct_tensors_find(t, name);
-
-	return from && ct_tensor_count(from) == n ? from->data : NULL;
+	return ct_meta_get_scalars(m, SCALARS, s, &why) == 0;
 }
 
 static bool get_joint(struct ct_joint *j, const struct ct_tensors *t)
 {
+	struct ct_err why;
 	const bool done = j->at.phase == CT_JOINT_DONE;
-	const float *dual = get(t, DUAL, CT_TV_DUAL * j->n), *from;
+	const float *dual = ct_tensors_vector(t, DUAL, CT_TV_DUAL * j->n, &why), *from;
 	const char *name;
 
 	for (size_t k = 0; k < volumes(&j->at); k++) {
 		float *x = volume(j, k, &name);
 
-		from = get(t, name, j->n);
+		from = ct_tensors_vector(t, name, j->n, &why);
 		if (!from)
 			return false;
 		memcpy(x, from, j->n * sizeof *x);
@@ -144,7 +123,7 @@ static bool get_joint(struct ct_joint *j, const struct ct_tensors *t)
 int ct_fuse_unpack(struct ct_fuse *f, const struct ct_tensors *t, struct ct_err *e)
 {
 	struct ct_joint *j = &f->joint;
-	const float *result = get(t, RESULT, j->n);
+	const float *result = ct_tensors_vector(t, RESULT, j->n, e);
 	bool good = get_at(&j->at, &t->meta);
 
 	if (result) {

@@ -4,13 +4,16 @@
 #include "core/clock.h"
 #include "core/mem.h"
 #include "core/vec3.h"
-#include "recon/band.h"
+#include "resolution/separable.h"
 #include "resolution/upsample.h"
 #include "xray/window.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+#define FULL 0.6 /* of the low band, to which its filter passes all */
+#define LOBES 3
 
 static double width(const struct ct_fuse *f)
 {
@@ -64,6 +67,54 @@ static int arrange(struct ct_fuse *f, struct ct_err *e)
 	if (rc == 0)
 		f->rays = ct_project_linear(&f->g);
 	free(order);
+	return rc;
+}
+
+static double sinc2(double f, double x)
+{
+	double a = M_PI * f * x;
+
+	return x == 0 ? f : f * (sin(a) / a) * (sin(a) / a);
+}
+
+/* by: f, and what the sum is divided by. */
+static double band_sample(double x, const double *by)
+{
+	return (sinc2(by[0], x) - FULL * sinc2(FULL * by[0], x)) / by[1];
+}
+
+static int band_taps(struct ct_taps *t, size_t n, double f, struct ct_err *e)
+{
+	const double half = fmin(floor(LOBES / (f - FULL * f)), (double)n - 1);
+	double by[2] = {f, 1}, sum = 0;
+
+	for (double x = -half; x <= half; x++)
+		sum += band_sample(x, by);
+	by[1] = sum;
+	return ct_taps_filter(t, n, (size_t)half, band_sample, by, e);
+}
+
+int ct_fuse_clear_band(float *p, size_t count, size_t rows, size_t cols, double f,
+	struct ct_par *par, struct ct_err *e)
+{
+	struct ct_separable s = {0};
+	size_t n = rows * cols;
+	float *low = NULL;
+	int rc = -1;
+
+	if (band_taps(&s.t[0], cols, f, e) || band_taps(&s.t[1], rows, f, e) ||
+		ct_taps_identity(&s.t[2], 1, e) || ct_separable_plan(&s, par, e) ||
+		ct_alloc(&low, n, sizeof *low, e))
+		goto out;
+	for (size_t v = 0; v < count; v++) {
+		ct_separable_apply(&s, low, p + v * n, par);
+		for (size_t i = 0; i < n; i++)
+			p[v * n + i] -= low[i];
+	}
+	rc = 0;
+out:
+	ct_separable_free(&s);
+	free(low);
 	return rc;
 }
 
@@ -187,7 +238,7 @@ int ct_fuse_begin(struct ct_fuse *f, struct ct_err *e)
 		return -1;
 	for (size_t i = 0; i < n; i++)
 		gap[i] = y[i] - s->q[i];
-	if (band > 0 && ct_band_clear(gap, f->y->views, f->y->h, f->y->w, band, par, e))
+	if (band > 0 && ct_fuse_clear_band(gap, f->y->views, f->y->h, f->y->w, band, par, e))
 		return -1;
 	for (size_t i = 0; i < n; i++)
 		y[i] = s->q[i] + gap[i];

@@ -4,7 +4,7 @@
  * The solver starts from x0, the base made consistent with the LR. What the projections y have
  * beyond P base is added to P x0, so that errors that the projections of the base share with y do
  * not count. Of that gap the low band, which is D's, can only contradict the LR (an offset, a
- * clipped LR): where D does not alias it is cleared (band.h). Views are put in an order every
+ * clipped LR): where D does not alias it is cleared. Views are put in an order every
  * beginning of which is spread evenly, as the choice of the weight wants.
  *
  * The same bytes for any number of threads, and for a run that was stopped and continued.
@@ -67,6 +67,16 @@ int ct_fuse_begin(struct ct_fuse *f, struct ct_err *e);
  * (CT_EINPUT). *t must be zero. */
 int ct_fuse_pack(struct ct_tensors *t, const struct ct_fuse *f, struct ct_err *e);
 int ct_fuse_unpack(struct ct_fuse *f, const struct ct_tensors *t, struct ct_err *e);
+/* p[count][rows][cols] without its low band:
+ *
+ *   p <- p - (G_rows x G_cols) p
+ *
+ * G of one direction passes frequencies up to 0.6 f, falls linearly and stops at f cycles a pixel,
+ * in (0, 0.5]: as samples, the difference of two sinc^2, over three lobes of their difference;
+ * pictures are mirrored at their edges. What is left is zero, within a few per cent, where both
+ * frequencies are low. CT_ENOMEM. */
+int ct_fuse_clear_band(float *p, size_t count, size_t rows, size_t cols, double f,
+	struct ct_par *par, struct ct_err *e);
 /* Also legal on zeroes. */
 void ct_fuse_free(struct ct_fuse *f);
 /* Solve, or go on from where joint.at says. Then D (base + residual) = LR, whatever the verdict.

@@ -3,7 +3,6 @@
 #include "recon/iterative.h"
 #include "core/mem.h"
 #include "recon/rof.h"
-#include "solve/cg.h"
 #include "solve/fista.h"
 #include "solve/passes.h"
 #include "solve/trend.h"
@@ -136,48 +135,45 @@ out:
 	return rc;
 }
 
-/* <d, A'A d>; A d stays in q. */
-static int along(
-	void *ctx, double *curve, const float *d, const struct ct_env *env, struct ct_err *e)
-{
-	struct run *r = ctx;
-
-	if (ct_linear_apply(r->a, r->q, d, env, e))
-		return -1;
-	*curve = ct_passes_dot(r->m, r->q, r->q, env->par);
-	return 0;
-}
-
-/* s = A' (b - A x), b - A x in rows. */
-static int moved(void *ctx, float *s, double alpha, const struct ct_env *env, struct ct_err *e)
-{
-	struct run *r = ctx;
-
-	ct_passes_add(r->m, r->rows, -alpha, r->q, env->par);
-	if (ct_linear_adjoint(r->a, s, r->rows, env, e))
-		return -1;
-	r->report->iterations++;
-	return measure(r, r->rows, e);
-}
-
+/* On A'A x = A'b: rows the misfit, s = A' of it, d the direction, q = A d. Ends, too, where nothing
+ * is left to go down. */
 static int cgls(float *x, struct run *r, struct ct_err *e)
 {
-	struct ct_cg c = {.n = r->n, .x = x, .along = along, .moved = moved, .ctx = r};
-	bool done = false;
+	struct ct_iterative_report *report = r->report;
+	struct ct_par *par = r->env->par;
+	float *d = NULL, *s = NULL;
+	double gamma; /* |s|^2 */
 	int rc = -1;
 
-	if (ct_alloc(&c.d, r->n, sizeof *c.d, e) || ct_alloc(&c.s, r->n, sizeof *c.s, e) ||
-		misfit(r->rows, r, x, e) || ct_linear_adjoint(r->a, c.s, r->rows, r->env, e))
+	if (ct_alloc(&d, r->n, sizeof *d, e) || ct_alloc(&s, r->n, sizeof *s, e) ||
+		misfit(r->rows, r, x, e) || ct_linear_adjoint(r->a, s, r->rows, r->env, e))
 		goto out;
-	ct_cg_begin(&c, r->env->par);
-	while (!done && r->report->iterations < r->rule->iterations &&
-		r->report->residual >= r->rule->tolerance)
-		if (begin(r, e) || ct_cg_step(&c, &done, r->env, e))
+	gamma = ct_passes_dot(r->n, s, s, par);
+	memcpy(d, s, r->n * sizeof *d);
+	while (gamma > 0 && report->iterations < r->rule->iterations &&
+		report->residual >= r->rule->tolerance) {
+		double curve, next;
+
+		if (begin(r, e) || ct_linear_apply(r->a, r->q, d, r->env, e))
 			goto out;
-	rc = isfinite(c.gamma) ? 0 : diverged(r, e);
+		curve = ct_passes_dot(r->m, r->q, r->q, par);
+		if (!(curve > 0) || !isfinite(curve))
+			break;
+		ct_passes_add(r->n, x, gamma / curve, d, par);
+		ct_passes_add(r->m, r->rows, -gamma / curve, r->q, par);
+		if (ct_linear_adjoint(r->a, s, r->rows, r->env, e))
+			goto out;
+		report->iterations++;
+		if (measure(r, r->rows, e))
+			goto out;
+		next = ct_passes_dot(r->n, s, s, par);
+		ct_passes_advance(r->n, d, s, next / gamma, par);
+		gamma = next;
+	}
+	rc = isfinite(gamma) ? 0 : diverged(r, e);
 out:
-	free(c.d);
-	free(c.s);
+	free(d);
+	free(s);
 	return rc;
 }
 

@@ -1,8 +1,7 @@
 /* ramp-fft.c: rows of ramp.h through the discrete Fourier transform.
  *
  * The same arithmetic, operation by operation, at every level. Decimation in frequency forwards, in
- * time backwards, so that nothing is reordered. Two stages go through memory together; the short
- * ones, a part at a time that stays in the first cache. */
+ * time backwards, so that nothing is reordered. Two stages go through memory together. */
 #include "config.h"
 #include "recon/ramp.h"
 #include "core/vec.h"
@@ -11,8 +10,7 @@
 
 enum {
 	POINT = CT_RAMP_ROWS, /* doubles of a point */
-	ROWS = POINT / 2,     /* complex rows */
-	INNER = 256           /* points that stay in the first cache */
+	ROWS = POINT / 2      /* complex rows */
 };
 
 /* CT_F64_LANES rows of a point. */
@@ -118,47 +116,26 @@ CT_INLINE void two_stages(size_t all, size_t half, double *restrict x, const dou
 		}
 }
 
-/* Halves from n/2 points down to `least`, of all blocks of n among the `all` points. */
-CT_INLINE void forward_stages(
-	size_t all, size_t n, size_t least, double *restrict x, const double *tw, size_t step)
+/* Halves from n/2 points down to one. */
+CT_INLINE void forward(size_t n, double *restrict x, const double *tw)
 {
-	size_t half = n / 2;
+	size_t half = n / 2, step = 1;
 
-	for (; half >= 2 * least; half /= 4, step *= 4)
-		two_stages(all, half / 2, x, tw, step, false);
-	if (half >= least)
-		one_stage(all, half, x, tw, step, false);
+	for (; half >= 2; half /= 4, step *= 4)
+		two_stages(n, half / 2, x, tw, step, false);
+	if (half == 1)
+		one_stage(n, half, x, tw, step, false);
 }
 
 /* And back up. */
-CT_INLINE void backward_stages(
-	size_t all, size_t n, size_t least, double *restrict x, const double *tw, size_t step)
-{
-	size_t half = least;
-
-	step *= n / 2 / least;
-	for (; 4 * half <= n; half *= 4, step /= 4)
-		two_stages(all, half, x, tw, step / 2, true);
-	if (2 * half <= n)
-		one_stage(all, half, x, tw, step, true);
-}
-
-CT_INLINE void forward(size_t n, double *restrict x, const double *tw)
-{
-	const size_t inner = n < INNER ? n : INNER;
-
-	forward_stages(n, n, inner, x, tw, 1);
-	for (size_t i = 0; i < n; i += inner)
-		forward_stages(inner, inner, 1, x + i * POINT, tw, n / inner);
-}
-
 CT_INLINE void backward(size_t n, double *restrict x, const double *tw)
 {
-	const size_t inner = n < INNER ? n : INNER;
+	size_t half = 1, step = n / 2;
 
-	for (size_t i = 0; i < n; i += inner)
-		backward_stages(inner, inner, 1, x + i * POINT, tw, n / inner);
-	backward_stages(n, n, inner, x, tw, 1);
+	for (; 4 * half <= n; half *= 4, step /= 4)
+		two_stages(n, half, x, tw, step / 2, true);
+	if (2 * half <= n)
+		one_stage(n, half, x, tw, step, true);
 }
 
 void CT_SIMD_HERE(ct_ramp_transform)(const struct ct_ramp *f, double *restrict x)

@@ -190,12 +190,10 @@ int ct_scan_grid_put(struct ct_meta *m, const struct ct_vol *v, struct ct_err *e
 {
 	const double(*a)[4] = v->affine;
 
-	return ct_meta_setf(m, e, CT_META_VOLUME_SIZE, "%zu,%zu,%zu", v->n[0], v->n[1], v->n[2]) ||
-			       ct_meta_setf(m, e, CT_META_VOLUME_AFFINE,
-				       "%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%."
-				       "17g,%.17g,%.17g",
-				       a[0][0], a[0][1], a[0][2], a[0][3], a[1][0], a[1][1],
-				       a[1][2], a[1][3], a[2][0], a[2][1], a[2][2], a[2][3])
-		       ? -1
-		       : 0;
+	if (ct_meta_setf(m, e, CT_META_VOLUME_SIZE, "%zu,%zu,%zu", v->n[0], v->n[1], v->n[2]))
+		return -1;
+	return ct_meta_setf(m, e, CT_META_VOLUME_AFFINE,
+		"%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g", a[0][0],
+		a[0][1], a[0][2], a[0][3], a[1][0], a[1][1], a[1][2], a[1][3], a[2][0], a[2][1],
+		a[2][2], a[2][3]);
 }

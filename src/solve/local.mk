@@ -1,7 +1,6 @@
 # Solvers of any linear operator (core/linear.h), and their passes over vectors.
 libct_a_SOURCES += src/solve/passes.c src/solve/passes.h
 libct_a_SOURCES += src/solve/fista.c src/solve/fista.h
-libct_a_SOURCES += src/solve/cg.c src/solve/cg.h
 libct_a_SOURCES += src/solve/trend.c src/solve/trend.h
 SIMD_SOURCES += src/solve/adam.c src/solve/adam.h
 SIMD_SOURCES += src/solve/vector.c src/solve/vector.h

@@ -21,12 +21,12 @@ enum { SKIPS(CT_WORD_VALUE) };
 struct params {
 	struct field_files files;
 	const char *out, *network, *loss, *budget;
-	int like, samples, encoding, skip, every, batch, count, fine, frequencies, levels, features;
-	double rate, radius;
+	int like, samples, encoding, skip, every, batch, count, fine, levels;
+	double rate;
 	bool resume;
 };
 
-static const struct params defaults = {.every = 1000, .rate = NAN, .radius = NAN};
+static const struct params defaults = {.every = 1000, .rate = NAN};
 
 #define AUTO(X) X(CHOICE_AUTO, "auto")
 enum { AUTO(CT_WORD_VALUE) };
@@ -71,12 +71,7 @@ static const struct ct_opt opts[] = {
 		"samples of a line, a cube or a ray; 0 is as --like"),
 	CT_EXPERT(fine, "fine", "N", 0, CT_SAMPLES_MOST,
 		"samples that are added where the first ones say; 0 is as --like"),
-	CT_EXPERT(frequencies, "frequencies", "N", 0, 24, "octaves of sines; 0 is as --like"),
 	CT_EXPERT(levels, "levels", "N", 0, CT_ENCODING_LEVELS, "grids; 0 is as --like"),
-	CT_EXPERT(features, "features", "N", 0, CT_ENCODING_FEATURES,
-		"numbers of a node of a grid; 0 is as --like"),
-	CT_EXPERT(radius, "radius", "X", 0, 100,
-		"half the side of a line or cube, in voxels (as --like: 1)"),
 	CT_EXPERT(rate, "rate", "X", 0, 1, "rate of learning at first (as --like)"),
 	CT_EXPERT_CHOICE(skip, "at-skip", CT_WORDS(SKIPS),
 		"of cunerf: concatenate leaves out the layer there, as the authors' program"),
@@ -144,16 +139,10 @@ static void take_expert(struct ct_field_rule *r, const struct params *p, size_t 
 		r->samples.n = (size_t)p->count;
 	if (p->fine && r->samples.fine)
 		r->samples.fine = (size_t)p->fine;
-	if (p->frequencies && r->shape.encoding.kind == CT_ENCODING_FREQUENCIES)
-		r->shape.encoding.frequencies = (size_t)p->frequencies;
 	if (p->levels == 0)
 		ct_field_rule_levels(r, side);
 	else if (r->shape.encoding.kind != CT_ENCODING_FREQUENCIES)
 		r->shape.encoding.levels = (size_t)p->levels;
-	if (p->features && r->shape.encoding.kind != CT_ENCODING_FREQUENCIES)
-		r->shape.encoding.features = (size_t)p->features;
-	if (!isnan(p->radius))
-		r->radius = p->radius;
 	if (!isnan(p->rate)) {
 		r->rate[1] *= p->rate / r->rate[0];
 		r->rate[0] = p->rate;
@@ -277,8 +266,7 @@ static int unpack(void *fit, const struct ct_tensors *t, struct ct_err *e)
 
 static int report(const struct ct_field_fit *f, bool json, struct ct_err *e)
 {
-	const size_t weights =
-		ct_field_count(f->pass[0].field) * ct_samples_passes(&f->rule.samples);
+	const size_t weights = f->pass[0].field->count * ct_samples_passes(&f->rule.samples);
 
 	return ct_json_report(
 		json_pack("{sI sI sf sf}", "weights", (json_int_t)weights, "iterations",

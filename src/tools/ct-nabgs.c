@@ -26,8 +26,7 @@ struct params {
 	struct ct_evidence_files files;
 	const char *out;
 	int iterations, gaussians, most, every, activation, mode, scale, densify_until;
-	double ssim, tv, lowres, rate, init, tolerance;
-	int begin, refit;
+	double ssim, tv, lowres, rate, tolerance;
 	bool resume, compat, paper;
 };
 
@@ -38,8 +37,7 @@ static const struct params defaults = {.iterations = 5000,
 	.ssim = NAN,
 	.tv = 0.05,
 	.lowres = 0.1,
-	.rate = NAN,
-	.init = NAN};
+	.rate = NAN};
 
 #define CT_PARAMS struct params
 static const struct ct_opt opts[] = {
@@ -82,21 +80,12 @@ static const struct ct_opt opts[] = {
 		"times the published rates of learning (10; in mode full and with --paper 1); but for "
 		"--paper they are lowered where they are too high"),
 	CT_EXPERT(lowres, "lambda-lr", "W", 0, 1e6, "weight of --lr", CT_WHEN(CT_IF(files.lr))),
-	CT_EXPERT_CHOICE(begin, "init", CT_WORDS(CT_PLACE_LIST),
-		"where Gaussians begin: where the projections say that the base is wrong, or where "
-		"it is dense; auto is residual in mode residual if the scan can be inverted"),
-	CT_EXPERT(refit, "refit", "N", 0, 10000,
-		"at the end, so many steps of conjugate gradients on the densities and all views",
-		CT_WHEN(CT_IF_WORD(activation, CT_BIT(CT_PRELU)))),
 	CT_FLAG(paper, 0, "paper",
 		"the published settings: Gaussians begin where the base is dense, with 0.15 of its "
 		"density, and the rates are the published ones, which fall over 30000 iterations; what is "
 		"given besides holds"),
 	CT_EXPERT(compat, "r2-compat", "yes", 0, 0,
 		"--paper, and as the program of R2-Gaussian behaves; see DESCRIPTION"),
-	CT_EXPERT(init, "init-density-scale", "X", 0, 1,
-		"density to begin with, as a part of the base's (0.05 for a signed residual, else "
-		"0.15)"),
 	CT_OPT(every, 0, "checkpoint-every", "N", 0, 10000000,
 		"iterations between states in OUT.state; 0 writes one only when stopped",
 		CT_WHEN(CT_IF_FILE(out)), CT_IDLE),
@@ -156,17 +145,12 @@ static int options(struct ct_fit_options *o, const struct nabgs_job *j, struct c
 		o->densify_until = (size_t)p->densify_until;
 	o->tv = p->tv;
 	o->lr = p->files.lr ? p->lowres : 0;
-	o->refit = (size_t)p->refit;
-	if (p->begin != CT_PLACE_AUTO)
-		o->place = (enum ct_fit_place)p->begin;
 	o->checkpoint_every = (size_t)p->every;
 	o->tolerance = p->tolerance;
 	if (!isnan(p->ssim))
 		o->ssim = p->ssim;
 	if (!isnan(p->rate))
 		o->rate_factor = p->rate;
-	if (!isnan(p->init))
-		o->start_density = p->init;
 	return 0;
 }
 

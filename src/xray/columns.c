@@ -74,13 +74,6 @@ void ct_columns_free(struct ct_columns *c)
 	free(c);
 }
 
-size_t ct_columns_bytes(const struct ct_columns *c)
-{
-	size_t count = c ? c->n[c->p] * c->n[c->q] : 0;
-
-	return c ? count * (c->pitch * sizeof *c->data + sizeof *c->span) : 0;
-}
-
 struct turn {
 	const struct ct_columns *c;
 	const float *from;

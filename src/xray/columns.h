@@ -23,7 +23,6 @@ int ct_columns_axis(const struct ct_projector *g);
 int ct_columns_alloc(
 	struct ct_columns **out, const struct ct_projector *g, int up, struct ct_err *e);
 void ct_columns_free(struct ct_columns *c);
-size_t ct_columns_bytes(const struct ct_columns *c); /* 0 for NULL */
 /* Take vol in; zeros if NULL, all of whose voxels count as not zero. */
 void ct_columns_load(struct ct_columns *c, const float *vol, struct ct_par *par);
 /* vol += the columns. */

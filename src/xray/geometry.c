@@ -20,15 +20,6 @@ static void sincos_degrees(double degrees, double *s, double *c)
 	*c = turned[((int)q + 1) & 3];
 }
 
-/* Corner `which` (bits: axes) of the box that the voxels of the grid fill. */
-static void corner(const struct ct_vol *g, unsigned which, double mm[3])
-{
-	double ijk[3];
-
-	ct_cell_corner(ijk, g->n, which, 0.5);
-	ct_vol_world(g, ijk, mm);
-}
-
 /* Side of the square that holds the parallel shadow of the grid at every angle. */
 static double shadow_side(const struct ct_vol *g, const double iso[3])
 {
@@ -37,7 +28,7 @@ static double shadow_side(const struct ct_vol *g, const double iso[3])
 	for (unsigned k = 0; k < 8; k++) {
 		double x[3];
 
-		corner(g, k, x);
+		ct_vol_corner(g, k, x);
 		side = fmax(side, 2 * hypot(x[0] - iso[0], x[1] - iso[1]));
 		side = fmax(side, 2 * fabs(x[2] - iso[2]));
 	}
@@ -81,15 +72,13 @@ void ct_geometry_paper(struct ct_geometry *s, enum ct_beam beam, const struct ct
 
 static int check(const struct ct_geometry *s, struct ct_err *e)
 {
-	const struct {
-		double x;
-		const char *name;
-	} positive[] = {{s->dso, "source to isocentre"}, {s->dsd, "source to detector"},
-		{s->pitch[0], "pixel pitch along u"}, {s->pitch[1], "pixel pitch along v"}};
+	static const char *const name[] = {"source to isocentre", "source to detector",
+		"pixel pitch along u", "pixel pitch along v"};
+	const double positive[] = {s->dso, s->dsd, s->pitch[0], s->pitch[1]};
 
-	for (size_t i = 0; i < sizeof positive / sizeof *positive; i++)
-		if (!(positive[i].x > 1e-9 && positive[i].x < 1e9))
-			return ct_fail(e, CT_EGEOM, "%s of %g mm", positive[i].name, positive[i].x);
+	for (int i = 0; i < 4; i++)
+		if (!(positive[i] > 1e-9 && positive[i] < 1e9))
+			return ct_fail(e, CT_EGEOM, "%s of %g mm", name[i], positive[i]);
 	if (!isfinite(s->arc + s->start + s->offset[0] + s->offset[1] + s->iso[0] + s->iso[1] +
 		      s->iso[2]))
 		return ct_fail(e, CT_EGEOM, "scan geometry is not finite");
@@ -150,7 +139,7 @@ int ct_geometry_check(const struct ct_stack *s, const struct ct_vol *grid, struc
 	for (unsigned k = 0; k < 8; k++) {
 		double x[3];
 
-		corner(grid, k, x);
+		ct_vol_corner(grid, k, x);
 		radius = fmax(radius, hypot(hypot(x[0] - mid[0], x[1] - mid[1]), x[2] - mid[2]));
 	}
 	for (size_t k = 0; k < s->views; k++) {

@@ -50,7 +50,9 @@ int ct_projector_reserve(struct ct_projector *g, struct ct_err *e)
 
 size_t ct_projector_bytes(const struct ct_projector *g)
 {
-	return ct_columns_bytes(g->columns);
+	const struct ct_columns *c = g->columns;
+
+	return c ? c->n[c->p] * c->n[c->q] * (c->pitch * sizeof *c->data + sizeof *c->span) : 0;
 }
 
 void ct_projector_free(struct ct_projector *g)

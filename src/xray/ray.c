@@ -3,7 +3,6 @@
 #include "xray/ray.h"
 #include "core/vec3.h"
 #include "xray/geometry.h"
-#include "xray/voxel-integral.h"
 
 #include <math.h>
 #include <string.h>
@@ -149,9 +148,8 @@ double ct_ray_sum(const struct ct_projector *g, size_t view, size_t row, size_t 
 	size_t n = rays_of(r, g, view, row, col, box);
 
 	for (size_t k = 0; k < n; k++)
-		sum += (g->method == CT_JOSEPH
-				? CT_SIMD(ct_voxel_integral_joseph)
-				: CT_SIMD(ct_voxel_integral_siddon))(vol, box, &r[k]);
+		sum += g->method == CT_JOSEPH ? CT_SIMD(ct_ray_joseph)(vol, box, &r[k])
+					      : CT_SIMD(ct_ray_siddon)(vol, box, &r[k]);
 	return sum;
 }
 
@@ -162,7 +160,6 @@ void ct_ray_spread(const struct ct_projector *g, size_t view, size_t row, size_t
 	size_t n = rays_of(r, g, view, row, col, box);
 
 	for (size_t k = 0; k < n; k++)
-		(g->method == CT_JOSEPH
-				? CT_SIMD(ct_voxel_integral_joseph_spread)
-				: CT_SIMD(ct_voxel_integral_siddon_spread))(vol, box, &r[k], value);
+		(g->method == CT_JOSEPH ? CT_SIMD(ct_ray_joseph_spread)
+					: CT_SIMD(ct_ray_siddon_spread))(vol, box, &r[k], value);
 }

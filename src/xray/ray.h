@@ -2,6 +2,7 @@
  * share. */
 #ifndef CT_XRAY_RAY_H
 #define CT_XRAY_RAY_H
+#include "core/simd.h"
 #include "xray/project.h"
 
 #include <stdbool.h>
@@ -53,5 +54,17 @@ double ct_ray_sum(const struct ct_projector *g, size_t view, size_t row, size_t 
 /* vol += its transpose times value, in the box. */
 void ct_ray_spread(const struct ct_projector *g, size_t view, size_t row, size_t col, float *vol,
 	const struct ct_box *box, double value);
+
+/* Their kernels: the line integral of one ray through a box of voxels, mm, and its transpose, which
+ * adds weight times value to vol: exactly, where the weight of a voxel is the length in it, and by
+ * linear interpolation (project.h). Voxels beyond the box are 0. */
+CT_SIMD_DECLARE(double, ct_ray_siddon,
+	(const float *restrict vol, const struct ct_box *box, const struct ct_ray *r));
+CT_SIMD_DECLARE(void, ct_ray_siddon_spread,
+	(float *restrict vol, const struct ct_box *box, const struct ct_ray *r, double value));
+CT_SIMD_DECLARE(double, ct_ray_joseph,
+	(const float *restrict vol, const struct ct_box *box, const struct ct_ray *r));
+CT_SIMD_DECLARE(void, ct_ray_joseph_spread,
+	(float *restrict vol, const struct ct_box *box, const struct ct_ray *r, double value));
 
 #endif

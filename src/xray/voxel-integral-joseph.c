@@ -1,4 +1,4 @@
-/* voxel-integral-joseph.c: by linear interpolation (voxel-integral.h).
+/* voxel-integral-joseph.c: by linear interpolation (ray.h).
  *
  * Along its dominant axis a the ray is sampled once a slice, in the plane of the voxel centres
  * k + 1/2; there it passes between two voxel centres along b and two along c:
@@ -9,7 +9,7 @@
  * and spread have the same weights to the last bit.
  */
 #include "config.h"
-#include "xray/voxel-integral.h"
+#include "xray/ray.h"
 #include "core/vec.h"
 
 #include <math.h>
@@ -104,7 +104,7 @@ CT_INLINE ptrdiff_t slices(const struct ct_box *box, const struct ct_ray *r, ptr
 	return first > (double)lo ? (ptrdiff_t)first : lo;
 }
 
-double CT_SIMD_HERE(ct_voxel_integral_joseph)(
+double CT_SIMD_HERE(ct_ray_joseph)(
 	const float *restrict vol, const struct ct_box *box, const struct ct_ray *r)
 {
 	ptrdiff_t last, k = slices(box, r, &last);
@@ -121,7 +121,7 @@ double CT_SIMD_HERE(ct_voxel_integral_joseph)(
 	return sum * r->scale;
 }
 
-void CT_SIMD_HERE(ct_voxel_integral_joseph_spread)(
+void CT_SIMD_HERE(ct_ray_joseph_spread)(
 	float *restrict vol, const struct ct_box *box, const struct ct_ray *r, double value)
 {
 	ptrdiff_t last, k = slices(box, r, &last);

@@ -1,4 +1,4 @@
-/* voxel-integral-siddon.c: exactly (voxel-integral.h).
+/* voxel-integral-siddon.c: exactly (ray.h).
  *
  * A ray is cut along its dominant axis a, the one it crosses fastest in voxels, into slabs of one
  * voxel. Within a slab it moves at most one voxel along the other axes b and c, so it
@@ -12,7 +12,7 @@
  * registers; voxels of different slabs differ, so the adjoint may write them in any order.
  */
 #include "config.h"
-#include "xray/voxel-integral.h"
+#include "xray/ray.h"
 #include "core/vec.h"
 
 #include <math.h>
@@ -184,7 +184,7 @@ CT_INLINE ptrdiff_t walk_start(
 	return walk_on(w, vol);
 }
 
-double CT_SIMD_HERE(ct_voxel_integral_siddon)(
+double CT_SIMD_HERE(ct_ray_siddon)(
 	const float *restrict vol, const struct ct_box *box, const struct ct_ray *r)
 {
 	struct walk w;
@@ -200,7 +200,7 @@ double CT_SIMD_HERE(ct_voxel_integral_siddon)(
 	return total * r->scale;
 }
 
-void CT_SIMD_HERE(ct_voxel_integral_siddon_spread)(
+void CT_SIMD_HERE(ct_ray_siddon_spread)(
 	float *restrict vol, const struct ct_box *box, const struct ct_ray *r, double value)
 {
 	float x = (float)(value * r->scale);

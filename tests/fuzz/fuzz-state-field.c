@@ -27,8 +27,8 @@ static void begin(struct ct_field_fit *f, struct ct_vol *v, struct ct_field_data
 	ct_field_rule_like(&r, CT_FIELD_LIKE_AUTO, 0);
 	ct_field_rule_samples(&r, CT_SAMPLES_LINES);
 	ct_field_rule_network(&r, 1, 2);
-	r.shape.encoding = (struct ct_encoding){
-		.kind = CT_ENCODING_GRID, .levels = 1, .features = 1, .base = 2, .growth = 1};
+	r.shape.encoding =
+		(struct ct_encoding){.kind = CT_ENCODING_GRID, .levels = 1, .base = 2, .growth = 1};
 	r.samples.n = r.samples.fine = r.batch = 2;
 	r.iterations = 20;
 	r.every = 0;

@@ -56,7 +56,7 @@ static void scene_make(struct scene *s)
 	ct_fit_defaults(&s->options, 4, false, CT_PRELU);
 	s->options.iterations = 20;
 	s->options.gaussians = s->options.max_gaussians = 10;
-	s->options.place = CT_PLACE_BASE;
+	s->options.from_base = true;
 }
 
 static int pack(struct ct_tensors *t, const void *fit, struct ct_err *e)
