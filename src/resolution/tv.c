@@ -157,16 +157,6 @@ static void iterate(void *job, size_t it, bool measure, double sums[2], struct c
 	}
 }
 
-/* The proximal step of |x - to|^2 / (2 mu) goes from x to (x + b to) / (1 + b), b = t / mu. */
-static void draw(struct tv_job *j, const struct ct_tv_near *near)
-{
-	const float b = (float)((double)j->t / near->mu);
-
-	j->to = near->to;
-	j->pull = b / (1 + b);
-	j->t /= 1 + b;
-}
-
 static int job_alloc(struct tv_job *j, struct ct_consistency *dc, const struct ct_tv_rule *rule,
 	size_t threads, struct ct_err *e)
 {
@@ -183,8 +173,14 @@ static int job_alloc(struct tv_job *j, struct ct_consistency *dc, const struct c
 	j->plane = j->n[0] * j->n[1];
 	j->slabs = (j->n[2] + SLAB - 1) / SLAB;
 	j->share = 3 * j->plane + 4 * j->n[0];
-	if (rule->near.to)
-		draw(j, &rule->near);
+	if (rule->near.to) {
+		/* The proximal step of |x - to|^2 / (2 mu) goes from x to (x + b to) / (1 + b). */
+		const float b = (float)((double)j->t / rule->near.mu);
+
+		j->to = rule->near.to;
+		j->pull = b / (1 + b);
+		j->t /= 1 + b;
+	}
 	j->t /= CT_TV_ONE;
 	j->s *= CT_TV_ONE;
 	if (ct_size_mul(&count, j->plane, j->n[2], "volume", e))
