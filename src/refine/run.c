@@ -24,11 +24,9 @@ static int copy(struct ct_vol *v, const struct ct_vol *of, struct ct_err *e)
 static void say_inversion(const struct ct_upsample_report *did, const struct ct_env *env)
 {
 	if (did->iterations)
-		ct_log(env, CT_INFO,
-			"%s: condition %.3g, %zu iterations, %.4g HU of variation a voxel, last moved "
-			"%.2g HU",
+		ct_log(env, CT_INFO, "%s: condition %.3g, %zu iterations, last moved %.2g HU",
 			ct_upsample_name(did->method), did->condition, did->iterations,
-			did->objective, did->change);
+			did->change);
 	if (did->texture > 0)
 		ct_log(env, CT_INFO, "linear where points differ by less than %.3g HU",
 			CT_FLAT_EDGE * did->texture);

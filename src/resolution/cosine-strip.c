@@ -217,6 +217,8 @@ void CT_SIMD_HERE(ct_cosine_analyse)(const struct ct_cosine *b, float *c, size_t
 				memset(tile, 0, b->n * STRIP_WIDTH * sizeof *tile);
 			ct_turn(tile, STRIP_WIDTH, x + at * ldx, ldx, n, b->n);
 			fold(tile, tile, STRIP_WIDTH, b->n, STRIP_WIDTH, twist);
+		} else if (n == STRIP_WIDTH) {
+			fold(tile, x + at, ldx, b->n, STRIP_WIDTH, twist);
 		} else {
 			fold(tile, x + at, ldx, b->n, n, twist);
 		}
@@ -288,6 +290,8 @@ void CT_SIMD_HERE(ct_cosine_synthesise)(const struct ct_cosine *b, float *out, s
 		if (turned) {
 			unfold(tile, STRIP_WIDTH, NULL, tile, b->n, STRIP_WIDTH, twist);
 			ct_turn(out + at * ldo, ldo, tile, STRIP_WIDTH, b->n, n);
+		} else if (n == STRIP_WIDTH && add) {
+			unfold(out + at, ldo, add + at, tile, b->n, STRIP_WIDTH, twist);
 		} else {
 			unfold(out + at, ldo, add ? add + at : NULL, tile, b->n, n, twist);
 		}

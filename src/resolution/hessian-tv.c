@@ -22,7 +22,7 @@ struct hessian_tv_job {
 	int16_t *q[PARTS]; /* the dual */
 	int16_t *zero;     /* a row of zeros */
 	float *row;        /* of each worker: what is measured */
-	double *sums;      /* of each plane: variation, and squared movement */
+	double *moved;     /* of each plane, squared */
 	struct ct_consistency *dc;
 	size_t n[3], plane;
 	float weight[PARTS], s, t;
@@ -56,18 +56,13 @@ static struct ct_hessian_ascent ascent(const struct hessian_tv_job *v, size_t j,
 static void ascend(void *arg, size_t k, size_t worker)
 {
 	const struct hessian_tv_job *v = arg;
-	float *square = v->row + worker * v->n[0];
-	double sum = 0;
 
+	(void)worker;
 	for (size_t j = 0; j < v->n[1]; j++) {
-		struct ct_hessian_ascent r = ascent(v, j, k);
+		const struct ct_hessian_ascent r = ascent(v, j, k);
 
-		r.square = v->measure ? square : NULL;
 		CT_SIMD(ct_hessian_row_ascend)(&r, v->n[0], v->s / v->part);
-		if (v->measure)
-			sum += CT_SIMD(ct_tv_row_roots)(square, v->n[0]);
 	}
-	v->sums[2 * k] = sum;
 }
 
 /* Row (j,k) of component c, zeros outside. */
@@ -115,7 +110,7 @@ static void descend_plane(const struct hessian_tv_job *v, size_t plane, size_t w
 			moved += CT_SIMD(ct_vector_dot)(
 				v->n[0], &(struct ct_vector){.x = step, .w = step});
 	}
-	v->sums[2 * plane + 1] = moved;
+	v->moved[plane] = moved;
 	ct_consistency_reduce(v->dc, plane, v->ahead + at, worker);
 }
 
@@ -157,7 +152,7 @@ static int job_alloc(struct hessian_tv_job *j, struct ct_consistency *dc,
 		ct_alloc(&j->ahead, count, sizeof(float), e) ||
 		ct_alloc0(&j->zero, j->n[0], sizeof *j->zero, e) ||
 		ct_alloc(&j->row, threads * j->n[0], sizeof(float), e) ||
-		ct_alloc(&j->sums, 2 * j->n[2], sizeof(double), e))
+		ct_alloc(&j->moved, j->n[2], sizeof(double), e))
 		return -1;
 	for (int c = 0; c < PARTS; c++)
 		if (ct_alloc0(&j->q[c], count, sizeof *j->q[c], e))
@@ -172,24 +167,23 @@ static void job_free(struct hessian_tv_job *j)
 	free(j->ahead);
 	free(j->zero);
 	free(j->row);
-	free(j->sums);
+	free(j->moved);
 }
 
-static void iterate(void *job, size_t it, bool measure, double sums[2], struct ct_par *par)
+static double iterate(void *job, size_t it, bool measure, struct ct_par *par)
 {
 	struct hessian_tv_job *j = job;
+	double moved;
 
 	j->measure = measure;
 	j->part = (float)fmax(exp2(-(double)it / HALVES), LEAST_PART);
 	ct_par_for(par, j->n[2], ascend, j);
 	ct_par_for(par, (j->n[2] + SLAB - 1) / SLAB, descend, j);
-	sums[0] = 0;
-	sums[1] = ct_consistency_correct(j->dc, measure, par);
+	moved = ct_consistency_correct(j->dc, measure, par);
 	ct_par_for(par, j->n[2], extrapolate, j);
-	for (size_t k = 0; k < j->n[2]; k++) {
-		sums[0] += j->sums[2 * k];
-		sums[1] += j->sums[2 * k + 1];
-	}
+	for (size_t k = 0; k < j->n[2]; k++)
+		moved += j->moved[k];
+	return moved;
 }
 
 int ct_tv_hessian(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rule,

@@ -225,7 +225,6 @@ static int solve(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_ups
 	r->condition = dc.condition;
 	rc = (first_order ? ct_tv : ct_tv_hessian)(hi->data, &dc, &how, &did, env, e);
 	r->iterations = did.iterations > r->iterations ? did.iterations : r->iterations;
-	r->objective = did.objective;
 	r->change = did.change;
 out:
 	ct_consistency_free(&dc);
