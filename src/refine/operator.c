@@ -14,8 +14,6 @@ static int factor_to(double x[3], const double want[3], const struct ct_vol *v, 
 
 	ct_vol_spacing(v, mm);
 	for (int a = 0; a < 3; a++) {
-		if (!(want[a] > 0))
-			return ct_fail(e, CT_EUSAGE, "the spacing %g mm is not positive", want[a]);
 		x[a] = fmax(mm[a] / want[a], 1);
 		if (fabs(x[a] - nearbyint(x[a])) < 1e-4 * x[a])
 			x[a] = nearbyint(x[a]);

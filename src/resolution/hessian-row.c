@@ -10,7 +10,7 @@ enum { II, JJ, KK, IJ, IK, JK, PARTS = CT_HESSIAN_PARTS };
 
 /* Voxels [i, i + m), m <= CT_F32_LANES; before them stands `left`. */
 CT_INLINE void ascend(const struct ct_hessian_ascent *r, size_t i, size_t m, ct_f32 *left, float s,
-	const bool begin, const bool end)
+	bool begin, const bool end)
 {
 	const ct_f32 zero = ct_f32_set(0), one = ct_f32_set(CT_TV_ONE);
 	const float *at = r->x + i;
@@ -52,16 +52,11 @@ void CT_SIMD_HERE(ct_hessian_row_ascend)(const struct ct_hessian_ascent *row, si
 {
 	const struct ct_hessian_ascent r = *row; /* so that no store can change it */
 	ct_f32 left = ct_f32_set(0);
-	size_t i = CT_F32_LANES;
+	size_t i = 0;
 
-	if (n <= CT_F32_LANES) {
-		ascend(&r, 0, n, &left, s, true, true);
-		return;
-	}
-	ascend(&r, 0, CT_F32_LANES, &left, s, true, false);
 	for (; i + CT_F32_LANES < n; i += CT_F32_LANES)
-		ascend(&r, i, CT_F32_LANES, &left, s, false, false);
-	ascend(&r, i, n - i, &left, s, false, true);
+		ascend(&r, i, CT_F32_LANES, &left, s, i == 0, false);
+	ascend(&r, i, n - i, &left, s, i == 0, true);
 }
 
 /* Components ii, ij and ik of the voxels before. */

@@ -35,11 +35,11 @@ _Static_assert(sizeof network == (size_t)4 * NETWORKS * WEIGHTS, "the network is
 
 static float weight(size_t i)
 {
-	const unsigned char *p = network + 4 * i;
-	const uint32_t word =
-		(uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
+	uint32_t word = 0;
 	float w;
 
+	for (size_t k = 0; k < sizeof word; k++)
+		word |= (uint32_t)network[4 * i + k] << 8 * k;
 	memcpy(&w, &word, sizeof w);
 	return w;
 }

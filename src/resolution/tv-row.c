@@ -33,29 +33,28 @@ enum { AHEAD = 512, LINE = 64 }; /* voxels; bytes */
 
 /* Begin to fetch the dual and the volume of the voxels that follow in AHEAD: the processor does not
  * see so many streams coming by itself. */
-CT_INLINE void fetch(const struct ct_tv_row *r, size_t i, const bool add)
+CT_INLINE void fetch(const struct ct_tv_row *r, size_t i)
 {
 	if (i % (LINE / sizeof(int16_t)) == 0) {
 		__builtin_prefetch(r->p[0] + i + AHEAD, 1);
 		__builtin_prefetch(r->p[1] + i + AHEAD, 1);
 		__builtin_prefetch(r->p[2] + i + AHEAD, 1);
 	}
-	if (add && i % (LINE / sizeof(float)) == 0)
+	if (r->ahead && i % (LINE / sizeof(float)) == 0)
 		__builtin_prefetch(r->ahead + i + AHEAD);
 }
 
 /* Voxels [i, i + m), m <= CT_F32_LANES, of which the last ends the row if `end`; left: the
  * i-components of the dual before them. */
-CT_INLINE void move(const struct sweep *w, size_t i, size_t m, ct_f32 *left, const bool end,
-	const bool draw, const bool measure, const bool add)
+CT_INLINE void move(const struct sweep *w, size_t i, size_t m, ct_f32 *left, const bool end)
 {
 	const struct ct_tv_row *r = &w->r;
 	const ct_f32 x = ct_f32_load_n(r->x + i, m), two = ct_f32_set(2);
 	const ct_f32 next = end ? ct_f32_load_n(r->x + i + 1, m - 1) : ct_f32_load(r->x + i + 1);
 	ct_f32 g[3], p[3], q[3], by, xk, step;
 
-	fetch(r, i, add);
-	if (add) {
+	fetch(r, i);
+	if (r->ahead) {
 		xk = ct_f32_fma(ct_f32_set(r->by), ct_f32_load_n(r->plus + i, m),
 			ct_f32_load_n(r->ahead + i, m));
 		ct_f32_store_n(r->xk + i, xk, m);
@@ -77,52 +76,30 @@ CT_INLINE void move(const struct sweep *w, size_t i, size_t m, ct_f32 *left, con
 	step = ct_f32_set(w->t[0]) * (q[0] - ct_f32_slide(*left, q[0]));
 	step = ct_f32_fma(ct_f32_set(w->t[1]), q[1] - ct_f32_load_n(r->before + i, m), step);
 	step = ct_f32_fma(ct_f32_set(w->t[2]), q[2] - ct_f32_load_n(r->below + i, m), step);
-	if (draw)
+	if (r->to)
 		step = ct_f32_fma(ct_f32_set(r->pull), ct_f32_load_n(r->to + i, m) - x, step);
 	*left = q[0];
 	ct_f32_store_n(r->after + i, q[1], m);
 	ct_f32_store_n(r->below + i, q[2], m);
 	ct_f32_store_n(r->out + i, x + step, m);
-	if (measure)
+	if (r->step)
 		ct_f32_store_n(r->step + i, step, m);
-}
-
-CT_INLINE void row(
-	const struct sweep *w, size_t n, const bool draw, const bool measure, const bool add)
-{
-	ct_f32 left = ct_f32_set(0);
-	size_t i = 0;
-
-	for (; i + CT_F32_LANES < n; i += CT_F32_LANES)
-		move(w, i, CT_F32_LANES, &left, false, draw, measure, add);
-	move(w, i, n - i, &left, true, draw, measure, add);
-}
-
-CT_INLINE void choose(const struct sweep *w, size_t n, const bool add)
-{
-	if (w->r.step && w->r.to)
-		row(w, n, true, true, add);
-	else if (w->r.step)
-		row(w, n, false, true, add);
-	else if (w->r.to)
-		row(w, n, true, false, add);
-	else
-		row(w, n, false, false, add);
 }
 
 void CT_SIMD_HERE(ct_tv_row_sweep)(
 	const struct ct_tv_row *r, size_t n, const float weight[3], float s, float t)
 {
 	struct sweep w = {.r = *r};
+	ct_f32 left = ct_f32_set(0);
+	size_t i = 0;
 
 	for (int a = 0; a < 3; a++) {
 		w.s[a] = s * weight[a];
 		w.t[a] = t * weight[a];
 	}
-	if (r->ahead)
-		choose(&w, n, true);
-	else
-		choose(&w, n, false);
+	for (; i + CT_F32_LANES < n; i += CT_F32_LANES)
+		move(&w, i, CT_F32_LANES, &left, false);
+	move(&w, i, n - i, &left, true);
 }
 
 enum { LANES = 16 }; /* partial sums, in a fixed order */
