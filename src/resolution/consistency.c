@@ -64,9 +64,11 @@ static int target(struct ct_consistency *dc, const struct ct_svd f[3], const flo
 	float *c = NULL;
 	int rc = -1;
 
-	for (int a = 0; a < 3; a++)
-		if (ct_svd_u(&s.t[a], &f[a], e))
+	for (int a = 0; a < 3; a++) {
+		if (ct_taps_alloc(&s.t[a], f[a].m, f[a].m, f[a].m, e))
 			goto out;
+		memcpy(s.t[a].w, f[a].u, f[a].m * f[a].m * sizeof *f[a].u);
+	}
 	if (ct_separable_plan(&s, par, e) ||
 		ct_alloc(&c, dc->m[0] * dc->m[1] * dc->m[2], sizeof *c, e))
 		goto out;

@@ -92,34 +92,30 @@ static struct ct_hessian_descent descent(const struct hessian_tv_job *v, ptrdiff
 	return r;
 }
 
-/* Plane k of the next volume before its correction, and reduced. */
-static void descend_plane(const struct hessian_tv_job *v, size_t plane, size_t worker)
-{
-	size_t at = plane * v->plane;
-	float *step = v->row + worker * v->n[0];
-	double moved = 0;
-
-	for (size_t j = 0; j < v->n[1]; j++) {
-		struct ct_hessian_descent r = descent(v, (ptrdiff_t)j, (ptrdiff_t)plane);
-
-		r.out = v->ahead + at + j * v->n[0];
-		r.step = v->measure ? step : NULL;
-		r.x = v->x + at + j * v->n[0];
-		CT_SIMD(ct_hessian_row_descend)(&r, v->n[0], v->t * v->part);
-		if (v->measure)
-			moved += CT_SIMD(ct_vector_dot)(
-				v->n[0], &(struct ct_vector){.x = step, .w = step});
-	}
-	v->moved[plane] = moved;
-	ct_consistency_reduce(v->dc, plane, v->ahead + at, worker);
-}
-
+/* Planes of the next volume before its correction, and reduced. */
 static void descend(void *arg, size_t slab, size_t worker)
 {
 	const struct hessian_tv_job *v = arg;
+	const size_t n = v->n[0];
+	float *step = v->row + worker * n;
 
-	for (size_t k = slab * SLAB; k < (slab + 1) * SLAB && k < v->n[2]; k++)
-		descend_plane(v, k, worker);
+	for (size_t k = slab * SLAB; k < (slab + 1) * SLAB && k < v->n[2]; k++) {
+		const size_t at = k * v->plane;
+
+		v->moved[k] = 0;
+		for (size_t j = 0; j < v->n[1]; j++) {
+			struct ct_hessian_descent r = descent(v, (ptrdiff_t)j, (ptrdiff_t)k);
+
+			r.out = v->ahead + at + j * n;
+			r.step = v->measure ? step : NULL;
+			r.x = v->x + at + j * n;
+			CT_SIMD(ct_hessian_row_descend)(&r, n, v->t * v->part);
+			if (v->measure)
+				v->moved[k] += CT_SIMD(ct_vector_dot)(
+					n, &(struct ct_vector){.x = step, .w = step});
+		}
+		ct_consistency_reduce(v->dc, k, v->ahead + at, worker);
+	}
 }
 
 /* Correct the next volume; it becomes x, and what it extrapolates to lies ahead. */
