@@ -23,12 +23,6 @@ CT_INLINE ct_f32 shrink(ct_f32 square)
 	return one / ct_f32_sqrt(ct_f32_max(square, one * one));
 }
 
-/* What a row is swept with: kept apart from the row, lest a store change it. */
-struct sweep {
-	struct ct_tv_row r;
-	float s[3], t[3]; /* the steps, times the weight of each axis */
-};
-
 enum { AHEAD = 512, LINE = 64 }; /* voxels; bytes */
 
 /* Begin to fetch the dual and the volume of the voxels that follow in AHEAD: the processor does not
@@ -46,9 +40,8 @@ CT_INLINE void fetch(const struct ct_tv_row *r, size_t i)
 
 /* Voxels [i, i + m), m <= CT_F32_LANES, of which the last ends the row if `end`; left: the
  * i-components of the dual before them. */
-CT_INLINE void move(const struct sweep *w, size_t i, size_t m, ct_f32 *left, const bool end)
+CT_INLINE void move(const struct ct_tv_row *r, size_t i, size_t m, ct_f32 *left, const bool end)
 {
-	const struct ct_tv_row *r = &w->r;
 	const ct_f32 x = ct_f32_load_n(r->x + i, m), two = ct_f32_set(2);
 	const ct_f32 next = end ? ct_f32_load_n(r->x + i + 1, m - 1) : ct_f32_load(r->x + i + 1);
 	ct_f32 g[3], p[3], q[3], by, xk, step;
@@ -67,15 +60,15 @@ CT_INLINE void move(const struct sweep *w, size_t i, size_t m, ct_f32 *left, con
 #pragma GCC unroll 3
 	for (int a = 0; a < 3; a++) {
 		p[a] = ct_f32_load_i16(r->p[a] + i, m);
-		q[a] = ct_f32_fma(ct_f32_set(w->s[a]), g[a], p[a]);
+		q[a] = ct_f32_fma(ct_f32_set(r->s[a]), g[a], p[a]);
 	}
 	by = shrink(ct_f32_fma(q[2], q[2], ct_f32_fma(q[1], q[1], q[0] * q[0])));
 #pragma GCC unroll 3
 	for (int a = 0; a < 3; a++)
 		q[a] = ct_f32_fma(two, put(r->p[a] + i, q[a], by, m), -p[a]);
-	step = ct_f32_set(w->t[0]) * (q[0] - ct_f32_slide(*left, q[0]));
-	step = ct_f32_fma(ct_f32_set(w->t[1]), q[1] - ct_f32_load_n(r->before + i, m), step);
-	step = ct_f32_fma(ct_f32_set(w->t[2]), q[2] - ct_f32_load_n(r->below + i, m), step);
+	step = ct_f32_set(r->t[0]) * (q[0] - ct_f32_slide(*left, q[0]));
+	step = ct_f32_fma(ct_f32_set(r->t[1]), q[1] - ct_f32_load_n(r->before + i, m), step);
+	step = ct_f32_fma(ct_f32_set(r->t[2]), q[2] - ct_f32_load_n(r->below + i, m), step);
 	if (r->to)
 		step = ct_f32_fma(ct_f32_set(r->pull), ct_f32_load_n(r->to + i, m) - x, step);
 	*left = q[0];
@@ -86,20 +79,15 @@ CT_INLINE void move(const struct sweep *w, size_t i, size_t m, ct_f32 *left, con
 		ct_f32_store_n(r->step + i, step, m);
 }
 
-void CT_SIMD_HERE(ct_tv_row_sweep)(
-	const struct ct_tv_row *r, size_t n, const float weight[3], float s, float t)
+void CT_SIMD_HERE(ct_tv_row_sweep)(const struct ct_tv_row *row, size_t n)
 {
-	struct sweep w = {.r = *r};
+	const struct ct_tv_row r = *row; /* so that no store can change it */
 	ct_f32 left = ct_f32_set(0);
 	size_t i = 0;
 
-	for (int a = 0; a < 3; a++) {
-		w.s[a] = s * weight[a];
-		w.t[a] = t * weight[a];
-	}
 	for (; i + CT_F32_LANES < n; i += CT_F32_LANES)
-		move(&w, i, CT_F32_LANES, &left, false);
-	move(&w, i, n - i, &left, true);
+		move(&r, i, CT_F32_LANES, &left, false);
+	move(&r, i, n - i, &left, true);
 }
 
 enum { LANES = 16 }; /* partial sums, in a fixed order */

@@ -20,12 +20,11 @@ struct ct_tv_row {
 	float *xk; /* made here, ahead + by plus, unless `ahead` is NULL */
 	const float *x, *xj, *ahead, *plus, *to;
 	float by, pull;
+	float s[3], t[3]; /* steps in the unit of the dual, times the weight of an axis */
 };
 
-/* One step of dual ascent and primal descent on the n voxels of a row; s and t are those of the
- * unit of the dual. */
-CT_SIMD_DECLARE(void, ct_tv_row_sweep,
-	(const struct ct_tv_row *r, size_t n, const float weight[3], float s, float t));
+/* One step of dual ascent and primal descent on the n voxels of a row. */
+CT_SIMD_DECLARE(void, ct_tv_row_sweep, (const struct ct_tv_row *row, size_t n));
 /* x -= t below; sum |x - before|^2, or 0 if that is NULL. */
 CT_SIMD_DECLARE(double, ct_tv_row_mend,
 	(float *restrict x, const float *restrict before, const float *restrict below, float t,

@@ -27,7 +27,7 @@ struct tv_job {
 	double *moved;       /* of each slab: |x' - x|^2 */
 	struct ct_consistency *dc;
 	size_t n[3], plane, slabs, share; /* share: floats of scratch a worker */
-	float weight[3], s, t;
+	float s[3], t[3];                 /* steps of the row */
 	const float *to; /* drawn towards this, a part `pull` of the way an iteration; else x */
 	float pull;
 	bool measure, lent; /* lent: the dual is the caller's */
@@ -72,9 +72,11 @@ static void sweep_plane(const struct tv_job *j, size_t k, const struct planes *v
 			.plus = v->ahead ? v->plus + y * n : NULL,
 			.by = v->by,
 			.to = j->to ? j->to + at : NULL,
-			.pull = j->pull};
+			.pull = j->pull,
+			.s = {j->s[0], j->s[1], j->s[2]},
+			.t = {j->t[0], j->t[1], j->t[2]}};
 
-		CT_SIMD(ct_tv_row_sweep)(&r, n, j->weight, j->s, j->t);
+		CT_SIMD(ct_tv_row_sweep)(&r, n);
 		if (j->measure)
 			*moved += CT_SIMD(ct_vector_dot)(
 				n, &(struct ct_vector){.x = r.step, .w = r.step});
@@ -123,8 +125,8 @@ static void mend(void *arg, size_t index, size_t worker)
 	const float *before = j->first + slab * j->plane, *below = j->last + index * j->plane;
 	float *x = j->x + k * j->plane;
 
-	j->moved[slab] += CT_SIMD(ct_tv_row_mend)(
-		x, j->measure ? before : NULL, below, j->t * j->weight[2], j->plane);
+	j->moved[slab] +=
+		CT_SIMD(ct_tv_row_mend)(x, j->measure ? before : NULL, below, j->t[2], j->plane);
 	ct_consistency_reduce(j->dc, k, x, worker);
 }
 
@@ -149,28 +151,27 @@ static int job_alloc(struct tv_job *j, struct ct_consistency *dc, const struct c
 	size_t threads, struct ct_err *e)
 {
 	const double norm = sqrt(ct_tv_norm(rule->weight, dc->n));
+	const float s = (float)(1 / (rule->step * norm));
+	float t = (float)(rule->step / norm);
 	size_t count;
 
 	j->dc = dc;
-	for (int a = 0; a < 3; a++) {
-		j->n[a] = dc->n[a];
-		j->weight[a] = (float)rule->weight[a];
-	}
-	j->t = (float)(rule->step / norm);
-	j->s = (float)(1 / (rule->step * norm));
+	memcpy(j->n, dc->n, sizeof j->n);
 	j->plane = j->n[0] * j->n[1];
 	j->slabs = (j->n[2] + SLAB - 1) / SLAB;
 	j->share = 3 * j->plane + 3 * j->n[0];
 	if (rule->near.to) {
 		/* The proximal step of |x - to|^2 / (2 mu) goes from x to (x + b to) / (1 + b). */
-		const float b = (float)((double)j->t / rule->near.mu);
+		const float b = (float)((double)t / rule->near.mu);
 
 		j->to = rule->near.to;
 		j->pull = b / (1 + b);
-		j->t /= 1 + b;
+		t /= 1 + b;
 	}
-	j->t /= CT_TV_ONE;
-	j->s *= CT_TV_ONE;
+	for (int a = 0; a < 3; a++) {
+		j->s[a] = s * CT_TV_ONE * (float)rule->weight[a];
+		j->t[a] = t / CT_TV_ONE * (float)rule->weight[a];
+	}
 	if (ct_size_mul(&count, j->plane, j->n[2], "volume", e))
 		return -1;
 	j->lent = rule->near.dual;
