@@ -288,10 +288,10 @@ static void test_noise(void)
 }
 
 /* Planes of x in another order that is allowed: slabs from the last to the
- * first, what is flat in two parts; and then their first planes. */
+ * first, and then their first planes. */
 static void reduce_anyhow(struct bench *b)
 {
-	const size_t plane = b->n[0] * b->n[1], some = plane / 3;
+	const size_t plane = b->n[0] * b->n[1];
 
 	for (int first = 0; first < 2; first++)
 		for (size_t at = 0; at < b->n[2]; at++) {
@@ -304,12 +304,7 @@ static void reduce_anyhow(struct bench *b)
 
 			if ((k == from) != first)
 				continue;
-			if (ct_consistency_is_flat(&b->dc)) {
-				ct_consistency_reduce_part(&b->dc, k, 0, some, x);
-				ct_consistency_reduce_part(&b->dc, k, some, plane - some, x + some);
-			} else {
-				ct_consistency_reduce(&b->dc, k, x, 0);
-			}
+			ct_consistency_reduce(&b->dc, k, x, 0);
 		}
 }
 

@@ -78,8 +78,6 @@ static void test_step(void)
 			worst = fmax(worst, fabs((double)x[i] - 0.7 * (double)y[i]));
 		OK(worst < 1, "a step along axis %d is lowered by the noise allowed (%.2g HU)",
 			axis, worst);
-		OK(fabs(r.objective * (double)count(n) / variation(x, n) - 1) < 0.01,
-			"and its total variation is reported");
 		free(x);
 		free(y);
 	}
@@ -148,7 +146,6 @@ static void test_ramp(void)
 	for (size_t i = 0; i < count(n); i++)
 		worst = fmax(worst, fabs((double)x[i] - (double)truth[i]));
 	OK(worst < 1 && worst < 0.01 * start, "htv: a ramp (%.2g HU, from %.3g)", worst, start);
-	OK(r.objective < 0.05, "without second-order variation (%.2g)", r.objective);
 	ct_separable_free(&down);
 	ct_separable_free(&up);
 	free(truth);
@@ -222,40 +219,7 @@ static void test_threads(solver *fn, const char *name)
 	free(y);
 }
 
-/* Root of the sum of the squared second differences at voxel `at`, with weights w; none where a
- * neighbour is missing. */
-static double bend(const double *x, const size_t n[3], const size_t at[3], const double w[3])
-{
-	const size_t step[3] = {1, n[0], n[0] * n[1]};
-	const double *p = x + at[0] + at[1] * step[1] + at[2] * step[2];
-	double sum = 0;
-
-	for (int a = 0; a < 3; a++) {
-		if (at[a] > 0 && at[a] + 1 < n[a])
-			sum += pow(w[a] * w[a] * (*(p - step[a]) - 2 * *p + p[step[a]]), 2);
-		for (int b = a + 1; b < 3; b++)
-			if (at[a] + 1 < n[a] && at[b] + 1 < n[b])
-				sum += 2 * pow(w[a] * w[b] *
-							   (p[step[a] + step[b]] - p[step[a]] -
-								   p[step[b]] + *p),
-						   2);
-	}
-	return sqrt(sum);
-}
-
-static double slope(const double *x, const size_t n[3], const size_t at[3], const double w[3])
-{
-	const size_t step[3] = {1, n[0], n[0] * n[1]};
-	const double *p = x + at[0] + at[1] * step[1] + at[2] * step[2];
-	double sum = 0;
-
-	for (int a = 0; a < 3; a++)
-		sum += at[a] + 1 < n[a] ? pow(w[a] * (p[step[a]] - *p), 2) : 0;
-	return sqrt(sum);
-}
-
-/* What the sixth iteration says: of the volume before it (htv: as it is extrapolated), and how far
- * it went. Three slabs of planes. */
+/* How far the sixth iteration says that it went. Three slabs of planes. */
 static void test_report(void)
 {
 	enum { N = 11 * 6 * 36 };
@@ -263,40 +227,31 @@ static void test_report(void)
 	const struct ct_degrade d = {{1, 2, 3}, {0.4, 0.9, 1.3}, CT_DECIMATE_SINC, {0}};
 	const struct ct_env env = {0};
 	const size_t n[3] = {11, 6, 36}, m[3] = {11, 3, 12};
-	float *y = volume(m), *x[3];
+	float *y = volume(m), *x[2];
 
 	ct_rng_normals(count(m), y, 8, 0, 0);
 	for (size_t i = 0; i < count(m); i++)
 		y[i] *= 100;
 	for (int htv = 0; htv < 2; htv++) {
-		static double ahead[N];
-		double sum = 0, moved = 0;
+		double moved = 0;
 		struct ct_tv_report r;
 
-		for (size_t k = 0; k < 3; k++) { /* after 4, 5 and 6 iterations */
+		for (size_t k = 0; k < 2; k++) { /* after 5 and 6 iterations */
 			struct ct_tv_rule some = rule;
 			struct ct_consistency dc = {0};
 
-			some.iterations = 4 + k;
+			some.iterations = 5 + k;
 			x[k] = volume(n);
 			must(ct_consistency_alloc(&dc, &d, n, y, 20, NULL, &err) ||
 				(htv ? ct_tv_hessian : ct_tv)(x[k], &dc, &some, &r, &env, &err));
 			ct_consistency_free(&dc);
 		}
-		for (size_t i = 0; i < N; i++) {
-			ahead[i] = (double)x[1][i] + (htv ? (double)x[1][i] - (double)x[0][i] : 0);
-			moved += pow((double)x[2][i] - (double)x[1][i], 2);
-		}
-		for (size_t i = 0; i < N; i++) {
-			const size_t at[3] = {i % n[0], i / n[0] % n[1], i / (n[0] * n[1])};
-
-			sum += (htv ? bend : slope)(ahead, n, at, rule.weight);
-		}
-		OK(r.iterations == 6 && fabs(r.objective * N / sum - 1) < 1e-5, "%s: its variation",
-			htv ? "htv" : "tv");
-		OK(fabs(r.change / sqrt(moved / N) - 1) < 1e-4, "and movement (%g, off %.2g)",
-			r.change, fabs(r.change / sqrt(moved / N) - 1));
-		for (size_t k = 0; k < 3; k++)
+		for (size_t i = 0; i < N; i++)
+			moved += pow((double)x[1][i] - (double)x[0][i], 2);
+		OK(r.iterations == 6 && fabs(r.change / sqrt(moved / N) - 1) < 1e-4,
+			"%s: its movement (%g, off %.2g)", htv ? "htv" : "tv", r.change,
+			fabs(r.change / sqrt(moved / N) - 1));
+		for (size_t k = 0; k < 2; k++)
 			free(x[k]);
 	}
 	free(y);
@@ -390,12 +345,10 @@ static void test_divergence(void)
 	OK(ct_tv_hessian(x, &dc, &rule, &r, &env, &err) < 0 && err.code == CT_ENUMERIC,
 		"htv: likewise");
 	memset(&r, 0x55, sizeof r);
-	OK(ct_tv(x, &dc, &none, &r, &env, &err) == 0 && r.iterations == 0 && r.objective == 0 &&
-			r.change == 0,
+	OK(ct_tv(x, &dc, &none, &r, &env, &err) == 0 && r.iterations == 0 && r.change == 0,
 		"tv: a report of no iterations is of zeroes");
 	memset(&r, 0x55, sizeof r);
-	OK(ct_tv_hessian(x, &dc, &none, &r, &env, &err) == 0 && r.iterations == 0 &&
-			r.objective == 0 && r.change == 0,
+	OK(ct_tv_hessian(x, &dc, &none, &r, &env, &err) == 0 && r.iterations == 0 && r.change == 0,
 		"htv: likewise");
 	ct_consistency_free(&dc);
 	free(x);

@@ -250,8 +250,7 @@ static void test_variation(void)
 		by_hand(x, &lo, &d, hi.n, k == 0, 0.01, &did);
 		OK(apart(ct_vol_count(&hi), hi.data, x) < 1e-5,
 			"%s: steps of the deviation, gradients in mm", ct_upsample_name(r.method));
-		OK(r.iterations == 7 && fabs(r.objective / did.objective - 1) < 1e-5 &&
-				fabs(r.change / did.change - 1) < 1e-3,
+		OK(r.iterations == 7 && fabs(r.change / did.change - 1) < 1e-3,
 			"which is reported");
 		NEAR(r.residual, misfit(&hi, &lo, &d), 1e-9, "with the misfit");
 		NEAR(r.residual, 0.007, 1e-4, "of 0.7 of the noise");

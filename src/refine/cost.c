@@ -8,23 +8,29 @@
  * Processor time, so that other work on the machine does not count. */
 #include "config.h"
 #include "core/clock.h"
+#include "core/mem.h"
 #include "refine/refine.h"
 #include "refine/slabs.h"
 #include "resolution/crop.h"
 #include "resolution/pilot.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
-enum { SOLVER_PIECE = 192, PRIOR_PIECE = 64, TRIES = 8, PLACES = 3 };
+enum {
+	SOLVER_PIECE = 192,
+	PRIOR_PIECE = 64,
+	ARSSR_PIECE = 12,
+	TRIES = 8,
+	MIDDLE = CT_CROP_PLACES / 2
+};
 #define CELLS 36000.0 /* of slices of the piece on which the prior is tried */
 #define LOOKS 1e5     /* cells at which texture is looked for */
 
-static const double middle[3] = {0.5, 0.5, 0.5};
-
-/* The coarse voxels that make `fine` voxels along each axis, or fewer, at a place in [0, 1]^3. */
+/* The coarse voxels that make `fine` voxels along each axis, or fewer, at a place of crop.h. */
 static int cut(struct ct_vol *piece, const struct ct_vol *in, const double factor[3], double fine,
-	const double at[3], struct ct_err *e)
+	int place, struct ct_err *e)
 {
 	ptrdiff_t start[3];
 	size_t n[3];
@@ -33,8 +39,8 @@ static int cut(struct ct_vol *piece, const struct ct_vol *in, const double facto
 		const double most = fmax(ceil(fine / factor[a]), 1);
 
 		n[a] = (double)in->n[a] < most ? in->n[a] : (size_t)most;
-		start[a] = (ptrdiff_t)(at[a] * (double)(in->n[a] - n[a]));
 	}
+	ct_crop_place(start, in->n, n, place);
 	return ct_crop(piece, in, n, start, 0, e);
 }
 
@@ -87,7 +93,7 @@ static int inversion(double *cpu, const struct ct_refine *r, const struct ct_vol
 	size_t n[3];
 	int rc = -1;
 
-	if (cut(&piece, in, r->is.by.factor, PRIOR_PIECE, middle, e) ||
+	if (cut(&piece, in, r->is.by.factor, PRIOR_PIECE, MIDDLE, e) ||
 		try(&least, &small, &piece, &rule, env, e))
 		goto out;
 	iterations = (double)small.iterations;
@@ -96,7 +102,7 @@ static int inversion(double *cpu, const struct ct_refine *r, const struct ct_vol
 	ct_vol_free(&piece);
 	rule.tolerance = 0;
 	rule.iterations = 1;
-	if (cut(&piece, in, r->is.by.factor, SOLVER_PIECE, middle, e) ||
+	if (cut(&piece, in, r->is.by.factor, SOLVER_PIECE, MIDDLE, e) ||
 		try(&most, &large, &piece, &rule, env, e) || /* pages are touched first */
 		try(&once, &large, &piece, &rule, env, e))
 		goto out;
@@ -129,32 +135,30 @@ static size_t patch_cells(const struct ct_slice_prior *prior, const struct ct_de
 	return 1;
 }
 
-/* Voxels from `at` to the cell that is `cells` on along an axis, or to the border before it. */
-static ptrdiff_t along(
-	const struct ct_vol *v, const size_t at[3], const size_t step[3], int axis, ptrdiff_t cells)
+/* The index `by` on along an axis of n, or the last before the border. */
+static size_t on(size_t at, ptrdiff_t by, size_t n)
 {
-	const ptrdiff_t back = -(ptrdiff_t)at[axis], on = (ptrdiff_t)(v->n[axis] - 1 - at[axis]);
-	const ptrdiff_t to = cells * (ptrdiff_t)step[axis];
+	const ptrdiff_t to = (ptrdiff_t)at + by;
 
-	return to < back ? back : to > on ? on : to;
+	return to < 0 ? 0 : (size_t)to < n ? (size_t)to : n - 1;
 }
 
 /* Does v vary in the square of w x w cells, `step` voxels each, of the slice across the axis? */
 static bool is_uneven(
 	const struct ct_vol *v, const size_t at[3], const size_t step[3], int axis, ptrdiff_t w)
 {
-	const ptrdiff_t stride[3] = {1, (ptrdiff_t)v->n[0], (ptrdiff_t)(v->n[0] * v->n[1])};
 	const int a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
-	const float *x = v->data + (ptrdiff_t)at[0] + (ptrdiff_t)at[1] * stride[1] +
-			 (ptrdiff_t)at[2] * stride[2];
 	const double count = (double)(w * w);
+	const double first = (double)v->data[(at[2] * v->n[1] + at[1]) * v->n[0] + at[0]];
 	double sum = 0, square = 0;
+	size_t p[3] = {at[0], at[1], at[2]};
 
 	for (ptrdiff_t q = 0; q < w * w; q++) {
-		const double d = (double)x[along(v, at, step, a, q % w - w / 2) * stride[a] +
-					   along(v, at, step, b, q / w - w / 2) * stride[b]] -
-				 (double)*x;
+		double d;
 
+		p[a] = on(at[a], (q % w - w / 2) * (ptrdiff_t)step[a], v->n[a]);
+		p[b] = on(at[b], (q / w - w / 2) * (ptrdiff_t)step[b], v->n[b]);
+		d = (double)v->data[(p[2] * v->n[1] + p[1]) * v->n[0] + p[0]] - first;
 		sum += d;
 		square += d * d;
 	}
@@ -212,14 +216,11 @@ static int find_uneven(struct ct_vol *piece, double *uneven, const struct ct_vol
 	const double side = cbrt(CELLS / 3 * pow(largest(factor), 2)); /* fine voxels */
 
 	*uneven = -1;
-	for (int i = 0; i < PLACES * PLACES * PLACES; i++) {
-		const double at[3] = {i % PLACES / (PLACES - 1.0),
-			i / PLACES % PLACES / (PLACES - 1.0),
-			i / (PLACES * PLACES) / (PLACES - 1.0)};
+	for (int i = 0; i < CT_CROP_PLACES; i++) {
 		struct ct_vol here = {0};
 		double its;
 
-		if (cut(&here, in, factor, side, at, e))
+		if (cut(&here, in, factor, side, i, e))
 			return -1;
 		its = count_uneven(&here, factor, cells);
 		if (its > *uneven) {
@@ -256,6 +257,34 @@ out:
 	return rc;
 }
 
+static int arssr(double *cpu, const struct ct_refine *r, const struct ct_vol *in,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_arssr_volume v = r->volume;
+	struct ct_vol piece = {0};
+	float *out = NULL;
+	double begin;
+	int rc = -1;
+
+	if (cut(&piece, in, (const double[]){1, 1, 1}, ARSSR_PIECE, MIDDLE, e))
+		goto out;
+	for (int a = 0; a < 3; a++) {
+		v.n[a] = ct_degrade_cover(piece.n[a], r->is.by.factor[a]);
+		v.tiles[a] = 1;
+	}
+	v.in = &piece;
+	if (ct_alloc(&out, v.n[0] * v.n[1] * v.n[2], sizeof *out, e))
+		goto out;
+	begin = ct_clock_cpu();
+	rc = ct_arssr_volume_run(&v, out, env, e);
+	*cpu = (ct_clock_cpu() - begin) * ct_arssr_volume_work(&r->volume) /
+	       ct_arssr_volume_work(&v);
+out:
+	ct_vol_free(&piece);
+	free(out);
+	return rc;
+}
+
 int ct_refine_cost(double *cpu, const struct ct_refine *r, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e)
 {
@@ -265,7 +294,7 @@ int ct_refine_cost(double *cpu, const struct ct_refine *r, const struct ct_vol *
 	quiet.progress = NULL;
 	*cpu = 0;
 	if (r->rule.method == CT_REFINE_ARSSR)
-		return ct_refine_arssr_cost(cpu, r, in, &quiet, e);
+		return arssr(cpu, r, in, &quiet, e);
 	if (r->inverts && inversion(cpu, r, in, &quiet, e))
 		return -1;
 	return r->adds ? prior(cpu, r, in, &quiet, e) : 0;

@@ -14,8 +14,6 @@ static int factor_to(double x[3], const double want[3], const struct ct_vol *v, 
 
 	ct_vol_spacing(v, mm);
 	for (int a = 0; a < 3; a++) {
-		if (!(want[a] > 0))
-			return ct_fail(e, CT_EUSAGE, "the spacing %g mm is not positive", want[a]);
 		x[a] = fmax(mm[a] / want[a], 1);
 		if (fabs(x[a] - nearbyint(x[a])) < 1e-4 * x[a])
 			x[a] = nearbyint(x[a]);
@@ -119,11 +117,6 @@ static int operator_of(
 	return sigma ? sigma_of(r, known, said, e) : 0;
 }
 
-static bool is_close(double a, double b)
-{
-	return fabs(a - b) <= 1e-4 * fmax(fabs(a), fabs(b));
-}
-
 /* The slice profile that the caller says, once all else is known. */
 static int slice_of(struct ct_operator *r, const struct ct_said *said, const struct ct_vol *in,
 	struct ct_err *e)
@@ -143,8 +136,9 @@ static int slice_of(struct ct_operator *r, const struct ct_said *said, const str
 		ct_slice_profile_set(&r->by, axis, &said->slice, mm[axis], e))
 		return -1;
 	if (r->from == CT_BY_FILE &&
-		(had.decimate != r->by.decimate || !is_close(had.sigma[axis], r->by.sigma[axis]) ||
-			had.profile.n != r->by.profile.n))
+		(had.decimate != r->by.decimate || had.profile.n != r->by.profile.n ||
+			fabs(had.sigma[axis] - r->by.sigma[axis]) >
+				1e-4 * fmax(had.sigma[axis], r->by.sigma[axis])))
 		return ct_fail(e, CT_EUSAGE,
 			"--profile and --slice-thickness contradict the file, which says its "
 			"operator");
@@ -328,17 +322,11 @@ static int measure_noise(
 	return 0;
 }
 
-/* Does the slice profile say all that there is to say? */
-static bool settles_all(const struct ct_operator *r, const struct ct_said *said)
-{
-	return ct_slice_profile_is_said(&said->slice) &&
-	       ct_slice_profile_is_alone(r->by.factor, ct_slice_profile_axis(r->by.factor));
-}
-
 int ct_operator_find(struct ct_operator *r, const struct ct_said *said, bool need_noise,
 	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
 {
 	const bool by_caller = !isnan(said->noise);
+	bool settled; /* the slice profile says all that there is to say */
 	double noise = 0;
 	int none;
 
@@ -358,10 +346,10 @@ int ct_operator_find(struct ct_operator *r, const struct ct_said *said, bool nee
 	r->noise_from = none == 0 && (!by_caller || said->noise == noise) ? CT_BY_FILE
 			: by_caller                                       ? CT_BY_CALLER
 									  : CT_BY_NOBODY;
-	if (said->estimate && !r->known && !settles_all(r, said) &&
-		estimate_operator(r, in, said, env, e))
-		return -1;
-	if (slice_of(r, said, in, e))
+	settled = ct_slice_profile_is_said(&said->slice) &&
+		  ct_slice_profile_is_alone(r->by.factor, ct_slice_profile_axis(r->by.factor));
+	if ((said->estimate && !r->known && !settled && estimate_operator(r, in, said, env, e)) ||
+		slice_of(r, said, in, e))
 		return -1;
 	return none && !by_caller && need_noise ? measure_noise(r, in, env, e) : 0;
 }

@@ -219,7 +219,7 @@ static int check_start(const struct ct_refine *r, const struct ct_vol *in, struc
 
 	if (!r->rule.start)
 		return 0;
-	ct_degrade_refine(want.affine, (const double(*)[4])in->affine, in->n, r->is.by.factor);
+	ct_degrade_refine(want.affine, in->affine, in->n, r->is.by.factor);
 	return ct_vol_same_grid(&want, r->rule.start, e) ? ct_blame(e, "the volume to start from")
 							 : 0;
 }
@@ -251,6 +251,34 @@ static int choose_method(
 	return 0;
 }
 
+/* The tiles of ArSSR, and their memory. */
+static int plan_arssr(
+	struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
+{
+	const double given = r->rule.memory;
+	const double most = given > 0 ? given : ct_memory_most(ct_memory_free(""));
+	struct ct_arssr_volume *v = &r->volume;
+	const double volumes = CT_MEMORY_BASE + volumes_of(r, in);
+
+	*v = (struct ct_arssr_volume){.net = r->rule.arssr, .in = in};
+	for (int a = 0; a < 3; a++) {
+		const double factor = r->is.by.factor[a], whole = (double)in->n[a] * factor;
+
+		v->n[a] = r->n[a];
+		v->step[a] = 1 / factor;
+		v->start[a] = ct_cell_index(
+			(ct_cell_centre(0) - 0.5 * ((double)r->n[a] - whole)) * v->step[a]);
+	}
+	r->inverts = false;
+	r->aliasing = (double)NAN;
+	r->slabs = 1;
+	if (ct_arssr_volume_plan(
+		    v, (most - volumes) / (1 + CT_MEMORY_SPARE), ct_par_threads(env->par), e))
+		return -1;
+	r->whole = r->need = volumes + v->bytes;
+	return 0;
+}
+
 int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e)
 {
@@ -272,7 +300,7 @@ int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const
 	if (check_start(r, in, e))
 		return -1;
 	if (rule->method == CT_REFINE_ARSSR)
-		return ct_refine_arssr_plan(r, in, env, e);
+		return plan_arssr(r, in, env, e);
 	if (prior && plan_prior(r, in, e))
 		return -1;
 	if (choose_method(r, in, env, e) || choose_slabs(r, in, e))
@@ -281,6 +309,13 @@ int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const
 		return 0;
 	r->spread = ct_upsample_spread(in);
 	return ct_flat_texture(&r->texture, in, e);
+}
+
+const char *ct_refine_name(const struct ct_refine *r, bool did)
+{
+	return r->rule.method == CT_REFINE_ARSSR
+		       ? "arssr"
+		       : ct_upsample_name(did ? r->did.method : r->method);
 }
 
 const char *ct_refine_why(const struct ct_refine *r)

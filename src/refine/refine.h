@@ -90,16 +90,7 @@ const char *ct_refine_why(const struct ct_refine *r);
 /* The word of CT_REFINE_LIST for what makes the volume, or made it if `did`. */
 const char *ct_refine_name(const struct ct_refine *r, bool did);
 
-/* For cost.c, run.c. */
-/* ArSSR: its tiles and memory; its work; CPU seconds that this will take. Codes of arssr-volume.h.
- */
-int ct_refine_arssr_plan(
-	struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e);
-int ct_refine_arssr_run(struct ct_refine *r, struct ct_vol *out, const struct ct_vol *in,
-	const struct ct_env *env, struct ct_err *e);
-int ct_refine_arssr_cost(double *cpu, const struct ct_refine *r, const struct ct_vol *in,
-	const struct ct_env *env, struct ct_err *e);
-/* The rule of the inversion. */
+/* For cost.c, run.c: the rule of the inversion. */
 struct ct_upsample_rule ct_refine_inversion(const struct ct_refine *r);
 
 #endif

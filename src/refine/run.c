@@ -24,11 +24,9 @@ static int copy(struct ct_vol *v, const struct ct_vol *of, struct ct_err *e)
 static void say_inversion(const struct ct_upsample_report *did, const struct ct_env *env)
 {
 	if (did->iterations)
-		ct_log(env, CT_INFO,
-			"%s: condition %.3g, %zu iterations, %.4g HU of variation a voxel, last moved "
-			"%.2g HU",
+		ct_log(env, CT_INFO, "%s: condition %.3g, %zu iterations, last moved %.2g HU",
 			ct_upsample_name(did->method), did->condition, did->iterations,
-			did->objective, did->change);
+			did->change);
 	if (did->texture > 0)
 		ct_log(env, CT_INFO, "linear where points differ by less than %.3g HU",
 			CT_FLAT_EDGE * did->texture);
@@ -118,21 +116,26 @@ out:
 	return rc;
 }
 
+/* The result, without voxels. */
+static int begin(
+	struct ct_vol *out, const struct ct_refine *r, const struct ct_vol *in, struct ct_err *e)
+{
+	if (ct_vol_alloc(out, r->n, e) || ct_meta_copy(&out->meta, &in->meta, e) ||
+		ct_meta_set(&out->meta, CT_META_UPSAMPLE, ct_refine_name(r, false), e))
+		return -1;
+	ct_degrade_refine(out->affine, in->affine, in->n, r->is.by.factor);
+	return 0;
+}
+
 static int in_slabs(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	const struct ct_vol *in, struct ct_pilot *pilot, const struct ct_env *env, struct ct_err *e)
 {
-	if (ct_vol_alloc(out, r->n, e))
-		return -1;
-	ct_degrade_refine(out->affine, (const double(*)[4])in->affine, in->n, r->is.by.factor);
-	if (error && ct_vol_like(error, out, e))
+	if (begin(out, r, in, e) || (error && ct_vol_like(error, out, e)))
 		return -1;
 	for (size_t k = 0; k < r->slabs; k++)
 		if (one_slab(r, out, error, in, k, pilot, env, e))
 			return -1;
-	return ct_meta_copy(&out->meta, &in->meta, e) || ct_meta_set(&out->meta, CT_META_UPSAMPLE,
-								 ct_upsample_name(r->did.method), e)
-		       ? -1
-		       : 0;
+	return 0;
 }
 
 /* What the result says of itself. */
@@ -157,6 +160,16 @@ static int describe(
 	return noisy ? ct_meta_setf(&out->meta, e, CT_META_NOISE, "%.9g", r->is.noise) : 0;
 }
 
+static int run_arssr(struct ct_refine *r, struct ct_vol *out, const struct ct_vol *in,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_arssr_volume v = r->volume;
+
+	v.in = in;
+	r->did = (struct ct_upsample_report){.residual = (double)NAN};
+	return begin(out, r, in, e) || ct_arssr_volume_run(&v, out->data, env, e) ? -1 : 0;
+}
+
 static int run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
 {
@@ -167,7 +180,7 @@ static int run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	if (r->inverts && r->is.known && ct_slab_axis(&r->is.by, in->n) >= 0 &&
 		ct_pilot_run(&pilot, in, &rule, r->slabs > 1, env, e))
 		goto out;
-	rc = r->rule.method == CT_REFINE_ARSSR ? ct_refine_arssr_run(r, out, in, env, e)
+	rc = r->rule.method == CT_REFINE_ARSSR ? run_arssr(r, out, in, env, e)
 	     : r->slabs > 1                    ? in_slabs(r, out, error, in, &pilot, env, e)
 			    : refine(r, out, error, in, r->rule.start, &pilot, env, e);
 	rc = rc || ct_check_stop(env, e) || describe(r, out, in, e) ? -1 : 0;

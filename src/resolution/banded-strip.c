@@ -51,22 +51,13 @@ CT_INLINE void row(float *out, const float *add, const struct rows in, const flo
 		sum(out, add, in, i, w, taps, 1, n - i < CT_F32_LANES ? n - i : CT_F32_LANES);
 }
 
-CT_INLINE void across(const struct ct_banded_rows *t, float *out, size_t ldo, const float *add,
-	const float *in, size_t ldi, size_t w)
+void CT_SIMD_HERE(ct_banded_across)(const struct ct_banded_rows *t, float *out, size_t ldo,
+	const float *add, const float *in, size_t ldi, size_t w)
 {
 	for (size_t r = 0; r < t->n; r++)
 		row(out + r * ldo, add ? add + r * ldo : NULL,
 			(struct rows){in + t->first[r] * ldi, ldi, NULL}, t->w + r * t->taps,
 			t->taps, w);
-}
-
-void CT_SIMD_HERE(ct_banded_across)(const struct ct_banded_rows *t, float *out, size_t ldo,
-	const float *add, const float *in, size_t ldi, size_t w)
-{
-	if (add)
-		across(t, out, ldo, add, in, ldi, w);
-	else
-		across(t, out, ldo, NULL, in, ldi, w);
 }
 
 void CT_SIMD_HERE(ct_banded_down)(const struct ct_banded *b, float *out, size_t ldo,
@@ -76,7 +67,7 @@ void CT_SIMD_HERE(ct_banded_down)(const struct ct_banded *b, float *out, size_t 
 		const size_t n = w - at < STRIP_WIDTH ? w - at : STRIP_WIDTH;
 
 		ct_turn(tile, STRIP_WIDTH, in + at * ldi, ldi, n, b->up.n);
-		across(&b->down, out + at, ldo, NULL, tile, STRIP_WIDTH, n);
+		CT_SIMD_HERE(ct_banded_across)(&b->down, out + at, ldo, NULL, tile, STRIP_WIDTH, n);
 	}
 }
 
@@ -86,13 +77,13 @@ void CT_SIMD_HERE(ct_banded_up)(const struct ct_banded *b, float *out, size_t ld
 	for (size_t at = 0; at < w; at += STRIP_WIDTH) {
 		const size_t n = w - at < STRIP_WIDTH ? w - at : STRIP_WIDTH;
 
-		across(&b->up, tile, STRIP_WIDTH, NULL, in + at, ldi, n);
+		CT_SIMD_HERE(ct_banded_across)(&b->up, tile, STRIP_WIDTH, NULL, in + at, ldi, n);
 		ct_turn(out + at * ldo, ldo, tile, STRIP_WIDTH, b->up.n, n);
 	}
 }
 
 /* Down by L, back by its transpose and d. */
-CT_INLINE void solve(const struct ct_banded *b, float *x, size_t ld, size_t w)
+void CT_SIMD_HERE(ct_banded_solve)(const struct ct_banded *b, float *x, size_t ld, size_t w)
 {
 	const size_t m = b->down.n, half = b->half;
 
@@ -113,11 +104,6 @@ CT_INLINE void solve(const struct ct_banded *b, float *x, size_t ld, size_t w)
 	}
 }
 
-void CT_SIMD_HERE(ct_banded_solve)(const struct ct_banded *b, float *x, size_t ld, size_t w)
-{
-	solve(b, x, ld, w);
-}
-
 void CT_SIMD_HERE(ct_banded_solve_turned)(
 	const struct ct_banded *b, float *x, size_t ld, size_t w, float *tile)
 {
@@ -125,7 +111,7 @@ void CT_SIMD_HERE(ct_banded_solve_turned)(
 		const size_t n = w - at < STRIP_WIDTH ? w - at : STRIP_WIDTH;
 
 		ct_turn(tile, STRIP_WIDTH, x + at * ld, ld, n, b->down.n);
-		solve(b, tile, STRIP_WIDTH, n);
+		CT_SIMD_HERE(ct_banded_solve)(b, tile, STRIP_WIDTH, n);
 		ct_turn(x + at * ld, ld, tile, STRIP_WIDTH, b->down.n, n);
 	}
 }

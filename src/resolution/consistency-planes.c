@@ -150,8 +150,8 @@ static void reduce(struct ct_consistency *dc, float *out, const float *x, float 
 }
 
 /* Coarse plane o of what the slab makes of its planes from `from` to k, of which in is reduced. */
-static void add(struct ct_consistency *dc, float *out, size_t o, size_t from, size_t k,
-	const float *in, size_t n)
+static void add(
+	struct ct_consistency *dc, float *out, size_t o, size_t from, size_t k, const float *in)
 {
 	const float w[2] = {1, weight(dc, o, k)}, *part[2] = {out, in};
 	size_t first;
@@ -159,26 +159,27 @@ static void add(struct ct_consistency *dc, float *out, size_t o, size_t from, si
 	while (from < k && weight(dc, o, from) == 0)
 		from++;
 	first = from < k ? 0 : 1;
-	CT_SIMD(ct_banded_blend)(out, 2 - first, part + first, w + first, n);
+	CT_SIMD(ct_banded_blend)(out, 2 - first, part + first, w + first, dc->plane);
 }
 
-bool ct_consistency_is_flat(const struct ct_consistency *dc)
+/* Is D banded, and only along k? */
+static bool is_flat(const struct ct_consistency *dc)
 {
 	return dc->banded && dc->same[0] && dc->same[1];
 }
 
-void ct_consistency_reduce_part(
-	struct ct_consistency *dc, size_t k, size_t at, size_t n, const float *x)
+/* Plane k, reduced within itself, to what its slab makes. */
+static void add_plane(struct ct_consistency *dc, size_t k, const float *x)
 {
 	const struct ct_consistency_slab *b = &dc->slab[k / CT_CONSISTENCY_SLAB];
 	const size_t first = k / CT_CONSISTENCY_SLAB * CT_CONSISTENCY_SLAB + apart(dc);
-	float *made = dc->reduced + b->at * dc->plane + at, *w;
+	float *made = dc->reduced + b->at * dc->plane, *w;
 	size_t o, count = reach(dc, k, &o, &w);
 
 	if (k < first && count > 0)
-		memcpy(made + b->count * dc->plane, x, n * sizeof *x);
+		memcpy(made + b->count * dc->plane, x, dc->plane * sizeof *x);
 	for (; k >= first && count-- > 0; o++)
-		add(dc, made + (o - b->first) * dc->plane, o, first, k, x, n);
+		add(dc, made + (o - b->first) * dc->plane, o, first, k, x);
 }
 
 void ct_consistency_reduce(struct ct_consistency *dc, size_t k, const float *x, size_t worker)
@@ -189,11 +190,11 @@ void ct_consistency_reduce(struct ct_consistency *dc, size_t k, const float *x, 
 
 	if (!dc->banded) {
 		reduce(dc, dc->reduced + k * dc->plane, x, tile);
-	} else if (ct_consistency_is_flat(dc)) {
-		ct_consistency_reduce_part(dc, k, 0, dc->plane, x);
+	} else if (is_flat(dc)) {
+		add_plane(dc, k, x);
 	} else if (reach(dc, k, &o, &w) > 0) {
 		reduce(dc, plane, x, tile);
-		ct_consistency_reduce_part(dc, k, 0, dc->plane, plane);
+		add_plane(dc, k, plane);
 	}
 }
 
@@ -215,7 +216,7 @@ const float *ct_consistency_multiple(const struct ct_consistency *dc, size_t k, 
 	float *w;
 	size_t o, count;
 
-	if (!ct_consistency_is_flat(dc))
+	if (!is_flat(dc))
 		return NULL;
 	count = reach(dc, k, &o, &w);
 	*by = *w; /* 0 if there is none */
@@ -230,7 +231,7 @@ void ct_consistency_expand(
 	const float *in = dc->banded ? plane : dc->reduced + k * dc->plane;
 	const size_t n = dc->n[0], m = dc->m[1];
 
-	if (ct_consistency_is_flat(dc)) {
+	if (is_flat(dc)) {
 		combine(dc, k, out, x);
 		return;
 	}

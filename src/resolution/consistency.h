@@ -93,12 +93,8 @@ void ct_consistency_reduce(struct ct_consistency *dc, size_t k, const float *x, 
 /* out = x (NULL is 0) + plane k of the correction; out may be x. Thread-safe. */
 void ct_consistency_expand(
 	const struct ct_consistency *dc, size_t k, float *out, const float *x, size_t worker);
-/* Is D banded, and only along k? Then plane k can be taken in by parts, x its numbers
- * [at, at + n), */
-bool ct_consistency_is_flat(const struct ct_consistency *dc);
-void ct_consistency_reduce_part(
-	struct ct_consistency *dc, size_t k, size_t at, size_t n, const float *x);
-/* and if its correction is a multiple of a plane, this is that one, times *by; NULL if not. */
+/* If D is banded, and only along k, and the correction of plane k a multiple of a plane: that one,
+ * times *by; else NULL. */
 const float *ct_consistency_multiple(const struct ct_consistency *dc, size_t k, float *by);
 /* From the planes of a volume x + step, all reduced, to its correction V^T d. Returns
  * |d|^2 + 2 <V step, d>, where V x are the coefficients after the last call: so that

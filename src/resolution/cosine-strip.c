@@ -113,60 +113,6 @@ CT_INLINE void unfold(float *out, size_t ldo, const float *add, const float *til
 	}
 }
 
-/* Two folds in one walk, of s rows and of their halves; s is a multiple of 4. */
-CT_INLINE void fold2(float *tile, const float *x, size_t ldx, size_t s, size_t n,
-	const float *twist, const float *inner)
-{
-	const size_t half = s / 2;
-
-	for (size_t j = 0; j < half / 2; j++)
-		for (size_t h = 0; h < 2; h++) {
-			const ct_f32 a = get(x + j * ldx, h, n);
-			const ct_f32 b = get(x + (half - 1 - j) * ldx, h, n);
-			const ct_f32 c = get(x + (half + j) * ldx, h, n);
-			const ct_f32 d = get(x + (s - 1 - j) * ldx, h, n);
-			const ct_f32 e = a + d, f = b + c, t = ct_f32_set(inner ? inner[j] : 1);
-			const ct_f32 u = ct_f32_set(twist[j]) * (a - d);
-			const ct_f32 v = ct_f32_set(twist[half - 1 - j]) * (b - c);
-
-			put(tile + j * STRIP_WIDTH, h, e + f, STRIP_WIDTH);
-			put(tile + (half - 1 - j) * STRIP_WIDTH, h, inner ? t * (e - f) : e - f,
-				STRIP_WIDTH);
-			put(tile + (half + j) * STRIP_WIDTH, h, v + u, STRIP_WIDTH);
-			put(tile + (s - 1 - j) * STRIP_WIDTH, h, inner ? t * (v - u) : v - u,
-				STRIP_WIDTH);
-		}
-}
-
-CT_INLINE void unfold2(float *out, size_t ldo, const float *add, const float *tile, size_t s,
-	size_t n, const float *twist, const float *inner)
-{
-	const size_t half = s / 2;
-
-	for (size_t j = 0; j < half / 2; j++)
-		for (size_t h = 0; h < 2; h++) {
-			const size_t at[4] = {
-				j * ldo, (half - 1 - j) * ldo, (half + j) * ldo, (s - 1 - j) * ldo};
-			const ct_f32 t = ct_f32_set(inner ? inner[j] : 1);
-			const ct_f32 p = get(tile + j * STRIP_WIDTH, h, STRIP_WIDTH);
-			const ct_f32 q = get(tile + (half - 1 - j) * STRIP_WIDTH, h, STRIP_WIDTH);
-			const ct_f32 r = get(tile + (half + j) * STRIP_WIDTH, h, STRIP_WIDTH);
-			const ct_f32 w = get(tile + (s - 1 - j) * STRIP_WIDTH, h, STRIP_WIDTH);
-			const ct_f32 even = inner ? t * q : q, odd = inner ? t * w : w;
-			const ct_f32 u = ct_f32_set(twist[j]) * (r - odd);
-			const ct_f32 v = ct_f32_set(twist[half - 1 - j]) * (r + odd);
-			ct_f32 y[4] = {
-				(p + even) + u, (p - even) + v, (p - even) - v, (p + even) - u};
-
-#pragma GCC unroll 4
-			for (size_t i = 0; i < 4; i++) {
-				if (add)
-					y[i] = get(add + at[i], h, n) + y[i];
-				put(out + at[i], h, y[i], n);
-			}
-		}
-}
-
 static size_t width(size_t w, size_t at)
 {
 	return w - at < STRIP_WIDTH ? w - at : STRIP_WIDTH;
@@ -224,62 +170,26 @@ CT_INLINE void first(float *c)
 		put(c, h, 0.70710678f * get(c, h, STRIP_WIDTH), STRIP_WIDTH);
 }
 
-/* The first folds: two if there are two levels. */
-CT_INLINE void enter(const struct ct_cosine *b, float *tile, const float *x, size_t ldx, size_t n)
-{
-	if (b->levels > 1)
-		fold2(tile, x, ldx, b->n, n, b->twist, b->twist + b->n / 2);
-	else
-		fold(tile, x, ldx, b->n, n, b->levels ? b->twist : NULL);
-}
-
-/* Those that undo them. */
-CT_INLINE void leave(const struct ct_cosine *b, float *out, size_t ldo, const float *add,
-	const float *tile, size_t n)
-{
-	if (b->levels > 1)
-		unfold2(out, ldo, add, tile, b->n, n, b->twist, b->twist + b->n / 2);
-	else
-		unfold(out, ldo, add, tile, b->n, n, b->levels ? b->twist : NULL);
-}
-
-/* The third level and the first fold of the leaves can be one walk. */
-static bool is_deep(const struct ct_cosine *b)
-{
-	return b->levels == 3 && b->n % 16 == 0;
-}
-
-/* Coefficients from a tile that has been entered. */
+/* Coefficients from a tile that was folded once. */
 static void multiply(const struct ct_cosine *b, float *c, size_t ldc, float *tile, size_t n)
 {
-	const size_t leaves = (size_t)1 << b->levels, rows = b->n >> b->levels;
-	const size_t count = b->m >> b->levels, s = 2 * rows;
-	const float *twist = b->twist + b->n - s;
+	const size_t rows = b->n >> b->levels, count = b->m >> b->levels;
 	const size_t *order = b->order + b->m - count;
 	float *out = tile + b->n * STRIP_WIDTH;
 
 	if (b->levels == 0) {
-		if (n == STRIP_WIDTH)
-			leaf(b, c, ldc, tile, STRIP_WIDTH);
-		else
-			leaf(b, c, ldc, tile, n);
+		leaf(b, c, ldc, tile, n);
 		return;
 	}
-	for (size_t t = 0; t < leaves; t += 2) {
+	for (size_t l = 1; l < b->levels; l++)
+		for (size_t t = 0, s = b->n >> l; t < (size_t)1 << l; t++)
+			fold(tile + t * s * STRIP_WIDTH, tile + t * s * STRIP_WIDTH, STRIP_WIDTH, s,
+				STRIP_WIDTH, b->twist + b->n - s);
+	for (size_t t = 0; t < (size_t)1 << b->levels; t++) {
 		float *at = tile + t * rows * STRIP_WIDTH;
 
-		if (is_deep(b)) {
-			fold2(at, at, STRIP_WIDTH, s, STRIP_WIDTH, twist, NULL);
-		} else {
-			if (b->levels == 3)
-				fold(at, at, STRIP_WIDTH, s, STRIP_WIDTH, twist);
-			fold(at, at, STRIP_WIDTH, rows, STRIP_WIDTH, NULL);
-			fold(at + rows * STRIP_WIDTH, at + rows * STRIP_WIDTH, STRIP_WIDTH, rows,
-				STRIP_WIDTH, NULL);
-		}
+		fold(at, at, STRIP_WIDTH, rows, STRIP_WIDTH, NULL);
 		leaf(b, out + t * count * STRIP_WIDTH, STRIP_WIDTH, at, STRIP_WIDTH);
-		leaf(b, out + (t + 1) * count * STRIP_WIDTH, STRIP_WIDTH, at + rows * STRIP_WIDTH,
-			STRIP_WIDTH);
 	}
 	for (size_t l = b->levels; l-- > 0;) {
 		const size_t half = b->m >> (l + 1);
@@ -297,6 +207,8 @@ static void multiply(const struct ct_cosine *b, float *c, size_t ldc, float *til
 void CT_SIMD_HERE(ct_cosine_analyse)(const struct ct_cosine *b, float *c, size_t ldc,
 	const float *x, size_t ldx, size_t w, bool turned, float *tile)
 {
+	const float *twist = b->levels ? b->twist : NULL;
+
 	for (size_t at = 0; at < w; at += STRIP_WIDTH) {
 		size_t n = width(w, at);
 
@@ -304,11 +216,11 @@ void CT_SIMD_HERE(ct_cosine_analyse)(const struct ct_cosine *b, float *c, size_t
 			if (n < STRIP_WIDTH)
 				memset(tile, 0, b->n * STRIP_WIDTH * sizeof *tile);
 			ct_turn(tile, STRIP_WIDTH, x + at * ldx, ldx, n, b->n);
-			enter(b, tile, tile, STRIP_WIDTH, STRIP_WIDTH);
+			fold(tile, tile, STRIP_WIDTH, b->n, STRIP_WIDTH, twist);
 		} else if (n == STRIP_WIDTH) {
-			enter(b, tile, x + at, ldx, STRIP_WIDTH);
+			fold(tile, x + at, ldx, b->n, STRIP_WIDTH, twist);
 		} else {
-			enter(b, tile, x + at, ldx, n);
+			fold(tile, x + at, ldx, b->n, n, twist);
 		}
 		multiply(b, c + at, ldc, tile, n);
 	}
@@ -332,13 +244,11 @@ CT_INLINE void leaf_back(const struct ct_cosine *b, float *tile, const float *in
 		unfold(tile, STRIP_WIDTH, NULL, tile, s[f], STRIP_WIDTH, NULL);
 }
 
-/* tile = V^T c of a strip, which is to be left. */
+/* tile = V^T c of a strip, folded but for its last unfolding. */
 static void expand(
 	const struct ct_cosine *b, float *tile, const float *c, size_t ldc, size_t n, float *in)
 {
-	const size_t leaves = (size_t)1 << b->levels, rows = b->n >> b->levels;
-	const size_t count = b->m >> b->levels, s = 2 * rows;
-	const float *twist = b->twist + b->n - s;
+	const size_t rows = b->n >> b->levels, count = b->m >> b->levels;
 	const size_t *order = b->order;
 
 	for (size_t k = 0; k < b->m; k++)
@@ -356,37 +266,34 @@ static void expand(
 			spread(in + (2 * t + 1) * half * STRIP_WIDTH, order, half);
 		order += half;
 	}
-	for (size_t t = 0; t < leaves; t += 2) {
+	for (size_t t = 0; t < (size_t)1 << b->levels; t++) {
 		float *at = tile + t * rows * STRIP_WIDTH;
 
 		leaf_back(b, at, in + t * count * STRIP_WIDTH);
-		leaf_back(b, at + rows * STRIP_WIDTH, in + (t + 1) * count * STRIP_WIDTH);
-		if (is_deep(b)) {
-			unfold2(at, STRIP_WIDTH, NULL, at, s, STRIP_WIDTH, twist, NULL);
-			continue;
-		}
 		unfold(at, STRIP_WIDTH, NULL, at, rows, STRIP_WIDTH, NULL);
-		unfold(at + rows * STRIP_WIDTH, STRIP_WIDTH, NULL, at + rows * STRIP_WIDTH, rows,
-			STRIP_WIDTH, NULL);
-		if (b->levels == 3)
-			unfold(at, STRIP_WIDTH, NULL, at, s, STRIP_WIDTH, twist);
 	}
+	for (size_t l = b->levels - 1; l > 0; l--)
+		for (size_t t = 0, s = b->n >> l; t < (size_t)1 << l; t++)
+			unfold(tile + t * s * STRIP_WIDTH, STRIP_WIDTH, NULL,
+				tile + t * s * STRIP_WIDTH, s, STRIP_WIDTH, b->twist + b->n - s);
 }
 
 void CT_SIMD_HERE(ct_cosine_synthesise)(const struct ct_cosine *b, float *out, size_t ldo,
 	const float *add, const float *c, size_t ldc, size_t w, bool turned, float *tile)
 {
+	const float *twist = b->levels ? b->twist : NULL;
+
 	for (size_t at = 0; at < w; at += STRIP_WIDTH) {
 		size_t n = width(w, at);
 
 		expand(b, tile, c + at, ldc, n, tile + b->n * STRIP_WIDTH);
 		if (turned) {
-			leave(b, tile, STRIP_WIDTH, NULL, tile, STRIP_WIDTH);
+			unfold(tile, STRIP_WIDTH, NULL, tile, b->n, STRIP_WIDTH, twist);
 			ct_turn(out + at * ldo, ldo, tile, STRIP_WIDTH, b->n, n);
 		} else if (n == STRIP_WIDTH && add) {
-			leave(b, out + at, ldo, add + at, tile, STRIP_WIDTH);
+			unfold(out + at, ldo, add + at, tile, b->n, STRIP_WIDTH, twist);
 		} else {
-			leave(b, out + at, ldo, add ? add + at : NULL, tile, n);
+			unfold(out + at, ldo, add ? add + at : NULL, tile, b->n, n, twist);
 		}
 	}
 }

@@ -139,6 +139,12 @@ ptrdiff_t ct_crop_start(size_t n, size_t m, double c)
 	return (ptrdiff_t)fmin(fmax(s, 0), (double)(n - m));
 }
 
+void ct_crop_place(ptrdiff_t start[3], const size_t n[static 3], const size_t m[static 3], int k)
+{
+	for (int a = 0; a < 3; a++, k /= 3)
+		start[a] = (ptrdiff_t)((n[a] - m[a]) * (size_t)(k % 3) / 2);
+}
+
 int ct_crop(struct ct_vol *out, const struct ct_vol *in, const size_t n[static 3],
 	const ptrdiff_t start[static 3], float pad, struct ct_err *e)
 {

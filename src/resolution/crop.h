@@ -15,6 +15,10 @@ int ct_crop_region(size_t from[3], size_t to[3], const float *in, const size_t n
 /* First index of a window of m out of n samples, nearest to being centred at c: inside the axis
  * if m <= n, else the axis in its middle (negative). */
 ptrdiff_t ct_crop_start(size_t n, size_t m, double c);
+/* Where window k of CT_CROP_PLACES, of m out of n samples, begins: at either end of each axis or in
+ * its middle, i fastest; the middle one is that of the grid. */
+enum { CT_CROP_PLACES = 27 };
+void ct_crop_place(ptrdiff_t start[3], const size_t n[static 3], const size_t m[static 3], int k);
 /* out (zeroed struct) <- n voxels of in from index start[] on, `pad` where there is none; without
  * metadata. CT_EINPUT, CT_ENOMEM. */
 int ct_crop(struct ct_vol *out, const struct ct_vol *in, const size_t n[static 3],

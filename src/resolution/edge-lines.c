@@ -32,49 +32,28 @@ struct lines {
 	size_t count, looked, above[STEEPEST]; /* places of so many HU */
 };
 
-/* Are two neighbours of the line that begins there both the lowest, or both the highest? */
-static bool is_clipped(const struct lines *l, const float *first)
-{
-	for (size_t k = 0; k + 1 < CT_EDGE_LONG; k++) {
-		const float a = first[k * l->stride[2]], b = first[(k + 1) * l->stride[2]];
-
-		if (a == b && (a == l->lowest || a == l->highest))
-			return true;
-	}
-	return false;
-}
-
-static bool is_metal(const struct lines *l, const float *first)
-{
-	for (size_t k = 0; k < CT_EDGE_LONG; k++)
-		if (first[k * l->stride[2]] > METAL)
-			return true;
-	return false;
-}
-
-/* Does the row of a place hold padding? */
-static bool is_padded(const struct lines *l, size_t at)
-{
-	const size_t along = l->stride[2], *s = l->stride;
-	const unsigned char *p = l->padding + at - (HALF - 1) * along;
-
-	for (size_t k = 0; k < CT_EDGE_LONG; k++)
-		if (p[k * along])
-			return true;
-	p = l->padding + at - along;
-	for (size_t k = 0; k < 4; k++, p += along)
-		if (*(p + s[0]) || *(p - s[0]) || *(p + s[1]) || *(p - s[1]))
-			return true;
-	return false;
-}
-
-/* Is the row of a place none of an edge of the anatomy? */
+/* Is the row of a place none of an edge of the anatomy: of metal, padded, or clipped, where two
+ * neighbours are both the lowest, or both the highest? */
 static bool is_false(const struct lines *l, const float *p)
 {
-	const float *first = p - (HALF - 1) * l->stride[2];
+	const size_t along = l->stride[2], *s = l->stride;
+	const float *v = p - (HALF - 1) * along;
+	const unsigned char *q;
 
-	return (!l->clipped && is_clipped(l, first)) || is_metal(l, first) ||
-	       (l->padding && is_padded(l, (size_t)(p - l->x)));
+	for (size_t k = 0; k < CT_EDGE_LONG; k++, v += along) {
+		const bool end = *v == l->lowest || *v == l->highest;
+
+		if (*v > METAL || (l->padding && l->padding[v - l->x]) ||
+			(!l->clipped && end && k + 1 < CT_EDGE_LONG && v[along] == *v))
+			return true;
+	}
+	if (!l->padding)
+		return false;
+	q = l->padding + (p - l->x) - along;
+	for (size_t k = 0; k < 4; k++, q += along)
+		if (*(q + s[0]) || *(q - s[0]) || *(q + s[1]) || *(q - s[1]))
+			return true;
+	return false;
 }
 
 static float across(const struct lines *l, const float *p)

@@ -10,7 +10,7 @@ enum { II, JJ, KK, IJ, IK, JK, PARTS = CT_HESSIAN_PARTS };
 
 /* Voxels [i, i + m), m <= CT_F32_LANES; before them stands `left`. */
 CT_INLINE void ascend(const struct ct_hessian_ascent *r, size_t i, size_t m, ct_f32 *left, float s,
-	const bool begin, const bool end, const bool measure)
+	bool begin, const bool end)
 {
 	const ct_f32 zero = ct_f32_set(0), one = ct_f32_set(CT_TV_ONE);
 	const float *at = r->x + i;
@@ -19,7 +19,7 @@ CT_INLINE void ascend(const struct ct_hessian_ascent *r, size_t i, size_t m, ct_
 	const size_t more = end ? m - 1 : m; /* that have a voxel after them */
 	const ct_f32 next = ct_f32_load_n(at + 1, more), ahead = next - x;
 	const float *w = r->weight;
-	ct_f32 h[PARTS], q[PARTS], square = zero, norm = zero;
+	ct_f32 h[PARTS], q[PARTS], norm = zero;
 
 	h[II] = w[II] * (ct_f32_slide(*left, x) + next - 2.0f * x);
 	h[JJ] = w[JJ] * (ct_f32_load_n(at + r->j0, m) + j1 - 2.0f * x);
@@ -38,8 +38,6 @@ CT_INLINE void ascend(const struct ct_hessian_ascent *r, size_t i, size_t m, ct_
 	}
 #pragma GCC unroll 6
 	for (int c = 0; c < PARTS; c++) {
-		if (measure)
-			square += h[c] * h[c];
 		q[c] = ct_f32_fma(ct_f32_set(s), h[c], ct_f32_load_i16(r->q[c] + i, m));
 		norm = ct_f32_fma(q[c], q[c], norm);
 	}
@@ -47,34 +45,18 @@ CT_INLINE void ascend(const struct ct_hessian_ascent *r, size_t i, size_t m, ct_
 #pragma GCC unroll 6
 	for (int c = 0; c < PARTS; c++)
 		ct_i32_store_i16(r->q[c] + i, ct_i32_round(q[c] * norm), m);
-	if (measure)
-		ct_f32_store_n(r->square + i, square, m);
 	*left = x;
-}
-
-CT_INLINE void rise(const struct ct_hessian_ascent *r, size_t n, float s, const bool measure)
-{
-	ct_f32 left = ct_f32_set(0);
-	size_t i = CT_F32_LANES;
-
-	if (n <= CT_F32_LANES) {
-		ascend(r, 0, n, &left, s, true, true, measure);
-		return;
-	}
-	ascend(r, 0, CT_F32_LANES, &left, s, true, false, measure);
-	for (; i + CT_F32_LANES < n; i += CT_F32_LANES)
-		ascend(r, i, CT_F32_LANES, &left, s, false, false, measure);
-	ascend(r, i, n - i, &left, s, false, true, measure);
 }
 
 void CT_SIMD_HERE(ct_hessian_row_ascend)(const struct ct_hessian_ascent *row, size_t n, float s)
 {
 	const struct ct_hessian_ascent r = *row; /* so that no store can change it */
+	ct_f32 left = ct_f32_set(0);
+	size_t i = 0;
 
-	if (r.square)
-		rise(&r, n, s, true);
-	else
-		rise(&r, n, s, false);
+	for (; i + CT_F32_LANES < n; i += CT_F32_LANES)
+		ascend(&r, i, CT_F32_LANES, &left, s, i == 0, false);
+	ascend(&r, i, n - i, &left, s, i == 0, true);
 }
 
 /* Components ii, ij and ik of the voxels before. */

@@ -17,7 +17,6 @@ enum { CT_HESSIAN_PARTS = 6 };
  * overlaps another. */
 struct ct_hessian_ascent {
 	int16_t *q[CT_HESSIAN_PARTS]; /* the dual */
-	float *square;                /* |H x|^2 of each voxel, or NULL */
 	const float *x;
 	ptrdiff_t j0, j1, k0, k1;
 	float weight[CT_HESSIAN_PARTS];

@@ -22,7 +22,7 @@ struct hessian_tv_job {
 	int16_t *q[PARTS]; /* the dual */
 	int16_t *zero;     /* a row of zeros */
 	float *row;        /* of each worker: what is measured */
-	double *sums;      /* of each plane: variation, and squared movement */
+	double *moved;     /* of each plane, squared */
 	struct ct_consistency *dc;
 	size_t n[3], plane;
 	float weight[PARTS], s, t;
@@ -56,18 +56,13 @@ static struct ct_hessian_ascent ascent(const struct hessian_tv_job *v, size_t j,
 static void ascend(void *arg, size_t k, size_t worker)
 {
 	const struct hessian_tv_job *v = arg;
-	float *square = v->row + worker * v->n[0];
-	double sum = 0;
 
+	(void)worker;
 	for (size_t j = 0; j < v->n[1]; j++) {
-		struct ct_hessian_ascent r = ascent(v, j, k);
+		const struct ct_hessian_ascent r = ascent(v, j, k);
 
-		r.square = v->measure ? square : NULL;
 		CT_SIMD(ct_hessian_row_ascend)(&r, v->n[0], v->s / v->part);
-		if (v->measure)
-			sum += CT_SIMD(ct_tv_row_roots)(square, v->n[0]);
 	}
-	v->sums[2 * k] = sum;
 }
 
 /* Row (j,k) of component c, zeros outside. */
@@ -97,34 +92,30 @@ static struct ct_hessian_descent descent(const struct hessian_tv_job *v, ptrdiff
 	return r;
 }
 
-/* Plane k of the next volume before its correction, and reduced. */
-static void descend_plane(const struct hessian_tv_job *v, size_t plane, size_t worker)
-{
-	size_t at = plane * v->plane;
-	float *step = v->row + worker * v->n[0];
-	double moved = 0;
-
-	for (size_t j = 0; j < v->n[1]; j++) {
-		struct ct_hessian_descent r = descent(v, (ptrdiff_t)j, (ptrdiff_t)plane);
-
-		r.out = v->ahead + at + j * v->n[0];
-		r.step = v->measure ? step : NULL;
-		r.x = v->x + at + j * v->n[0];
-		CT_SIMD(ct_hessian_row_descend)(&r, v->n[0], v->t * v->part);
-		if (v->measure)
-			moved += CT_SIMD(ct_vector_dot)(
-				v->n[0], &(struct ct_vector){.x = step, .w = step});
-	}
-	v->sums[2 * plane + 1] = moved;
-	ct_consistency_reduce(v->dc, plane, v->ahead + at, worker);
-}
-
+/* Planes of the next volume before its correction, and reduced. */
 static void descend(void *arg, size_t slab, size_t worker)
 {
 	const struct hessian_tv_job *v = arg;
+	const size_t n = v->n[0];
+	float *step = v->row + worker * n;
 
-	for (size_t k = slab * SLAB; k < (slab + 1) * SLAB && k < v->n[2]; k++)
-		descend_plane(v, k, worker);
+	for (size_t k = slab * SLAB; k < (slab + 1) * SLAB && k < v->n[2]; k++) {
+		const size_t at = k * v->plane;
+
+		v->moved[k] = 0;
+		for (size_t j = 0; j < v->n[1]; j++) {
+			struct ct_hessian_descent r = descent(v, (ptrdiff_t)j, (ptrdiff_t)k);
+
+			r.out = v->ahead + at + j * n;
+			r.step = v->measure ? step : NULL;
+			r.x = v->x + at + j * n;
+			CT_SIMD(ct_hessian_row_descend)(&r, n, v->t * v->part);
+			if (v->measure)
+				v->moved[k] += CT_SIMD(ct_vector_dot)(
+					n, &(struct ct_vector){.x = step, .w = step});
+		}
+		ct_consistency_reduce(v->dc, k, v->ahead + at, worker);
+	}
 }
 
 /* Correct the next volume; it becomes x, and what it extrapolates to lies ahead. */
@@ -157,7 +148,7 @@ static int job_alloc(struct hessian_tv_job *j, struct ct_consistency *dc,
 		ct_alloc(&j->ahead, count, sizeof(float), e) ||
 		ct_alloc0(&j->zero, j->n[0], sizeof *j->zero, e) ||
 		ct_alloc(&j->row, threads * j->n[0], sizeof(float), e) ||
-		ct_alloc(&j->sums, 2 * j->n[2], sizeof(double), e))
+		ct_alloc(&j->moved, j->n[2], sizeof(double), e))
 		return -1;
 	for (int c = 0; c < PARTS; c++)
 		if (ct_alloc0(&j->q[c], count, sizeof *j->q[c], e))
@@ -172,24 +163,23 @@ static void job_free(struct hessian_tv_job *j)
 	free(j->ahead);
 	free(j->zero);
 	free(j->row);
-	free(j->sums);
+	free(j->moved);
 }
 
-static void iterate(void *job, size_t it, bool measure, double sums[2], struct ct_par *par)
+static double iterate(void *job, size_t it, bool measure, struct ct_par *par)
 {
 	struct hessian_tv_job *j = job;
+	double moved;
 
 	j->measure = measure;
 	j->part = (float)fmax(exp2(-(double)it / HALVES), LEAST_PART);
 	ct_par_for(par, j->n[2], ascend, j);
 	ct_par_for(par, (j->n[2] + SLAB - 1) / SLAB, descend, j);
-	sums[0] = 0;
-	sums[1] = ct_consistency_correct(j->dc, measure, par);
+	moved = ct_consistency_correct(j->dc, measure, par);
 	ct_par_for(par, j->n[2], extrapolate, j);
-	for (size_t k = 0; k < j->n[2]; k++) {
-		sums[0] += j->sums[2 * k];
-		sums[1] += j->sums[2 * k + 1];
-	}
+	for (size_t k = 0; k < j->n[2]; k++)
+		moved += j->moved[k];
+	return moved;
 }
 
 int ct_tv_hessian(float *x, struct ct_consistency *dc, const struct ct_tv_rule *rule,

@@ -14,7 +14,7 @@ libct_a_SOURCES += src/resolution/cosine.c src/resolution/cosine.h
 SIMD_SOURCES += src/resolution/banded-strip.c
 libct_a_SOURCES += src/resolution/banded.c src/resolution/banded.h
 libct_a_SOURCES += src/resolution/consistency.c src/resolution/consistency-planes.c \
-	src/resolution/consistency-exact.c src/resolution/consistency.h
+	src/resolution/consistency.h
 libct_a_SOURCES += src/resolution/tv.c src/resolution/tv.h
 SIMD_SOURCES += src/resolution/tv-row.c src/resolution/tv-row.h
 libct_a_SOURCES += src/resolution/upsample.c src/resolution/upsample.h
@@ -25,7 +25,7 @@ libct_a_SOURCES += src/resolution/hessian-tv.c
 SIMD_SOURCES += src/resolution/hessian-row.c src/resolution/hessian-row.h
 libct_a_SOURCES += src/resolution/padding.c src/resolution/padding.h
 libct_a_SOURCES += src/resolution/edge-lines.c src/resolution/edge-lines.h
-libct_a_SOURCES += src/resolution/profile.c src/resolution/profile-rows.c src/resolution/profile.h
+libct_a_SOURCES += src/resolution/profile.c src/resolution/profile.h
 EXTRA_DIST += src/resolution/profile-network.bin
 BUILT_SOURCES += src/resolution/profile-network.inc
 CLEANFILES += src/resolution/profile-network.inc

@@ -7,7 +7,7 @@
 
 struct mirror_job {
 	void *x;
-	size_t n[3];
+	size_t n[3], size; /* bytes of a voxel */
 	unsigned axes;
 	int axis; /* of a component of a dual */
 };
@@ -35,24 +35,24 @@ static inline void mirror_plane(const struct mirror_job *t, size_t k, const size
 	}
 }
 
-static void mirror_floats(void *arg, size_t k, size_t worker)
+/* Each with a size that is known. */
+static void mirror(void *arg, size_t k, size_t worker)
 {
-	(void)worker;
-	mirror_plane(arg, k, sizeof(float));
-}
+	const struct mirror_job *t = arg;
 
-static void mirror_shorts(void *arg, size_t k, size_t worker)
-{
 	(void)worker;
-	mirror_plane(arg, k, sizeof(int16_t));
+	if (t->size == sizeof(float))
+		mirror_plane(t, k, sizeof(float));
+	else
+		mirror_plane(t, k, sizeof(int16_t));
 }
 
 void ct_mirror_volume(float *x, const size_t n[static 3], unsigned axes, struct ct_par *par)
 {
-	struct mirror_job t = {x, {n[0], n[1], n[2]}, axes, 0};
+	struct mirror_job t = {x, {n[0], n[1], n[2]}, sizeof *x, axes, 0};
 
 	if (axes)
-		ct_par_for(par, n[2], mirror_floats, &t);
+		ct_par_for(par, n[2], mirror, &t);
 }
 
 /* Each voxel of a plane takes the value of the next one along the axis, with the other sign. */
@@ -76,9 +76,9 @@ static void move(void *arg, size_t across, size_t worker)
 void ct_mirror_dual(int16_t *p, const size_t n[static 3], unsigned axes, struct ct_par *par)
 {
 	for (int a = 0; a < 3 && axes; a++, p += n[0] * n[1] * n[2]) {
-		struct mirror_job t = {p, {n[0], n[1], n[2]}, axes, a};
+		struct mirror_job t = {p, {n[0], n[1], n[2]}, sizeof *p, axes, a};
 
-		ct_par_for(par, n[2], mirror_shorts, &t);
+		ct_par_for(par, n[2], mirror, &t);
 		if (axes >> a & 1)
 			ct_par_for(par, n[a == 2 ? 1 : 2], move, &t);
 	}

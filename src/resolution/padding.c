@@ -23,16 +23,11 @@ struct value {
 
 struct finder {
 	const float *x;
-	size_t n[3], stride[3];
+	size_t n[3], stride[3], all;
 	unsigned char *is;
 	struct value value[KNOWN];
 	size_t values;
 };
-
-static size_t count_of(const struct finder *f)
-{
-	return f->n[0] * f->n[1] * f->n[2];
-}
 
 /* Have all neighbours of the voxel its value? */
 static bool is_core(const struct finder *f, const size_t at[3])
@@ -123,17 +118,16 @@ static bool join(struct finder *f, size_t i, float hu, bool forwards)
 /* All of a value that touches its cores; false if these do not reach the border. */
 static bool grow(struct finder *f, float hu)
 {
-	const size_t n = count_of(f);
 	bool reaches = false;
 
 	for (bool more = true; more;) {
 		more = false;
-		for (size_t i = 0; i < n; i++)
+		for (size_t i = 0; i < f->all; i++)
 			more |= join(f, i, hu, true);
-		for (size_t i = n; i-- > 0;)
+		for (size_t i = f->all; i-- > 0;)
 			more |= join(f, i, hu, false);
 	}
-	for (size_t i = 0; i < n && !reaches; i++)
+	for (size_t i = 0; i < f->all && !reaches; i++)
 		reaches = f->is[i] && f->x[i] == hu && is_at_border(f, i);
 	return reaches;
 }
@@ -152,10 +146,9 @@ static double ratio_of(const struct finder *f, size_t p, size_t q, size_t r)
 /* Does the region of a value cut off what it meets? */
 static bool cuts(const struct finder *f, float hu)
 {
-	const size_t n = count_of(f);
 	size_t bin[BINS] = {0}, all = 0, sum = 0, b = BINS;
 
-	for (size_t i = 0; i < n; i++)
+	for (size_t i = 0; i < f->all; i++)
 		for (int a = 0; a < 3 && f->is[i] && f->x[i] == hu; a++) {
 			const size_t at = i / f->stride[a] % f->n[a], s = f->stride[a];
 			const double up = at + 2 < f->n[a] ? ratio_of(f, i, i + s, i + 2 * s) : -1;
@@ -176,10 +169,9 @@ static bool cuts(const struct finder *f, float hu)
  * stay. */
 static size_t keep(struct finder *f, size_t values)
 {
-	const size_t n = count_of(f);
 	size_t kept = 0;
 
-	for (size_t i = 0; i < n; i++) {
+	for (size_t i = 0; i < f->all; i++) {
 		bool is = false;
 
 		for (size_t k = 0; k < values; k++)
@@ -194,7 +186,7 @@ static bool is_window(const struct finder *f, float hu)
 {
 	bool lowest = hu > WINDOW;
 
-	for (size_t i = 0; i < count_of(f) && lowest; i++)
+	for (size_t i = 0; i < f->all && lowest; i++)
 		lowest = f->x[i] >= hu;
 	return lowest;
 }
@@ -216,7 +208,7 @@ static bool is_synthetic(const struct finder *f)
 {
 	size_t rest = 0, smooth = 0;
 
-	for (size_t i = 0; i < count_of(f); i++)
+	for (size_t i = 0; i < f->all; i++)
 		if (!f->is[i]) {
 			rest++;
 			smooth += is_on_line(f, i);
@@ -250,8 +242,9 @@ static size_t paddings(struct finder *f, size_t values)
 int ct_padding_find(
 	struct ct_padding *p, const float *x, const size_t n[static 3], struct ct_err *e)
 {
-	struct finder f = {.x = x, .n = {n[0], n[1], n[2]}, .stride = {1, n[0], n[0] * n[1]}};
-	const size_t all = count_of(&f);
+	const size_t all = n[0] * n[1] * n[2];
+	struct finder f = {
+		.x = x, .n = {n[0], n[1], n[2]}, .stride = {1, n[0], n[0] * n[1]}, .all = all};
 	size_t values;
 
 	*p = (struct ct_padding){0};

@@ -8,7 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PLACES = 3 };
 #define TISSUE -500.0F /* HU, and above */
 
 static size_t tissue(const struct ct_vol *lo, const size_t n[3], const ptrdiff_t start[3])
@@ -35,14 +34,11 @@ static void choose(ptrdiff_t start[3], const struct ct_vol *lo, const size_t n[3
 	const double voxels = (double)n[0] * (double)n[1] * (double)n[2];
 	double least = INFINITY;
 
-	for (int p = 0; p < PLACES * PLACES * PLACES; p++) {
-		const int q = (p + PLACES * PLACES * PLACES / 2) % (PLACES * PLACES * PLACES);
-		const int at[3] = {q % PLACES, q / PLACES % PLACES, q / (PLACES * PLACES)};
+	for (int p = 0; p < CT_CROP_PLACES; p++) {
 		ptrdiff_t here[3];
 		double off;
 
-		for (int a = 0; a < 3; a++)
-			here[a] = (ptrdiff_t)((lo->n[a] - n[a]) * (size_t)at[a] / (PLACES - 1));
+		ct_crop_place(here, lo->n, n, (p + CT_CROP_PLACES / 2) % CT_CROP_PLACES);
 		off = fabs((double)tissue(lo, n, here) / voxels - all);
 		if (off < least) {
 			least = off;

@@ -127,6 +127,8 @@ static int iso_taps(
 	struct ct_taps cubic = {0}, gauss = {0};
 	int rc = -1;
 
+	if (fabs(step - 1) < 1e-6)
+		return ct_taps_identity(t, n, e);
 	if (!(step > 1))
 		return ct_resample_taps(t, n, m, start, step, CT_CUBIC, false, e);
 	if (ct_resample_taps(&cubic, n, m, start, step, CT_CUBIC, false, e) == 0 &&
@@ -137,52 +139,53 @@ static int iso_taps(
 	return rc;
 }
 
-/* v <- the tables s->t of it: from index start[] on in steps of step[]. */
-static int resample(struct ct_vol *v, struct ct_separable *s, const double start[3],
-	const double step[3], const struct ct_env *env, struct ct_err *e)
+/* v <- n voxels of it, from index start[] on in steps of step[]; where these are larger under a
+ * Gaussian, or else a wider kernel. */
+static int resample(struct ct_vol *v, const size_t n[3], const double start[3],
+	const double step[3], bool gauss, const struct ct_env *env, struct ct_err *e)
 {
+	struct ct_separable s = {0};
 	struct ct_vol w = {0};
+	int rc = 0;
 
-	if (ct_separable_plan(s, env->par, e) ||
-		ct_vol_alloc(&w, (const size_t[]){s->t[0].n_out, s->t[1].n_out, s->t[2].n_out}, e))
-		return -1;
-	ct_separable_apply(s, w.data, v->data, env->par);
-	memcpy(w.affine, v->affine, sizeof w.affine);
-	ct_vol_shift_affine(w.affine, start);
-	for (int r = 0; r < 3; r++)
-		for (int d = 0; d < 3; d++)
-			w.affine[r][d] *= step[d];
-	take(v, &w);
-	return 0;
+	for (int d = 0; d < 3 && rc == 0; d++)
+		rc = gauss ? iso_taps(&s.t[d], v->n[d], n[d], start[d], step[d], e)
+			   : ct_resample_taps(
+				     &s.t[d], v->n[d], n[d], start[d], step[d], CT_CUBIC, true, e);
+	rc = rc || ct_separable_plan(&s, env->par, e) || ct_vol_alloc(&w, n, e) ? -1 : 0;
+	if (rc == 0) {
+		ct_separable_apply(&s, w.data, v->data, env->par);
+		memcpy(w.affine, v->affine, sizeof w.affine);
+		ct_vol_shift_affine(w.affine, start);
+		for (int r = 0; r < 3; r++)
+			for (int d = 0; d < 3; d++)
+				w.affine[r][d] *= step[d];
+		take(v, &w);
+	}
+	ct_separable_free(&s);
+	return rc;
 }
 
 int ct_regrid_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_separable s = {0};
 	double old[3], start[3], step[3];
-	int rc = 0;
+	size_t n[3];
 
 	ct_vol_spacing(v, old);
-	for (int d = 0; d < 3 && rc == 0; d++) {
-		const double n = (double)v->n[d], want = floor(n / (mm / old[d]) + 0.5);
-		const size_t m = want < 1 ? 1 : (size_t)fmin(want, 1e6);
+	for (int d = 0; d < 3; d++) {
+		const double had = (double)v->n[d], want = floor(had / (mm / old[d]) + 0.5);
 
-		step[d] = mm / old[d];
-		start[d] = ((n - 1) - ((double)m - 1) * step[d]) / 2; /* about the same centre */
 		if (want > 1e6)
-			rc = ct_fail(
+			return ct_fail(
 				e, CT_EUSAGE, "--iso %g makes %.0f voxels along an axis", mm, want);
-		else if (fabs(step[d] - 1) < 1e-6)
-			rc = ct_taps_identity(&s.t[d], v->n[d], e);
-		else
-			rc = iso_taps(&s.t[d], v->n[d], m, start[d], step[d], e);
+		n[d] = want < 1 ? 1 : (size_t)want;
+		step[d] = mm / old[d];
+		start[d] = ((had - 1) - ((double)n[d] - 1) * step[d]) / 2; /* the same centre */
 	}
-	if (rc == 0)
-		rc = resample(v, &s, start, step, env, e);
-	if (rc == 0)
-		forget_operator(&v->meta);
-	ct_separable_free(&s);
-	return rc;
+	if (resample(v, n, start, step, true, env, e))
+		return -1;
+	forget_operator(&v->meta);
+	return 0;
 }
 
 int ct_regrid_cube(struct ct_vol *v, size_t n, struct ct_err *e)
@@ -223,30 +226,22 @@ static int finer_operator(struct ct_meta *m, const double finer[static 3], struc
 int ct_regrid_spacing(struct ct_vol *v, double mm, const struct ct_env *env, struct ct_err *e)
 {
 	double old[3], start[3], step[3], finer[3];
-	struct ct_separable s = {0};
-	int rc = 0;
+	size_t n[3];
 
 	ct_vol_spacing(v, old);
-	for (int a = 0; a < 3 && rc == 0; a++) {
+	for (int a = 0; a < 3; a++) {
 		const double cells = old[a] * (double)v->n[a] / mm;
-		const size_t n = (size_t)fmin(fmax(1, ceil(cells - 1e-6)), 1e6);
 
+		if (!(cells < 1e6))
+			return ct_fail(e, CT_EGEOM, "%g mm is too fine: %.3g voxels along axis %d",
+				mm, cells, a);
+		n[a] = (size_t)fmax(1, ceil(cells - 1e-6));
 		step[a] = mm / old[a];
 		finer[a] = 1 / step[a];
 		start[a] = ct_cell_index(ct_cell_centre(0) * step[a]);
-		if (!(cells < 1e6))
-			rc = ct_fail(e, CT_EGEOM, "%g mm is too fine: %.3g voxels along axis %d",
-				mm, cells, a);
-		else
-			rc = ct_resample_taps(
-				&s.t[a], v->n[a], n, start[a], step[a], CT_CUBIC, true, e);
 	}
-	if (rc == 0)
-		rc = finer_operator(&v->meta, finer, e);
-	if (rc == 0)
-		rc = resample(v, &s, start, step, env, e);
-	ct_separable_free(&s);
-	return rc;
+	return finer_operator(&v->meta, finer, e) || resample(v, n, start, step, false, env, e) ? -1
+												: 0;
 }
 
 /* Where the box says nothing, the field's own ends in RAS+ mm. */

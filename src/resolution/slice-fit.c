@@ -25,29 +25,30 @@ enum {
 	LINES = 50, /* of a slice that is textured, the fewest */
 };
 
-/* Sums over the lines: of products of samples, thick voxel and 1: [tile][d][d]. */
-struct sums {
-	size_t m, d;
-	double *of;    /* owned */
-	size_t *lines; /* [tile][slices of thick], owned */
-};
-
-struct job {
-	const struct ct_slice_pair *s;
-	const struct ct_slice_span *w;
-	struct sums *to;
+/* What is known of the samples at any time. */
+struct fit {
+	struct ct_slice_pair s;
+	struct ct_slice_span w; /* of all samples that are looked at */
+	size_t d;               /* samples of a line, its thick voxel, and 1 */
+	double *sums;           /* over the lines, of the products of these: [tile][d][d], owned */
+	size_t *textured;       /* lines: [tile][slices of thick], owned */
+	size_t from, m;         /* the samples that are kept */
+	/* Covariances of these [m][m], of them with the thick voxel [m], and its variance. */
+	double c[MOST * MOST + MOST + 1];
+	double work[2 * MOST * MOST], weight[MOST];
+	double condition, lines;
 };
 
 /* Samples of one line about slice k, its thick voxel, and 1; false if it is not textured. */
 static bool samples(
-	double *v, const struct job *j, const float *thin, size_t stride, double thick, size_t k)
+	double *v, const struct fit *f, const float *thin, size_t stride, double thick, size_t k)
 {
 	double lo = (double)INFINITY, hi = -(double)INFINITY;
 	ptrdiff_t at;
-	const double part = ct_slice_pair_place(&at, j->s, k);
+	const double part = ct_slice_pair_place(&at, &f->s, k);
 
-	for (ptrdiff_t q = j->w->q[0]; q <= j->w->q[1]; q++) {
-		const float *t = thin + (at + j->s->sign * q) * (ptrdiff_t)stride;
+	for (ptrdiff_t q = f->w.q[0]; q <= f->w.q[1]; q++) {
+		const float *t = thin + (at + f->s.sign * q) * (ptrdiff_t)stride;
 		const double x = part > 0 ? (1 - part) * (double)t[0] + part * (double)t[stride]
 					  : (double)t[0];
 
@@ -63,14 +64,14 @@ static bool samples(
 
 static void add_tile(void *arg, size_t tile, size_t worker)
 {
-	const struct job *j = arg;
-	const struct ct_vol *thick = j->s->thick, *thin = j->s->thin;
-	const int a = j->s->axis, b = a == 0 ? 1 : 0, c = a == 2 ? 1 : 2;
+	const struct fit *f = arg;
+	const struct ct_vol *thick = f->s.thick, *thin = f->s.thin;
+	const int a = f->s.axis, b = a == 0 ? 1 : 0, c = a == 2 ? 1 : 2;
 	const size_t stride[3] = {1, thick->n[0], thick->n[0] * thick->n[1]};
 	const size_t wide[3] = {1, thin->n[0], thin->n[0] * thin->n[1]};
-	const size_t u = tile % SIDE, l = tile / SIDE, d = j->to->d;
-	double *sum = j->to->of + tile * d * d, v[MOST + 2];
-	size_t *lines = j->to->lines + tile * thick->n[a];
+	const size_t u = tile % SIDE, l = tile / SIDE, d = f->d;
+	double *sum = f->sums + tile * d * d, v[MOST + 2];
+	size_t *lines = f->textured + tile * thick->n[a];
 
 	(void)worker;
 	for (size_t y = l * thick->n[c] / SIDE; y < (l + 1) * thick->n[c] / SIDE; y++)
@@ -78,8 +79,8 @@ static void add_tile(void *arg, size_t tile, size_t worker)
 			const float *from = thin->data + x * wide[b] + y * wide[c];
 			const float *to = thick->data + x * stride[b] + y * stride[c];
 
-			for (size_t k = j->w->k[0]; k < j->w->k[1]; k++) {
-				if (!samples(v, j, from, wide[a], (double)to[k * stride[a]], k))
+			for (size_t k = f->w.k[0]; k < f->w.k[1]; k++) {
+				if (!samples(v, f, from, wide[a], (double)to[k * stride[a]], k))
 					continue;
 				lines[k]++;
 				for (size_t p = 0; p < d; p++)
@@ -89,79 +90,59 @@ static void add_tile(void *arg, size_t tile, size_t worker)
 		}
 }
 
-static void sums_free(struct sums *s)
-{
-	free(s->of);
-	free(s->lines);
-	*s = (struct sums){0};
-}
-
-static int add_up(struct sums *to, const struct ct_slice_pair *s, const struct ct_slice_span *w,
-	const struct ct_env *env, struct ct_err *e)
-{
-	struct job j = {s, w, to};
-
-	sums_free(to);
-	to->m = (size_t)(w->q[1] - w->q[0] + 1);
-	to->d = to->m + 2;
-	if (ct_alloc0(&to->of, TILES * to->d * to->d, sizeof *to->of, e) ||
-		ct_alloc0(&to->lines, TILES * s->thick->n[s->axis], sizeof *to->lines, e))
-		return -1;
-	ct_par_for(env->par, TILES, add_tile, &j);
-	return ct_check_stop(env, e);
-}
-
 /* Sum (p, q) of all tiles but one; `without` = TILES: of all. */
-static double total_of(const struct sums *s, size_t without, size_t p, size_t q)
+static double total_of(const struct fit *f, size_t without, size_t p, size_t q)
 {
 	double sum = 0;
 
 	for (size_t tile = 0; tile < TILES; tile++)
 		if (tile != without)
-			sum += s->of[(tile * s->d + p) * s->d + q];
+			sum += f->sums[(tile * f->d + p) * f->d + q];
 	return sum;
 }
 
-/* Covariances of samples [m][m], of them with the thick voxel [m], and its variance, in that order,
- * without a tile. The samples are those from `from`. Returns how many lines. */
-static double covariance(double *c, const struct sums *s, size_t from, size_t m, size_t without)
+/* f->c and f->lines of the samples that are kept, without a tile. */
+static void covariance(struct fit *f, size_t without)
 {
-	const size_t d = s->d;
-	const double n = total_of(s, without, d - 1, d - 1);
-	double *b = c + m * m, mean[MOST + 2];
+	const size_t d = f->d, m = f->m, from = f->from;
+	const double n = total_of(f, without, d - 1, d - 1);
+	double *c = f->c, *b = c + m * m, mean[MOST + 2];
 
 	for (size_t p = 0; p < d; p++)
-		mean[p] = total_of(s, without, p, d - 1) / n;
+		mean[p] = total_of(f, without, p, d - 1) / n;
 	for (size_t p = 0; p < m; p++) {
 		for (size_t q = p; q < m; q++) {
-			c[p * m + q] = total_of(s, without, from + p, from + q) / n -
+			c[p * m + q] = total_of(f, without, from + p, from + q) / n -
 				       mean[from + p] * mean[from + q];
 			c[q * m + p] = c[p * m + q];
 		}
-		b[p] = total_of(s, without, from + p, d - 2) / n - mean[from + p] * mean[d - 2];
+		b[p] = total_of(f, without, from + p, d - 2) / n - mean[from + p] * mean[d - 2];
 	}
-	b[m] = total_of(s, without, d - 2, d - 2) / n - mean[d - 2] * mean[d - 2];
-	return n;
+	b[m] = total_of(f, without, d - 2, d - 2) / n - mean[d - 2] * mean[d - 2];
+	f->lines = n;
 }
 
 /* Mean square of T - w t. */
-static double misfit(const double *w, const double *c, size_t m)
+static double misfit(const struct fit *f, const double *w)
 {
-	const double *b = c + m * m;
+	const size_t m = f->m;
+	const double *b = f->c + m * m;
 	double sum = b[m];
 
 	for (size_t p = 0; p < m; p++)
-		sum += w[p] * (ct_jacobi_dot(m, w, c + p * m) - 2 * b[p]);
+		sum += w[p] * (ct_jacobi_dot(m, w, f->c + p * m) - 2 * b[p]);
 	return fmax(sum, 0);
 }
 
-/* w <- of least squares; *condition <- of the covariance. work: [2][m][m]. */
-static int solve(
-	double *w, double *condition, const double *c, size_t m, double *work, struct ct_err *e)
+/* Weights of least squares of the samples that are kept, of all tiles but one, and the condition of
+ * their covariance. */
+static int solve(struct fit *f, size_t without, struct ct_err *e)
 {
-	const double *b = c + m * m;
-	double *v = work, *u = work + m * m, ridge = 0, most = 0, least = (double)INFINITY;
+	const size_t m = f->m;
+	double *c = f->c, *w = f->weight, *v = f->work, *u = v + m * m;
+	double ridge = 0, most = 0, least = (double)INFINITY;
 
+	covariance(f, without);
 	memcpy(v, c, m * m * sizeof *v);
 	memset(u, 0, m * m * sizeof *u);
 	memset(w, 0, m * sizeof *w);
@@ -175,38 +156,21 @@ static int solve(
 		return -1;
 	for (size_t p = 0; p < m; p++) {
 		const double l = sqrt(ct_jacobi_dot(m, v + p * m, v + p * m));
-		const double part = ct_jacobi_dot(m, u + p * m, b) / l;
+		const double part = ct_jacobi_dot(m, u + p * m, c + m * m) / l;
 
 		most = fmax(most, l - ridge);
 		least = fmin(least, l - ridge);
 		for (size_t q = 0; q < m; q++)
 			w[q] += part * u[p * m + q];
 	}
-	*condition = most / fmax(least, 1e-15 * most);
+	f->condition = most / fmax(least, 1e-15 * most);
 	return 0;
 }
-
-/* What is known of the samples at any time. */
-struct fit {
-	struct ct_slice_pair s;
-	struct ct_slice_span w; /* of all samples that are looked at */
-	struct sums sums;       /* of them */
-	size_t from, m;         /* the samples that are kept */
-	double c[MOST * MOST + MOST + 1], work[2 * MOST * MOST], weight[MOST];
-	double condition, lines;
-};
 
 /* Where a sample is, mm. */
 static double sample_at(const struct fit *f, size_t i)
 {
 	return ((double)(f->w.q[0] + (ptrdiff_t)(f->from + i)) + f->s.f) * f->s.spacing[1];
-}
-
-/* Weights of the samples that are kept, of all tiles but one. */
-static int fit_kept(struct fit *f, size_t without, struct ct_err *e)
-{
-	f->lines = covariance(f->c, &f->sums, f->from, f->m, without);
-	return solve(f->weight, &f->condition, f->c, f->m, f->work, e);
 }
 
 /* Sum, centre and standard deviation of the weights that are above `least`. */
@@ -253,7 +217,7 @@ static size_t textured(const struct fit *f)
 		size_t lines = 0;
 
 		for (size_t t = 0; t < TILES; t++)
-			lines += f->sums.lines[t * n + k];
+			lines += f->textured[t * n + k];
 		slices += lines >= LINES;
 	}
 	return slices;
@@ -263,7 +227,7 @@ static size_t textured(const struct fit *f)
 static int drop_needless(struct fit *f, double about, struct ct_err *e)
 {
 	const double h = f->s.spacing[1], centre = round(2 * about / h) * h / 2;
-	const double enough = NEEDLESS * misfit(f->weight, f->c, f->m);
+	const double enough = NEEDLESS * misfit(f, f->weight);
 	const size_t all = f->m;
 
 	for (double r = 1;; r++) {
@@ -276,9 +240,9 @@ static int drop_needless(struct fit *f, double about, struct ct_err *e)
 			to--;
 		f->from = from;
 		f->m = to - from;
-		if (fit_kept(f, TILES, e))
+		if (solve(f, TILES, e))
 			return -1;
-		if (f->m == all || misfit(f->weight, f->c, f->m) <= enough + NEEDLESS_HU2)
+		if (f->m == all || misfit(f, f->weight) <= enough + NEEDLESS_HU2)
 			return 0;
 	}
 }
@@ -291,7 +255,7 @@ static int jackknife(struct ct_slice_fit *o, struct fit *f, struct ct_err *e)
 	for (size_t t = 0; t < TILES; t++) {
 		double mm[3];
 
-		if (fit_kept(f, t, e))
+		if (solve(f, t, e))
 			return -1;
 		moments(mm, f, -(double)INFINITY);
 		for (size_t i = 0; i <= f->m; i++) {
@@ -325,7 +289,7 @@ static double residual_of(const struct fit *f, double centre, double sigma)
 	}
 	for (size_t i = 0; i < f->m; i++)
 		w[i] /= sum;
-	return sqrt(misfit(w, f->c, f->m));
+	return sqrt(misfit(f, w));
 }
 
 /* The Gaussian that fits best, by golden section about the sigma of the samples. */
@@ -363,7 +327,7 @@ static int tell(struct ct_slice_fit *o, struct fit *f, double centre, struct ct_
 	o->centre = mm[1] - o->shift;
 	o->sigma = mm[2];
 	p->first = sample_at(f, 0) - o->shift;
-	o->residual = sqrt(misfit(f->weight, f->c, f->m));
+	o->residual = sqrt(misfit(f, f->weight));
 	o->explained = 1 - pow(o->residual, 2) / f->c[f->m * f->m + f->m];
 	o->condition = f->condition;
 	o->lines = (size_t)f->lines;
@@ -375,7 +339,7 @@ static int tell(struct ct_slice_fit *o, struct fit *f, double centre, struct ct_
 		return -1;
 	f->from = 0;
 	f->m = all;
-	f->lines = covariance(f->c, &f->sums, 0, all, TILES);
+	covariance(f, TILES);
 	compare_shapes(o, f, mm[1]);
 	return 0;
 }
@@ -385,8 +349,15 @@ static int measure(
 {
 	double most = 0, mm[3];
 
-	if (ct_slice_pair_find(&f->s, e) || choose_span(f, e) ||
-		add_up(&f->sums, &f->s, &f->w, env, e))
+	if (ct_slice_pair_find(&f->s, e) || choose_span(f, e))
+		return -1;
+	f->m = (size_t)(f->w.q[1] - f->w.q[0] + 1);
+	f->d = f->m + 2;
+	if (ct_alloc0(&f->sums, TILES * f->d * f->d, sizeof *f->sums, e) ||
+		ct_alloc0(&f->textured, TILES * f->s.thick->n[f->s.axis], sizeof *f->textured, e))
+		return -1;
+	ct_par_for(env->par, TILES, add_tile, f);
+	if (ct_check_stop(env, e))
 		return -1;
 	o->axis = f->s.axis;
 	o->thick = f->s.spacing[0];
@@ -397,8 +368,7 @@ static int measure(
 			"%zu slices have %d lines or more whose thin voxels differ by %g HU: fewer than "
 			"%d tell no profile",
 			o->slices, LINES, CT_SLICE_FIT_TEXTURE, SLICES);
-	f->m = f->sums.m;
-	if (fit_kept(f, TILES, e))
+	if (solve(f, TILES, e))
 		return -1;
 	for (size_t i = 0; i < f->m; i++)
 		most = fmax(most, f->weight[i]);
@@ -423,7 +393,8 @@ int ct_slice_fit(struct ct_slice_fit *o, const struct ct_vol *thick, const struc
 		ct_blame(e, "the thin slices");
 	else
 		rc = measure(o, f, env, e);
-	sums_free(&f->sums);
+	free(f->sums);
+	free(f->textured);
 	free(f);
 	return rc;
 }

@@ -240,24 +240,19 @@ int ct_slice_profile_get(const struct ct_meta *m, struct ct_degrade *d, struct c
 {
 	const char *s = ct_meta_get(m, CT_META_PROFILE);
 	struct ct_slice_profile p = {0};
+	bool more, whole = false;
 	int used = 0;
 	char *end;
 
 	if (!s)
 		return 0;
-	if (sscanf(s, "%1d %lf %lf %n", &p.axis, &p.first, &p.step, &used) != 3 || used == 0)
-		used = -1;
-	for (s += used < 0 ? 0 : used; used > 0 && p.n < CT_SLICE_PROFILE_MOST; s = end + 1) {
-		p.w[p.n] = strtod(s, &end);
-		if (end == s || (*end && *end != ',')) {
-			used = -1;
-			break;
-		}
-		p.n++;
-		if (!*end)
-			break;
+	more = sscanf(s, "%1d %lf %lf %n", &p.axis, &p.first, &p.step, &used) == 3 && used > 0;
+	for (s += used; more && p.n < CT_SLICE_PROFILE_MOST; s = end + 1) {
+		p.w[p.n++] = strtod(s, &end);
+		whole = end != s && !*end;
+		more = end != s && *end == ',';
 	}
-	if (used < 0 || *end || p.axis < 0 || p.axis > 2 || !normalise(&p, LEAST_SUM_ROUNDED) ||
+	if (!whole || p.axis < 0 || p.axis > 2 || !normalise(&p, LEAST_SUM_ROUNDED) ||
 		!(fmax(fabs(p.first), p.step * (double)p.n) <= 2 * WIDEST))
 		return ct_fail(e, CT_EINPUT,
 			"metadata profile: not an axis, a place, a step and up to %d weights",

@@ -90,14 +90,6 @@ void ct_svd_free(struct ct_svd *f)
 	*f = (struct ct_svd){0};
 }
 
-int ct_svd_u(struct ct_taps *t, const struct ct_svd *f, struct ct_err *e)
-{
-	if (ct_taps_alloc(t, f->m, f->m, f->m, e))
-		return -1;
-	memcpy(t->w, f->u, f->m * f->m * sizeof *t->w);
-	return 0;
-}
-
 /* A full table without what is nothing. */
 static int trim(struct ct_taps *t, struct ct_err *e)
 {

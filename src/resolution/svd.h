@@ -34,7 +34,5 @@ int ct_svd_alloc(struct ct_svd *f, const struct ct_taps *a, struct ct_err *e);
 void ct_svd_free(struct ct_svd *f);
 /* The table of A+, n rows of m, or of the fewer that are not zero. Allocates. */
 int ct_svd_pinv(struct ct_taps *t, const struct ct_svd *f, struct ct_err *e);
-/* The table of U, m rows. Allocates. */
-int ct_svd_u(struct ct_taps *t, const struct ct_svd *f, struct ct_err *e);
 
 #endif

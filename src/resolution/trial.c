@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { PLACES = 3, ITERATIONS = 300 };
+enum { ITERATIONS = 300 };
 #define TOLERANCE 0.1 /* HU RMS: as a refinement ends */
 
 /* Mean square of the differences along the refined axes, of n voxels from start on. */
@@ -38,13 +38,11 @@ static void choose(
 {
 	double most = -1;
 
-	for (int p = 0; p < PLACES * PLACES * PLACES; p++) {
-		const int at[3] = {p % PLACES, p / PLACES % PLACES, p / (PLACES * PLACES)};
+	for (int p = 0; p < CT_CROP_PLACES; p++) {
 		ptrdiff_t here[3];
 		double rough;
 
-		for (int a = 0; a < 3; a++)
-			here[a] = (ptrdiff_t)((lo->n[a] - n[a]) * (size_t)at[a] / (PLACES - 1));
+		ct_crop_place(here, lo->n, n, p);
 		rough = roughness(lo, n, here, refined);
 		if (rough > most) {
 			most = rough;

@@ -1,4 +1,4 @@
-/* tv-row.h: one row of an iteration of total variation, and the sums that measure it (tv.c). Pure
+/* tv-row.h: one row of an iteration of total variation, and the sum that measures it (tv.c). Pure
  * kernels (core/simd.h). */
 #ifndef CT_RESOLUTION_TV_ROW_H
 #define CT_RESOLUTION_TV_ROW_H
@@ -16,18 +16,15 @@
 struct ct_tv_row {
 	int16_t *p[3];
 	float *out, *below, *before, *after; /* after: j-component of this row */
-	float *grad, *step; /* |grad x|^2 and x' - x of each voxel, both or neither NULL */
-	float *xk;          /* made here, ahead + by plus, unless `ahead` is NULL */
+	float *step;                         /* x' - x of each voxel, or NULL */
+	float *xk; /* made here, ahead + by plus, unless `ahead` is NULL */
 	const float *x, *xj, *ahead, *plus, *to;
 	float by, pull;
+	float s[3], t[3]; /* steps in the unit of the dual, times the weight of an axis */
 };
 
-/* One step of dual ascent and primal descent on the n voxels of a row; s and t are those of the
- * unit of the dual. */
-CT_SIMD_DECLARE(void, ct_tv_row_sweep,
-	(const struct ct_tv_row *r, size_t n, const float weight[3], float s, float t));
-/* Sum of the square roots of v, which it leaves there. */
-CT_SIMD_DECLARE(double, ct_tv_row_roots, (float *v, size_t n));
+/* One step of dual ascent and primal descent on the n voxels of a row. */
+CT_SIMD_DECLARE(void, ct_tv_row_sweep, (const struct ct_tv_row *row, size_t n));
 /* x -= t below; sum |x - before|^2, or 0 if that is NULL. */
 CT_SIMD_DECLARE(double, ct_tv_row_mend,
 	(float *restrict x, const float *restrict before, const float *restrict below, float t,

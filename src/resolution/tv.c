@@ -17,17 +17,17 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SLAB = CT_CONSISTENCY_SLAB, MEASURE = 5, ROWS = 8 };
+enum { SLAB = CT_CONSISTENCY_SLAB, MEASURE = 5 };
 
 struct tv_job {
 	float *x;            /* the volume before its correction */
 	int16_t *p[3];       /* the dual */
 	float *first, *last; /* a plane of each slab */
-	float *scratch;      /* of each worker: three planes, four rows */
-	double *tv, *moved;  /* of each slab: sum |grad x|, |x' - x|^2 */
+	float *scratch;      /* of each worker: three planes, three rows */
+	double *moved;       /* of each slab: |x' - x|^2 */
 	struct ct_consistency *dc;
 	size_t n[3], plane, slabs, share; /* share: floats of scratch a worker */
-	float weight[3], s, t;
+	float s[3], t[3];                 /* steps of the row */
 	const float *to; /* drawn towards this, a part `pull` of the way an iteration; else x */
 	float pull;
 	bool measure, lent; /* lent: the dual is the caller's */
@@ -48,10 +48,10 @@ struct planes {
 	const float *ahead, *plus;
 };
 
-/* Dual and out of plane k, reduced if that can be done a few rows at a time. `below` is the plane
- * of k-components of 2 p' - p below it, and then its own. */
+/* Dual and out of plane k. `below` is the plane of k-components of 2 p' - p below it, and then its
+ * own. */
 static void sweep_plane(const struct tv_job *j, size_t k, const struct planes *v, float *below,
-	float *rows, double *tv, double *moved, bool reduce)
+	float *rows, double *moved)
 {
 	size_t n = j->n[0];
 	float *turn[2] = {rows, rows + n};
@@ -64,8 +64,7 @@ static void sweep_plane(const struct tv_job *j, size_t k, const struct planes *v
 			.below = below + y * n,
 			.before = turn[(y + 1) % 2],
 			.after = turn[y % 2],
-			.grad = j->measure ? rows + 2 * n : NULL,
-			.step = j->measure ? rows + 3 * n : NULL,
+			.step = j->measure ? rows + 2 * n : NULL,
 			.x = v->x + y * n,
 			.xj = v->x + y * n + up,
 			.xk = v->xk + y * n,
@@ -73,20 +72,14 @@ static void sweep_plane(const struct tv_job *j, size_t k, const struct planes *v
 			.plus = v->ahead ? v->plus + y * n : NULL,
 			.by = v->by,
 			.to = j->to ? j->to + at : NULL,
-			.pull = j->pull};
+			.pull = j->pull,
+			.s = {j->s[0], j->s[1], j->s[2]},
+			.t = {j->t[0], j->t[1], j->t[2]}};
 
-		CT_SIMD(ct_tv_row_sweep)(&r, n, j->weight, j->s, j->t);
-		if (j->measure) {
-			*tv += CT_SIMD(ct_tv_row_roots)(r.grad, n);
+		CT_SIMD(ct_tv_row_sweep)(&r, n);
+		if (j->measure)
 			*moved += CT_SIMD(ct_vector_dot)(
 				n, &(struct ct_vector){.x = r.step, .w = r.step});
-		}
-		if (reduce && ((y + 1) % ROWS == 0 || y + 1 == j->n[1])) {
-			const size_t from = y / ROWS * ROWS * n;
-
-			ct_consistency_reduce_part(
-				j->dc, k, from, (y + 1) * n - from, j->x + k * j->plane + from);
-		}
 	}
 }
 
@@ -97,8 +90,7 @@ static void sweep_slab(void *arg, size_t slab, size_t worker)
 	float *below = j->scratch + worker * j->share;
 	float *plane[2] = {below + j->plane, below + 2 * j->plane}, *rows = below + 3 * j->plane;
 	struct planes v = {.x = j->first + slab * j->plane};
-	const bool flat = ct_consistency_is_flat(j->dc);
-	double tv = 0, moved = 0, skip = 0;
+	double moved = 0, skip = 0;
 
 	memset(below, 0, j->plane * sizeof *below);
 	for (size_t k = from; k < to; k++) {
@@ -116,13 +108,12 @@ static void sweep_slab(void *arg, size_t slab, size_t worker)
 				v.by = 1;
 			}
 		}
-		sweep_plane(j, k, &v, below, rows, &tv, whole ? &moved : &skip, flat && whole);
-		if (whole && !flat)
+		sweep_plane(j, k, &v, below, rows, whole ? &moved : &skip);
+		if (whole)
 			ct_consistency_reduce(j->dc, k, j->x + k * j->plane, worker);
 		v.x = v.xk;
 	}
 	memcpy(j->last + slab * j->plane, below, j->plane * sizeof *below);
-	j->tv[slab] = tv;
 	j->moved[slab] = moved;
 }
 
@@ -134,59 +125,53 @@ static void mend(void *arg, size_t index, size_t worker)
 	const float *before = j->first + slab * j->plane, *below = j->last + index * j->plane;
 	float *x = j->x + k * j->plane;
 
-	j->moved[slab] += CT_SIMD(ct_tv_row_mend)(
-		x, j->measure ? before : NULL, below, j->t * j->weight[2], j->plane);
+	j->moved[slab] +=
+		CT_SIMD(ct_tv_row_mend)(x, j->measure ? before : NULL, below, j->t[2], j->plane);
 	ct_consistency_reduce(j->dc, k, x, worker);
 }
 
 /* One iteration; leaves x before its correction, and the correction in dc. */
-static void iterate(void *job, size_t it, bool measure, double sums[2], struct ct_par *par)
+static double iterate(void *job, size_t it, bool measure, struct ct_par *par)
 {
 	struct tv_job *j = job;
+	double moved;
 
 	(void)it;
 	j->measure = measure;
 	ct_par_for(par, j->slabs, set_aside, j);
 	ct_par_for(par, j->slabs, sweep_slab, j);
 	ct_par_for(par, j->slabs - 1, mend, j);
-	sums[0] = 0;
-	sums[1] = ct_consistency_correct(j->dc, measure, par);
-	for (size_t s = 0; s < j->slabs; s++) {
-		sums[0] += j->tv[s];
-		sums[1] += j->moved[s];
-	}
-}
-
-/* The proximal step of |x - to|^2 / (2 mu) goes from x to (x + b to) / (1 + b), b = t / mu. */
-static void draw(struct tv_job *j, const struct ct_tv_near *near)
-{
-	const float b = (float)((double)j->t / near->mu);
-
-	j->to = near->to;
-	j->pull = b / (1 + b);
-	j->t /= 1 + b;
+	moved = ct_consistency_correct(j->dc, measure, par);
+	for (size_t s = 0; s < j->slabs; s++)
+		moved += j->moved[s];
+	return moved;
 }
 
 static int job_alloc(struct tv_job *j, struct ct_consistency *dc, const struct ct_tv_rule *rule,
 	size_t threads, struct ct_err *e)
 {
 	const double norm = sqrt(ct_tv_norm(rule->weight, dc->n));
+	const float s = (float)(1 / (rule->step * norm));
+	float t = (float)(rule->step / norm);
 	size_t count;
 
 	j->dc = dc;
-	for (int a = 0; a < 3; a++) {
-		j->n[a] = dc->n[a];
-		j->weight[a] = (float)rule->weight[a];
-	}
-	j->t = (float)(rule->step / norm);
-	j->s = (float)(1 / (rule->step * norm));
+	memcpy(j->n, dc->n, sizeof j->n);
 	j->plane = j->n[0] * j->n[1];
 	j->slabs = (j->n[2] + SLAB - 1) / SLAB;
-	j->share = 3 * j->plane + 4 * j->n[0];
-	if (rule->near.to)
-		draw(j, &rule->near);
-	j->t /= CT_TV_ONE;
-	j->s *= CT_TV_ONE;
+	j->share = 3 * j->plane + 3 * j->n[0];
+	if (rule->near.to) {
+		/* The proximal step of |x - to|^2 / (2 mu) goes from x to (x + b to) / (1 + b). */
+		const float b = (float)((double)t / rule->near.mu);
+
+		j->to = rule->near.to;
+		j->pull = b / (1 + b);
+		t /= 1 + b;
+	}
+	for (int a = 0; a < 3; a++) {
+		j->s[a] = s * CT_TV_ONE * (float)rule->weight[a];
+		j->t[a] = t / CT_TV_ONE * (float)rule->weight[a];
+	}
 	if (ct_size_mul(&count, j->plane, j->n[2], "volume", e))
 		return -1;
 	j->lent = rule->near.dual;
@@ -198,7 +183,6 @@ static int job_alloc(struct tv_job *j, struct ct_consistency *dc, const struct c
 	if (ct_alloc(&j->first, j->slabs * j->plane, sizeof(float), e) ||
 		ct_alloc(&j->last, j->slabs * j->plane, sizeof(float), e) ||
 		ct_alloc(&j->scratch, threads * j->share, sizeof(float), e) ||
-		ct_alloc(&j->tv, j->slabs, sizeof(double), e) ||
 		ct_alloc(&j->moved, j->slabs, sizeof(double), e))
 		return -1;
 	return 0;
@@ -211,7 +195,6 @@ static void job_free(struct tv_job *j)
 	free(j->first);
 	free(j->last);
 	free(j->scratch);
-	free(j->tv);
 	free(j->moved);
 }
 
@@ -229,19 +212,18 @@ int ct_tv_run(const struct ct_tv_loop *loop, const struct ct_tv_rule *rule,
 {
 	struct ct_trend trend = ct_trend_begin(rule->tolerance, rule->iterations);
 	const double count = (double)loop->voxels;
-	double sums[2];
+	double moved;
 	int rc = 0;
 
 	for (size_t it = 0; it < rule->iterations && rc == 0; it++) {
 		const bool measure = it % MEASURE == MEASURE - 1 || it + 1 == rule->iterations;
 
 		ct_progress_until(env, "iterations", it, rule->iterations, ct_trend_likely(&trend));
-		loop->iterate(loop->job, it, measure, sums, env->par);
+		moved = loop->iterate(loop->job, it, measure, env->par);
 		report->iterations = it + 1;
 		if (measure) {
-			report->objective = sums[0] / count;
 			report->change =
-				isfinite(sums[1]) ? sqrt(fmax(sums[1], 0) / count) : (double)NAN;
+				isfinite(moved) ? sqrt(fmax(moved, 0) / count) : (double)NAN;
 			ct_trend_see(&trend, it + 1, report->change);
 		}
 		if (measure && it >= loop->known && !isfinite(report->change))

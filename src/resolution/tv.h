@@ -44,8 +44,7 @@ struct ct_tv_rule {
 
 struct ct_tv_report {
 	size_t iterations;
-	double objective; /* TV per voxel before the last step that was measured */
-	double change;    /* RMS movement of x in it */
+	double change; /* RMS movement of x in the last step that was measured */
 };
 
 /* x: the volume to start from, dc->n; replaced by the solution. CT_ENUMERIC naming the iteration if
@@ -80,8 +79,8 @@ struct ct_tv_loop {
 	const char *what; /* it minimises */
 	size_t known;     /* iterations from this on tell how far they move, */
 	size_t least;     /* and may be the last */
-	/* Iteration `it`; if to measure sums[0] is the variation, sums[1] the square moved. */
-	void (*iterate)(void *job, size_t it, bool measure, double sums[2], struct ct_par *par);
+	/* Iteration `it`; if to measure, the square of how far it moved. */
+	double (*iterate)(void *job, size_t it, bool measure, struct ct_par *par);
 	void *job;
 	size_t voxels;
 };

@@ -225,7 +225,6 @@ static int solve(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_ups
 	r->condition = dc.condition;
 	rc = (first_order ? ct_tv : ct_tv_hessian)(hi->data, &dc, &how, &did, env, e);
 	r->iterations = did.iterations > r->iterations ? did.iterations : r->iterations;
-	r->objective = did.objective;
 	r->change = did.change;
 out:
 	ct_consistency_free(&dc);
@@ -243,62 +242,48 @@ static int begin(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_ups
 	return 0;
 }
 
-/* TV in several ways; *sum is theirs. dual: zeros. */
-static int solve_ways(struct ct_vol *hi, struct ct_vol *turned, struct ct_vol *sum, int16_t *dual,
-	const struct ct_vol *lo, const struct ct_upsample_rule *rule, struct ct_upsample_report *r,
-	const struct ct_env *env, struct ct_err *e)
+/* TV in several ways. */
+static int solve_ways(struct ct_vol *hi, const struct ct_vol *lo,
+	const struct ct_upsample_rule *rule, struct ct_upsample_report *r, const struct ct_env *env,
+	struct ct_err *e)
 {
 	static const unsigned turns[WAYS] = {0, 5, 3, 6};
+	const size_t count = ct_vol_count(hi);
 	struct ct_upsample_rule own = *rule;
 	struct ct_upsample_report later = {.method = r->method};
 	struct ct_env_part part = {env, "way", 0, WAYS};
+	struct ct_vol turned = {0}, sum = {0};
 	struct ct_env told;
+	int16_t *dual = NULL;
+	int rc = -1;
 
+	if (ct_vol_alloc(&turned, lo->n, e) || ct_vol_alloc(&sum, hi->n, e) ||
+		ct_alloc0(&dual, CT_TV_DUAL * count, sizeof *dual, e))
+		goto out;
 	ct_env_part(&told, &part);
 	for (; part.k < WAYS; part.k++) {
 		const unsigned turn = turns[part.k];
 
-		memcpy(turned->data, lo->data, ct_vol_count(lo) * sizeof *lo->data);
-		ct_mirror_volume(turned->data, lo->n, turn, env->par);
+		memcpy(turned.data, lo->data, ct_vol_count(lo) * sizeof *lo->data);
+		ct_mirror_volume(turned.data, lo->n, turn, env->par);
 		ct_mirror_volume(hi->data, hi->n, turn, env->par);
 		ct_mirror_dual(dual, hi->n, turn, env->par);
-		if (solve(hi, turned, &own, part.k ? &later : r, dual, &told, e))
-			return -1;
+		if (solve(hi, &turned, &own, part.k ? &later : r, dual, &told, e))
+			goto out;
 		ct_mirror_volume(hi->data, hi->n, turn, env->par);
 		ct_mirror_dual(dual, hi->n, turn, env->par);
-		for (size_t i = 0; i < ct_vol_count(hi); i++)
-			sum->data[i] = (part.k ? sum->data[i] : 0) + hi->data[i] / WAYS;
+		for (size_t i = 0; i < count; i++)
+			sum.data[i] = (part.k ? sum.data[i] : 0) + hi->data[i] / WAYS;
 		own.iterations = (r->iterations + 1) / 2;
 		own.tolerance = 0;
 	}
-	return 0;
-}
-
-static int in_ways(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsample_rule *rule,
-	struct ct_upsample_report *r, const struct ct_env *env, struct ct_err *e)
-{
-	const size_t count = ct_vol_count(hi);
-	struct ct_vol turned = {0}, sum = {0};
-	int16_t *dual = NULL;
-	int rc = -1;
-
-	if (ct_vol_alloc(&turned, lo->n, e) == 0 && ct_vol_alloc(&sum, hi->n, e) == 0 &&
-		ct_alloc0(&dual, CT_TV_DUAL * count, sizeof *dual, e) == 0)
-		rc = solve_ways(hi, &turned, &sum, dual, lo, rule, r, env, e);
-	if (rc == 0)
-		memcpy(hi->data, sum.data, count * sizeof *hi->data);
+	memcpy(hi->data, sum.data, count * sizeof *hi->data);
+	rc = 0;
+out:
 	free(dual);
 	ct_vol_free(&turned);
 	ct_vol_free(&sum);
 	return rc;
-}
-
-static int regularise(struct ct_vol *hi, const struct ct_vol *lo,
-	const struct ct_upsample_rule *rule, struct ct_upsample_report *r, const struct ct_env *env,
-	struct ct_err *e)
-{
-	return rule->ways && r->method == CT_UPSAMPLE_TV ? in_ways(hi, lo, rule, r, env, e)
-							 : solve(hi, lo, rule, r, NULL, env, e);
 }
 
 /* What is flat, of point-sampled, aliased scans: they are then linear there, and nearly consistent.
@@ -322,6 +307,7 @@ int ct_upsample(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsa
 {
 	const struct ct_degrade *d = &rule->by;
 	size_t n[3];
+	bool ways;
 
 	*report = (struct ct_upsample_report){
 		.aliasing = (double)NAN, .condition = (double)NAN, .residual = (double)NAN};
@@ -338,8 +324,11 @@ int ct_upsample(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsa
 	ct_degrade_refine(hi->affine, lo->affine, lo->n, d->factor);
 	if (begin(hi, lo, rule, report->method, env, e))
 		return -1;
+	ways = rule->ways && report->method == CT_UPSAMPLE_TV;
 	if (report->method >= CT_UPSAMPLE_TV &&
-		(regularise(hi, lo, rule, report, env, e) || flatten(hi, lo, rule, report, env, e)))
+		((ways ? solve_ways(hi, lo, rule, report, env, e)
+		       : solve(hi, lo, rule, report, NULL, env, e)) ||
+			flatten(hi, lo, rule, report, env, e)))
 		return -1;
 	if (rule->known && ct_upsample_settle(hi, lo, d,
 				   settles(report->method, rule->noise > 0) ? 0 : (double)INFINITY,

@@ -68,10 +68,9 @@ struct ct_upsample_report {
 	double aliasing;         /* largest of the axes; NaN if D is not known */
 	double condition;        /* of D; NaN if not used */
 	size_t iterations;
-	double objective; /* variation a voxel, HU */
-	double change;    /* RMS movement of the last iteration, HU */
-	double residual;  /* RMS of D x - y, HU; NaN if D is not known */
-	double texture;   /* HU, where what is flat became linear; else 0 */
+	double change;   /* RMS movement of the last iteration, HU */
+	double residual; /* RMS of D x - y, HU; NaN if D is not known */
+	double texture;  /* HU, where what is flat became linear; else 0 */
 };
 
 /* Standard deviation of the values, HU. */

@@ -45,18 +45,13 @@ void CT_SIMD_HERE(ct_adam_average)(
 		mean[i] += c * (p[i] - mean[i]);
 }
 
-static void add(size_t n, float *restrict g, const float *restrict more)
-{
-	for (size_t i = 0; i < n; i++)
-		g[i] += more[i];
-}
-
 double CT_SIMD_HERE(ct_adam_gradient)(size_t n, float *g, size_t groups, size_t stride, float scale)
 {
 	double sum = 0;
 
 	for (size_t k = 1; k < groups; k++)
-		add(n, g, g + k * stride);
+		for (size_t i = 0; i < n; i++)
+			g[i] += g[k * stride + i];
 	for (size_t i = 0; i < n; i++) {
 		g[i] *= scale;
 		sum += (double)g[i] * (double)g[i];
