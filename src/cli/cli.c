@@ -2,7 +2,6 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/files.h"
-#include "cli/journal.h"
 #include "cli/modes.h"
 #include "cli/progress.h"
 #include "cli/show.h"
@@ -11,9 +10,11 @@
 #include "core/clock.h"
 #include "core/simd.h"
 #include "core/inflate.h"
+#include "core/memory.h"
 #include "core/stream.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <locale.h>
 #include <sched.h>
 #include <stdio.h>
@@ -241,13 +242,46 @@ static void put_said(char out[SAID], const char *text)
 	out[at] = '\0';
 }
 
+/* A line of the log, at once, so that those of commands that run at the same time stay whole. */
+static void put_log(const struct ct_env *env, const char *what, const char *text)
+{
+	const char *path = getenv(CT_LOG_NAME);
+	char line[800];
+	size_t n;
+	int fd;
+
+	if (!path || !*path || env->dry_run ||
+		snprintf(line, sizeof line - 1, "%s: %s%s", env->tool, what, text) < 0)
+		return;
+	for (char *c = line; *c; c++)
+		if ((unsigned char)*c < ' ' || *c == 127)
+			*c = '?';
+	n = strlen(line);
+	line[n++] = '\n';
+	fd = open(path, O_WRONLY | O_APPEND | O_NOCTTY);
+	if (fd < 0)
+		return;
+	if (write(fd, line, n) < 0)
+		errno = 0;
+	close(fd);
+}
+
+static void log_end(const struct ct_env *env, double start, int status)
+{
+	char text[200];
+
+	snprintf(text, sizeof text, "%.1f s, %.1f s of CPU time, %.0f MiB", ct_clock_wall() - start,
+		ct_clock_cpu(), ct_memory_held() / 0x1p20);
+	put_log(env, status ? "failed after " : "took ", text);
+}
+
 static void say(const struct ct_env *env, enum ct_level level, const char *said)
 {
 	char text[SAID];
 
 	put_said(text, said);
 	if (level == CT_WARN)
-		ct_journal_warn(env, text);
+		put_log(env, "warning: ", text);
 	if (level == CT_WARN && env->notes)
 		fprintf(env->notes, "%s: warning: %s\n", env->tool, text);
 	if ((int)level > env->verbose)
@@ -329,7 +363,7 @@ static int run(const struct parser *s, int argc, char **argv, struct ct_err *e)
 	     ct_par_alloc(&env.par, threads_wanted(c->threads), e) || t->run(params, &env, e);
 	ct_par_free(env.par);
 	ct_progress_clear(&bar);
-	ct_journal_end(&env, start, rc);
+	log_end(&env, start, rc);
 	free(history);
 	return rc;
 }

@@ -3,7 +3,6 @@
 #include "config.h"
 #include "cli/chain.h"
 #include "cli/files.h"
-#include "cli/journal.h"
 #include "core/inflate.h"
 #include "formats/format.h"
 #include "formats/headed.h"
@@ -15,23 +14,14 @@
 #include "tools/lib/prior-opts.h"
 #include "tools/sr.h"
 
-#include <math.h>
+#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
 /* How many projections are made, and what is made of them, as published. */
-enum { VIEWS = 100, ITERATIONS = 5000, GAUSSIANS = 50000 };
-
-#define PAPER_WINDOW "-512:3071"
-#define PAPER_SIGMA_Y 0.0015
-#define PAPER_STEPS 50
-/* The release gives one for each factor that it was made for. */
-static double release_sigma_y(int factor)
-{
-	return factor <= 4 ? 0.001 : 0.0025;
-}
+enum { VIEWS = 100, STEPS = 50, ITERATIONS = 5000, GAUSSIANS = 50000 };
 
 enum file { LR, UP, UP_PROJ, LR_PROJ, SR_PROJ, RESIDUAL, RESULT, LOG, FILES };
 static const char *const names[FILES] = {"lr.nii", "up.nii", "up-proj.exr", "lr-proj.exr",
@@ -102,8 +92,10 @@ static int find_files(struct chain *s, const struct ct_env *env, struct ct_err *
 	if (prior_file_find(&s->prior, p->prior, PRIOR_PICTURES, e) ||
 		ct_chain_open(&s->c, s->keep, env->dry_run, e))
 		return -1;
+	s->c.source[0] = s->in;
+	s->c.source[1] = s->prior;
 	for (int i = 0; i < FILES; i++) {
-		s->file[i] = ct_chain_path(&s->c, names[i]);
+		s->file[i] = ct_chain_path(&s->c, "%s", names[i]);
 		if (!s->file[i])
 			return ct_fail(e, CT_ENOMEM, "no memory");
 		if (ct_out_same(s->file[i], p->in, true) || ct_out_same(s->file[i], p->out, false))
@@ -116,8 +108,8 @@ static int find_files(struct chain *s, const struct ct_env *env, struct ct_err *
 	return 0;
 }
 
-/* From what IN is to a volume. */
-static void add_convert(struct chain *s, const struct ct_env *env)
+/* From what IN is to volumes, coarse and refined. */
+static void add_volumes(struct chain *s, const struct ct_env *env)
 {
 	struct ct_chain *c = &s->c;
 	const unsigned expand = ct_inflate_allowed();
@@ -131,12 +123,6 @@ static void add_convert(struct chain *s, const struct ct_env *env)
 		ct_chain_word(c, "--units=%s", CT_WORD(CT_UNITS_LIST, units));
 	if (s->p->series)
 		ct_chain_word(c, "--series=%s", s->p->series);
-}
-
-static void add_refine(struct chain *s)
-{
-	struct ct_chain *c = &s->c;
-
 	ct_chain_add(c, false, s->file[UP], "ct-upsample");
 	ct_chain_word(c, "-x%s", s->factor);
 	ct_chain_words(c, "--method=cubic", s->file[LR], s->file[UP], NULL);
@@ -149,7 +135,7 @@ static void add_project(struct chain *s, enum file input, enum file output)
 	ct_chain_add(c, false, s->file[output], "ct-project");
 	ct_chain_word(c, "--views=%d", s->p->views ? s->p->views : VIEWS);
 	ct_chain_words(
-		c, "--window=" PAPER_WINDOW, "--overshoot", s->file[input], s->file[output], NULL);
+		c, "--window=-512:3071", "--overshoot", s->file[input], s->file[output], NULL);
 }
 
 static void add_seed(struct chain *s, uint64_t seed)
@@ -160,14 +146,15 @@ static void add_seed(struct chain *s, uint64_t seed)
 
 static void add_ddnm(struct chain *s, uint64_t seed)
 {
-	const double sigma_y = s->p->paper ? PAPER_SIGMA_Y : release_sigma_y(s->whole);
+	/* the release gives one for each factor that it was made for */
+	const double sigma_y = s->p->paper ? 0.0015 : s->whole <= 4 ? 0.001 : 0.0025;
 	struct ct_chain *c = &s->c;
 
 	ct_chain_add(c, true, s->file[SR_PROJ], "ct-ddnm");
 	ct_chain_word(c, "--prior=%s", s->prior);
 	add_seed(s, seed);
 	ct_chain_word(c, "-x%d", s->whole);
-	ct_chain_word(c, "--steps=%d", PAPER_STEPS);
+	ct_chain_word(c, "--steps=%d", STEPS);
 	ct_chain_word(c, "--sigma-y=%g", sigma_y);
 	ct_chain_words(c, s->file[LR_PROJ], s->file[SR_PROJ], NULL);
 }
@@ -186,12 +173,8 @@ static void add_fit(struct chain *s, uint64_t seed)
 	ct_chain_words(c, p->paper ? "--paper" : "--expert=r2-compat=yes", NULL);
 	add_seed(s, seed);
 	ct_chain_words(c, s->file[SR_PROJ], s->file[RESIDUAL], NULL);
-}
-
-static void add_compose(struct chain *s)
-{
-	ct_chain_add(&s->c, false, s->result, "ct-compose");
-	ct_chain_words(&s->c, s->file[UP], s->file[RESIDUAL], s->result, NULL);
+	ct_chain_add(c, false, s->result, "ct-compose");
+	ct_chain_words(c, s->file[UP], s->file[RESIDUAL], s->result, NULL);
 }
 
 /* As MetaImage, NRRD or DICOM, that of the study of IN. */
@@ -216,15 +199,11 @@ static int add_all(struct chain *s, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_chain *c = &s->c;
 
-	ct_chain_source(c, s->in);
-	ct_chain_source(c, s->prior);
-	add_convert(s, env);
-	add_refine(s);
+	add_volumes(s, env);
 	add_project(s, UP, UP_PROJ);
 	add_project(s, LR, LR_PROJ);
 	add_ddnm(s, env->seed);
 	add_fit(s, env->seed);
-	add_compose(s);
 	if (s->result != s->out)
 		add_output(s);
 	if (s->p->report) {
@@ -232,23 +211,34 @@ static int add_all(struct chain *s, const struct ct_env *env, struct ct_err *e)
 		ct_chain_word(c, "--log=%s", s->file[LOG]);
 		ct_chain_words(c, s->file[LR], s->result, s->p->report, NULL);
 	}
-	return ct_chain_made(c, e);
+	return c->no_memory ? ct_fail(e, CT_ENOMEM, "no memory for a command") : 0;
 }
 
 /* Of a run that goes on, what is there is its own. */
 static int check_out(const struct chain *s, const struct ct_env *env, struct ct_err *e)
 {
 	const struct sr *p = s->p;
-	const bool is_own = s->c.resume && ct_chain_owns(&s->c, s->out);
 	struct ct_env over = *env;
 
-	over.force |= is_own;
-	if (s->c.resume && p->report && !ct_chain_owns(&s->c, p->report) &&
+	over.force |= ct_chain_owns(&s->c, s->out);
+	if (p->keep && p->report && !ct_chain_owns(&s->c, p->report) &&
 		ct_out_check(p->report, env, e))
 		return -1;
 	if (ct_out_folder_named(p->out))
 		return ct_out_folder_check(p->out, CT_DICOM_OWN, &over, e);
-	return !s->c.resume || is_own ? 0 : ct_out_check(p->out, env, e);
+	return p->keep ? ct_out_check(p->out, &over, e) : 0;
+}
+
+/* The log of this process and of those that it starts. */
+static int begin_log(const struct chain *s, struct ct_err *e)
+{
+	const int goes_on = s->p->keep ? 0 : O_TRUNC;
+	const int fd =
+		open(s->file[LOG], O_WRONLY | O_CREAT | O_NOCTTY | O_NOFOLLOW | goes_on, 0666);
+
+	if (fd < 0 || close(fd) != 0 || setenv(CT_LOG_NAME, s->file[LOG], 1) != 0)
+		return ct_fail_errno(e, CT_EOUTPUT, s->file[LOG]);
+	return 0;
 }
 
 static void chain_free(struct chain *s)
@@ -264,7 +254,7 @@ static void chain_free(struct chain *s)
 
 int sr_chain(const struct sr *p, const struct ct_env *env, struct ct_err *e)
 {
-	struct chain s = {.p = p, .c = {.folder.lock = -1}};
+	struct chain s = {.p = p, .c = {.lock = -1}};
 	int rc = -1;
 
 	if (strcmp(p->in, "-") != 0 && access(p->in, R_OK) != 0)
@@ -272,10 +262,9 @@ int sr_chain(const struct sr *p, const struct ct_env *env, struct ct_err *e)
 	if (find_factor(&s, e) || find_files(&s, env, e) || add_all(&s, env, e))
 		goto out;
 	if (env->dry_run) {
-		ct_chain_print(&s.c, stdout);
+		ct_chain_print(&s.c, "", stdout);
 		rc = 0;
-	} else if (check_out(&s, env, e) == 0 &&
-		   (!p->report || ct_journal_begin(s.file[LOG], s.c.resume, e) == 0))
+	} else if (check_out(&s, env, e) == 0 && (!p->report || begin_log(&s, e) == 0))
 		rc = ct_chain_run(&s.c, env, e);
 out:
 	chain_free(&s);

@@ -3,7 +3,7 @@
 #include "tools/lib/ahead.h"
 #include "cli/cost.h"
 #include "cli/files.h"
-#include "cli/folder.h"
+#include "cli/keep.h"
 #include "core/memory.h"
 
 #include <math.h>
@@ -34,10 +34,22 @@ static bool counts(const struct file *f)
 	       !(lstat(f->path, &st) == 0 && !S_ISREG(st.st_mode) && !S_ISDIR(st.st_mode));
 }
 
+/* The folder that `out` lies in, to be freed; NULL if no memory. */
+static char *folder_of(const char *out)
+{
+	size_t length = strlen(out);
+	const char *slash;
+
+	while (length > 1 && out[length - 1] == '/') /* a folder that is to be */
+		length--;
+	slash = memrchr(out, '/', length);
+	return slash ? strndup(out, slash == out ? 1 : (size_t)(slash - out)) : strdup(".");
+}
+
 /* All files on the disk of file i. */
 static int check_disk(const struct file files[FILES], size_t i, struct ct_err *e)
 {
-	char *folder = ct_folder_of(files[i].path), *other;
+	char *folder = folder_of(files[i].path), *other;
 	struct stat here, there;
 	struct statvfs v;
 	double need = 0, is;
@@ -48,7 +60,7 @@ static int check_disk(const struct file files[FILES], size_t i, struct ct_err *e
 	if (stat(folder, &here) != 0 || statvfs(folder, &v) != 0)
 		goto out;
 	for (size_t k = 0; k < FILES; k++) {
-		other = counts(&files[k]) ? ct_folder_of(files[k].path) : NULL;
+		other = counts(&files[k]) ? folder_of(files[k].path) : NULL;
 		if (other && stat(other, &there) == 0 && here.st_dev == there.st_dev)
 			need += files[k].bytes;
 		free(other);
