@@ -7,7 +7,7 @@ bin_PROGRAMS += ct-upsample
 ct_upsample_SOURCES = src/tools/ct-upsample.c src/tools/lib/libraries.cc
 ct_upsample_LDADD = $(DICOM_LDADD)
 bin_PROGRAMS += ct-metrics
-ct_metrics_SOURCES = src/tools/ct-metrics.c src/tools/metrics-report.c src/tools/metrics-report.h
+ct_metrics_SOURCES = src/tools/ct-metrics.c
 # What reads and writes CTs for the commands that take DICOM, and the module that does so for DICOM itself
 # (src/dicom/module.h).
 noinst_LIBRARIES += libctdicom.a
@@ -48,7 +48,7 @@ else
 ct_train_LDADD = $(LDADD)
 endif
 bin_PROGRAMS += ct-project
-ct_project_SOURCES = src/tools/ct-project.c src/tools/project-views.c src/tools/project-views.h
+ct_project_SOURCES = src/tools/ct-project.c
 bin_PROGRAMS += ct-phantom
 ct_phantom_SOURCES = src/tools/ct-phantom.c
 bin_PROGRAMS += ct-ddnm
@@ -79,7 +79,7 @@ endif
 bin_PROGRAMS += ct-nabgs
 ct_nabgs_SOURCES = src/tools/ct-nabgs.c
 bin_PROGRAMS += ct-field
-ct_field_SOURCES = src/tools/ct-field.c src/tools/field-data.c src/tools/field.h
+ct_field_SOURCES = src/tools/ct-field.c
 bin_PROGRAMS += ct-fuse
 ct_fuse_SOURCES = src/tools/ct-fuse.c
 bin_PROGRAMS += ct-compose

@@ -48,8 +48,10 @@ static float about(const float *d, const size_t n[static 3], size_t i, float sig
 
 /* The structures of a, those of them that b does not have, in the voxels that count. */
 static void count(size_t *is, size_t *alone, const float *a, const float *b,
-	const unsigned char *soft, const size_t n[static 3], float sign, float t)
+	const unsigned char *soft, const size_t n[static 3], float sign)
 {
+	const float t = CT_STRUCTURES_LEAST;
+
 	for (size_t k = 1; k + 1 < n[2]; k++) {
 		for (size_t j = 1; j + 1 < n[1]; j++)
 			for (size_t i = 1; i + 1 < n[0]; i++) {
@@ -80,7 +82,7 @@ static size_t mask_soft(unsigned char *soft, const struct ct_vol *mask, const si
 }
 
 int ct_structures(struct ct_structures *s, const struct ct_vol *ref, const struct ct_vol *test,
-	const struct ct_vol *mask, const double sigma[static 3], double t, const struct ct_env *env,
+	const struct ct_vol *mask, const double sigma[static 3], const struct ct_env *env,
 	struct ct_err *e)
 {
 	const size_t n = ct_vol_count(ref);
@@ -101,8 +103,8 @@ int ct_structures(struct ct_structures *s, const struct ct_vol *ref, const struc
 		const float sign = k ? -1 : 1;
 		size_t all = 0;
 
-		count(&s->is[k], &s->missed[k], d, b, soft, ref->n, sign, (float)t);
-		count(&all, &s->falsely[k], b, d, soft, ref->n, sign, (float)t);
+		count(&s->is[k], &s->missed[k], d, b, soft, ref->n, sign);
+		count(&all, &s->falsely[k], b, d, soft, ref->n, sign);
 	}
 	rc = 0;
 out:
