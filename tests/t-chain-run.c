@@ -75,7 +75,7 @@ static int two_steps(const char *in, const char *word)
 
 	if (begin(&c, "k"))
 		return -1;
-	c.source[0] = in;
+	c.source[0] = c.called = in;
 	ct_chain_add(&c, false, "k/mid", "copy");
 	ct_chain_words(&c, in, "k/mid", NULL);
 	ct_chain_word(&c, "%s", word);
@@ -317,9 +317,9 @@ static void test_words(void)
 			      "'it'\\''s' one 'a b' ''\\''' --b=one two '$x' A_z.09,/@%:-+=\n"),
 		"as a shell reads them");
 	OK(!ct_chain_owns(&c, "two"), "the last has not begun");
-	put_text("w/step-2.state", "a key\n\n\nanother two");
+	put_text("w/step-2.state", "another two\nct-t\n\n");
 	OK(!ct_chain_owns(&c, "two"), "nor has it under this name");
-	put_text("w/step-2.state", "a key\n\n\ntwo");
+	put_text("w/step-2.state", "two\nct-t\n\n");
 	OK(ct_chain_owns(&c, "two") && !ct_chain_owns(&c, "one") && !ct_chain_owns(&c, "src"),
 		"but now");
 	ct_chain_close(&c);

@@ -41,7 +41,7 @@ exits 0 'other options' ct-sr -v -x 2 --paper --expert views=3,iterations=2,gaus
 said '2 of 7' 'are another step'
 exits 0 'back' "$@" in.nii sr.nii
 alone sr.nii 'and the result is theirs'
-sed '1s/ct-sr .*/ct-sr 0.0.0/' k/step-1.state >old && ! cmp -s old k/step-1.state && cat old >k/step-1.state
+sed '2s/ct-sr .*/ct-sr 0.0.0/' k/step-1.state >old && ! cmp -s old k/step-1.state && cat old >k/step-1.state
 exits 0 'another version' "$@" in.nii sr.nii
 said '6 of 7' 'is another step' # whose result is the same, so that the others are done
 printf 'junk' >k/step-1.state

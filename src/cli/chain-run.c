@@ -23,7 +23,7 @@ enum done { NOTHING, BEGUN, DONE };
 
 /* A step as its state tells of it. */
 struct state {
-	char *key;                   /* owned: its words, and what its inputs hold */
+	char *key;                   /* owned: lines of its words, and what its inputs hold */
 	char output[CT_CONTENT_HEX]; /* what that holds; "": it is not known */
 	bool told;                   /* all that the inputs hold */
 };
@@ -39,7 +39,7 @@ static int make_key(struct state *st, const struct ct_chain *c, size_t i, const 
 	if (ct_stream_open(&f, &st->key, &n, e))
 		return -1;
 	st->told = true;
-	fprintf(f, "%s %s\n%s\n", env->tool, PACKAGE_VERSION, s->argv[0]);
+	fprintf(f, "\n%s %s\n%s\n", env->tool, PACKAGE_VERSION, s->argv[0]);
 	for (size_t k = 1; k < s->argc && rc == 0; k++) {
 		const char *input = ct_chain_input(c, i, k);
 		char hex[CT_CONTENT_HEX];
@@ -71,30 +71,28 @@ static char *read_state(const struct ct_chain *c, size_t i)
 bool ct_chain_owns(const struct ct_chain *c, const char *output)
 {
 	const size_t n = strlen(output);
-	size_t i = 0, all;
+	size_t i = 0;
 	char *state;
 	bool is;
 
 	while (i < c->n && strcmp(c->step[i].output, output) != 0)
 		i++;
 	state = c->kept && i < c->n ? read_state(c, i) : NULL;
-	all = state ? strlen(state) : 0;
-	is = all > n && state[all - n - 1] == '\n' && strcmp(state + all - n, output) == 0;
+	is = state && strncmp(state, output, n) == 0 && state[n] == '\n';
 	free(state);
 	return is;
 }
 
 static enum done look(const struct ct_chain *c, size_t i, const struct state *st)
 {
-	char *was = st->told ? read_state(c, i) : NULL;
-	const size_t key = strlen(st->key), output = strlen(st->output);
+	char *was = st->told ? read_state(c, i) : NULL, *is = was ? strchr(was, '\n') : NULL;
+	const size_t key = strlen(st->key);
 	enum done done = NOTHING;
 
-	if (was && strncmp(was, st->key, key) == 0 && was[key] == '\n')
+	if (is && strncmp(is, st->key, key) == 0 && strcmp(is + key, st->output) == 0)
+		done = is[key] ? DONE : BEGUN;
+	else if (is && strncmp(is, st->key, key) == 0 && !is[key])
 		done = BEGUN;
-	else if (was && strncmp(was, st->key, key) == 0 && output > 0 &&
-		 strncmp(was + key, st->output, output) == 0)
-		done = DONE;
 	free(was);
 	return done;
 }
@@ -107,7 +105,7 @@ static int save(const struct ct_chain *c, size_t i, const struct state *st, cons
 	int rc = path ? ct_out_open_private(&o, path, e) : ct_fail(e, CT_ENOMEM, "no memory");
 
 	if (rc == 0) {
-		fprintf(o.f, "%s%s\n%s", st->key, made, c->step[i].output);
+		fprintf(o.f, "%s%s%s", c->step[i].output, st->key, made);
 		rc = ct_out_commit(&o, e);
 	}
 	ct_out_abandon(&o);
@@ -115,57 +113,29 @@ static int save(const struct ct_chain *c, size_t i, const struct state *st, cons
 	return rc;
 }
 
-/* What a step reports goes to standard error, or nowhere. */
-static void send_report(bool quiet)
-{
-	int fd = quiet ? open("/dev/null", O_WRONLY) : dup(STDERR_FILENO);
-
-	if (fd >= 0) {
-		dup2(fd, STDOUT_FILENO);
-		close(fd);
-	}
-}
-
-/* What the user calls the source. */
-static const char *source(const struct ct_chain *c)
-{
-	return strcmp(c->source[0], "-") == 0 ? "standard input" : c->source[0];
-}
-
 /* In the new process. What it says of what was made of the source at once names that. */
 static void become(
-	const struct ct_chain *c, size_t i, char **argv, pid_t parent, const struct ct_env *env)
+	const struct ct_chain *c, size_t i, bool again, pid_t parent, const struct ct_env *env)
 {
-	char path[sizeof c->tools + 100], *called;
+	const struct ct_step *s = &c->step[i];
+	char path[sizeof c->tools + 100], threads[40], *called, *argv[CT_CHAIN_WORDS + 5],
+		force[] = "--force", quiet[] = "--quiet", verbose[] = "--verbose",
+		resume[] = "--resume";
+	size_t n = s->argc;
 
 	ct_stop_uncatch();
 	prctl(PR_SET_PDEATHSIG, SIGKILL);
 	if (getppid() != parent)
 		_exit(CT_EFAIL);
-	if (strcmp(c->step[i].output, "-") != 0) /* standard output is for the data alone */
-		send_report(env->verbose < 0);
-	if (i > 0 && c->source[0] && asprintf(&called, "%s\n%s", c->step[0].output, source(c)) > 0)
+	if (strcmp(s->output, "-") != 0) /* standard output is for the data alone */
+		dup2(env->verbose < 0 ? open("/dev/null", O_WRONLY | O_CLOEXEC) : STDERR_FILENO,
+			STDOUT_FILENO);
+	if (i > 0 && c->called && asprintf(&called, "%s\n%s", c->step[0].output, c->called) > 0)
 		setenv(CT_CALLED, called, 1);
 	else
 		unsetenv(CT_CALLED);
-	snprintf(path, sizeof path, "%s%s", c->tools, argv[0]);
-	execv(path, argv);
-	execvp(argv[0], argv);
-	fprintf(stderr, "%s: %s: %s\n", env->tool, argv[0], strerror(errno));
-	_exit(CT_EFAIL);
-}
-
-static int spawn(const struct ct_chain *c, size_t i, bool again, const struct ct_env *env,
-	pid_t *pid, struct ct_err *e)
-{
-	char force[] = "--force", quiet[] = "--quiet", verbose[] = "--verbose",
-	     resume[] = "--resume", threads[40], *argv[CT_CHAIN_WORDS + 5];
-	const struct ct_step *s = &c->step[i];
-	const pid_t parent = getpid();
-	size_t n = s->argc;
-
-	memcpy(argv, s->argv, n * sizeof *argv);
 	snprintf(threads, sizeof threads, "--threads=%zu", ct_par_threads(env->par));
+	memcpy(argv, s->argv, n * sizeof *argv);
 	argv[n++] = force;
 	argv[n++] = threads;
 	if (env->verbose)
@@ -173,12 +143,11 @@ static int spawn(const struct ct_chain *c, size_t i, bool again, const struct ct
 	if (again && s->resumable)
 		argv[n++] = resume;
 	argv[n] = NULL;
-	*pid = fork();
-	if (*pid < 0)
-		return ct_fail(e, CT_ENOMEM, "cannot start %s: %s", argv[0], strerror(errno));
-	if (*pid == 0)
-		become(c, i, argv, parent, env);
-	return 0;
+	snprintf(path, sizeof path, "%s%s", c->tools, argv[0]);
+	execv(path, argv);
+	execvp(argv[0], argv);
+	fprintf(stderr, "%s: %s: %s\n", env->tool, argv[0], strerror(errno));
+	_exit(CT_EFAIL);
 }
 
 /* Told to stop until it does. */
@@ -199,15 +168,20 @@ static int wait_for(pid_t pid, int *status, const struct ct_env *env)
 static int start(
 	const struct ct_chain *c, size_t i, bool again, const struct ct_env *env, struct ct_err *e)
 {
-	const char *tool = c->step[i].argv[0];
-	const bool tells = i > 0 && c->source[0];
+	const char *tool = c->step[i].argv[0], *of = i > 0 ? c->called : NULL;
+	const pid_t parent = getpid();
 	double began = ct_clock_wall();
 	char how[40] = "failed";
 	pid_t pid;
 	int status, code;
 
-	if (ct_check_stop(env, e) || spawn(c, i, again, env, &pid, e))
+	if (ct_check_stop(env, e))
 		return -1;
+	pid = fork();
+	if (pid < 0)
+		return ct_fail(e, CT_ENOMEM, "cannot start %s: %s", tool, strerror(errno));
+	if (pid == 0)
+		become(c, i, again, parent, env);
 	if (wait_for(pid, &status, env))
 		return ct_fail_errno(e, CT_EFAIL, tool);
 	code = WIFSIGNALED(status) ? CT_EFAIL : WEXITSTATUS(status);
@@ -219,7 +193,7 @@ static int start(
 		snprintf(how, sizeof how, "was killed by signal %d", WTERMSIG(status));
 	if (code)
 		return ct_fail(e, (enum ct_code)code, "%s %s%s%.200s", tool, how,
-			tells ? "; what it reads was made of " : "", tells ? source(c) : "");
+			of ? "; what it reads was made of " : "", of ? of : "");
 	ct_log(env, CT_INFO, "%s took %.1f s", tool, ct_clock_wall() - began);
 	return 0;
 }

@@ -1,9 +1,9 @@
 /* chain.h: run the other commands one after the other, as make would, but by content.
  *
  * FOLDER/commands.sh is the script that does the same by hand, from wherever it is called.
- * FOLDER/step-N.state is text: the version and the words of the N-th command, with what the files
- * hold that it reads in the place of their names; what its output held when it was done; and the
- * name of that. A chain that goes on leaves out the commands for which all of that is so; one that
+ * FOLDER/step-N.state is text: the output of the N-th command; the version and its words, with what
+ * the files hold that it reads in the place of their names; and what its output held when it was
+ * done. A chain that goes on leaves out the commands for which all of that is so; one that
  * had begun and is the same goes on from its own state. FOLDER/lock is locked by the chain and by
  * the commands that it runs, and so is a temporary folder (formats/temp.h).
  */
@@ -21,14 +21,13 @@ struct ct_step {
 };
 
 struct ct_chain {
-	char *folder;     /* of the intermediate files */
-	bool kept;        /* it stays; else it is removed when the chain is closed */
-	int lock;         /* its descriptor; -1: none */
-	char tools[4096]; /* where the commands are: a folder and a slash, or empty */
-	/* Files that commands read and none makes; the first command makes of the first what the
-	 * others read. Borrowed. */
-	const char *source[2];
-	size_t n, left_out; /* steps; those that were done before */
+	char *folder;          /* of the intermediate files */
+	bool kept;             /* it stays; else it is removed when the chain is closed */
+	int lock;              /* its descriptor; -1: none */
+	char tools[4096];      /* where the commands are: a folder and a slash, or empty */
+	const char *source[2]; /* files that commands read and none makes; borrowed */
+	const char *called;    /* what messages call what the first command is made of, or NULL */
+	size_t n, left_out;    /* steps; those that were done before */
 	struct ct_step step[CT_CHAIN_STEPS];
 	bool no_memory; /* for a word */
 };

@@ -6,7 +6,6 @@ libct_a_SOURCES += src/cli/files.c src/cli/files.h
 libct_a_SOURCES += src/cli/resume.c src/cli/resume.h
 libct_a_SOURCES += src/cli/keep.c src/cli/keep.h
 libct_a_SOURCES += src/cli/modes.c src/cli/modes.h
-libct_a_SOURCES += src/cli/parse.c
 libct_a_SOURCES += src/cli/progress.c src/cli/progress.h
 libct_a_SOURCES += src/cli/stop.c src/cli/stop.h
 libct_a_SOURCES += src/cli/content.c src/cli/content.h

@@ -23,15 +23,20 @@
 /* How many projections are made, and what is made of them, as published. */
 enum { VIEWS = 100, STEPS = 50, ITERATIONS = 5000, GAUSSIANS = 50000 };
 
-enum file { LR, UP, UP_PROJ, LR_PROJ, SR_PROJ, RESIDUAL, RESULT, LOG, FILES };
-static const char *const names[FILES] = {"lr.nii", "up.nii", "up-proj.exr", "lr-proj.exr",
-	"sr-proj.exr", "residual.ply", "sr.nii", "log.txt"};
+enum file { IN, OUT, PRIOR, LR, UP, UP_PROJ, LR_PROJ, SR_PROJ, RESIDUAL, RESULT, LOG, FILES };
+static const char *const names[FILES] = {[LR] = "lr.nii",
+	"up.nii",
+	"up-proj.exr",
+	"lr-proj.exr",
+	"sr-proj.exr",
+	"residual.ply",
+	"sr.nii",
+	"log.txt"};
 
 struct chain {
 	const struct sr *p;
 	struct ct_chain c;
-	char *in, *out, *keep, *prior;
-	char *file[FILES];
+	char *file[FILES];  /* names; owned */
 	const char *result; /* what ct-compose makes: OUT if that is no DICOM */
 	char factor[96];    /* in words */
 	int whole;          /* the same */
@@ -83,18 +88,17 @@ static int find_factor(struct chain *s, struct ct_err *e)
 static int find_files(struct chain *s, const struct ct_env *env, struct ct_err *e)
 {
 	const struct sr *p = s->p;
+	char *keep = p->keep ? plain(p->keep) : NULL;
+	int rc;
 
-	s->in = plain(p->in);
-	s->out = plain(p->out);
-	s->keep = p->keep ? plain(p->keep) : NULL;
-	if (!s->in || !s->out || (p->keep && !s->keep))
-		return ct_fail(e, CT_ENOMEM, "no memory");
-	if (prior_file_find(&s->prior, p->prior, PRIOR_PICTURES, e) ||
-		ct_chain_open(&s->c, s->keep, env->dry_run, e))
-		return -1;
-	s->c.source[0] = s->in;
-	s->c.source[1] = s->prior;
-	for (int i = 0; i < FILES; i++) {
+	s->file[IN] = plain(p->in);
+	s->file[OUT] = plain(p->out);
+	rc = !s->file[IN] || !s->file[OUT] || (p->keep && !keep)
+		     ? ct_fail(e, CT_ENOMEM, "no memory")
+		     : prior_file_find(&s->file[PRIOR], p->prior, PRIOR_PICTURES, e) ||
+			       ct_chain_open(&s->c, keep, env->dry_run, e);
+	free(keep);
+	for (int i = LR; i < FILES && rc == 0; i++) {
 		s->file[i] = ct_chain_path(&s->c, "%s", names[i]);
 		if (!s->file[i])
 			return ct_fail(e, CT_ENOMEM, "no memory");
@@ -102,9 +106,14 @@ static int find_files(struct chain *s, const struct ct_env *env, struct ct_err *
 			return ct_fail(
 				e, CT_EOUTPUT, "%s: is written between IN and OUT", s->file[i]);
 	}
-	s->result = ct_files_is_dicom(s->out) || ct_ends_match(s->out, CT_ENDS_HEADED_ONE)
-			    ? s->file[RESULT]
-			    : s->out;
+	if (rc)
+		return -1;
+	s->c.source[0] = s->file[IN];
+	s->c.source[1] = s->file[PRIOR];
+	s->c.called = strcmp(p->in, "-") == 0 ? "standard input" : s->file[IN];
+	s->result = s->file[ct_files_is_dicom(p->out) || ct_ends_match(p->out, CT_ENDS_HEADED_ONE)
+				    ? RESULT
+				    : OUT];
 	return 0;
 }
 
@@ -116,7 +125,7 @@ static void add_volumes(struct chain *s, const struct ct_env *env)
 	const enum ct_units units = (enum ct_units)env->units;
 
 	ct_chain_add(c, false, s->file[LR], "ct-convert");
-	ct_chain_words(c, s->in, s->file[LR], NULL);
+	ct_chain_words(c, s->file[IN], s->file[LR], NULL);
 	if (expand != CT_INFLATE_TIMES)
 		ct_chain_word(c, "--expand=%u", expand);
 	if (units != CT_UNITS_AUTO)
@@ -138,12 +147,6 @@ static void add_project(struct chain *s, enum file input, enum file output)
 		c, "--window=-512:3071", "--overshoot", s->file[input], s->file[output], NULL);
 }
 
-static void add_seed(struct chain *s, uint64_t seed)
-{
-	if (seed)
-		ct_chain_word(&s->c, "--seed=%llu", (unsigned long long)seed);
-}
-
 static void add_ddnm(struct chain *s, uint64_t seed)
 {
 	/* the release gives one for each factor that it was made for */
@@ -151,8 +154,9 @@ static void add_ddnm(struct chain *s, uint64_t seed)
 	struct ct_chain *c = &s->c;
 
 	ct_chain_add(c, true, s->file[SR_PROJ], "ct-ddnm");
-	ct_chain_word(c, "--prior=%s", s->prior);
-	add_seed(s, seed);
+	ct_chain_word(c, "--prior=%s", s->file[PRIOR]);
+	if (seed)
+		ct_chain_word(c, "--seed=%llu", (unsigned long long)seed);
 	ct_chain_word(c, "-x%d", s->whole);
 	ct_chain_word(c, "--steps=%d", STEPS);
 	ct_chain_word(c, "--sigma-y=%g", sigma_y);
@@ -171,7 +175,8 @@ static void add_fit(struct chain *s, uint64_t seed)
 	ct_chain_word(c, "--gaussians=%d", p->gaussians ? p->gaussians : GAUSSIANS);
 	ct_chain_word(c, "--factor=%d", s->whole);
 	ct_chain_words(c, p->paper ? "--paper" : "--expert=r2-compat=yes", NULL);
-	add_seed(s, seed);
+	if (seed)
+		ct_chain_word(c, "--seed=%llu", (unsigned long long)seed);
 	ct_chain_words(c, s->file[SR_PROJ], s->file[RESIDUAL], NULL);
 	ct_chain_add(c, false, s->result, "ct-compose");
 	ct_chain_words(c, s->file[UP], s->file[RESIDUAL], s->result, NULL);
@@ -182,17 +187,17 @@ static void add_output(struct chain *s)
 {
 	const struct sr *p = s->p;
 	struct ct_chain *c = &s->c;
-	const bool of_study = dicom_form_of(p->in) != NOT_DICOM && ct_files_is_dicom(s->out);
+	const bool of_study = dicom_form_of(p->in) != NOT_DICOM && ct_files_is_dicom(s->file[OUT]);
 
-	ct_chain_add(c, false, s->out, "ct-convert");
+	ct_chain_add(c, false, s->file[OUT], "ct-convert");
 	ct_chain_words(c, "--units=hu", NULL);
 	if (of_study)
-		ct_chain_word(c, "--template=%s", s->in);
+		ct_chain_word(c, "--template=%s", s->file[IN]);
 	if (of_study && p->series)
 		ct_chain_word(c, "--series=%s", p->series);
 	if (p->deid)
 		ct_chain_words(c, "--deid", NULL);
-	ct_chain_words(c, s->result, s->out, NULL);
+	ct_chain_words(c, s->result, s->file[OUT], NULL);
 }
 
 static int add_all(struct chain *s, const struct ct_env *env, struct ct_err *e)
@@ -204,7 +209,7 @@ static int add_all(struct chain *s, const struct ct_env *env, struct ct_err *e)
 	add_project(s, LR, LR_PROJ);
 	add_ddnm(s, env->seed);
 	add_fit(s, env->seed);
-	if (s->result != s->out)
+	if (s->result != s->file[OUT])
 		add_output(s);
 	if (s->p->report) {
 		ct_chain_add(c, false, s->p->report, "ct-report");
@@ -220,7 +225,7 @@ static int check_out(const struct chain *s, const struct ct_env *env, struct ct_
 	const struct sr *p = s->p;
 	struct ct_env over = *env;
 
-	over.force |= ct_chain_owns(&s->c, s->out);
+	over.force |= ct_chain_owns(&s->c, s->file[OUT]);
 	if (p->keep && p->report && !ct_chain_owns(&s->c, p->report) &&
 		ct_out_check(p->report, env, e))
 		return -1;
@@ -243,10 +248,6 @@ static int begin_log(const struct chain *s, struct ct_err *e)
 
 static void chain_free(struct chain *s)
 {
-	free(s->in);
-	free(s->out);
-	free(s->keep);
-	free(s->prior);
 	for (int i = 0; i < FILES; i++)
 		free(s->file[i]);
 	ct_chain_close(&s->c);
