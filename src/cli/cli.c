@@ -4,7 +4,6 @@
 #include "cli/files.h"
 #include "cli/modes.h"
 #include "cli/progress.h"
-#include "cli/show.h"
 #include "cli/stop.h"
 #include "cli/table.h"
 #include "core/clock.h"
@@ -98,9 +97,9 @@ static bool parse_hidden(struct parser *s, const char *a)
 	static const struct {
 		const char *word;
 		int (*show)(const struct ct_tool *t, struct ct_err *e);
-	} hidden[] = {{"--mdoc-options", ct_show_mdoc}, {"--describe", ct_show_json},
-		{"--xml", ct_show_xml}, {"--complete=bash", ct_show_bash},
-		{"--complete=zsh", ct_show_zsh}, {"--complete=fish", ct_show_fish}};
+	} hidden[] = {{"--mdoc-options", ct_table_show_mdoc}, {"--describe", ct_table_show_json},
+		{"--xml", ct_table_show_xml}, {"--complete=bash", ct_table_show_bash},
+		{"--complete=zsh", ct_table_show_zsh}, {"--complete=fish", ct_table_show_fish}};
 
 	for (size_t k = 0; k < sizeof hidden / sizeof *hidden; k++)
 		if (strcmp(a, hidden[k].word) == 0)
@@ -186,7 +185,7 @@ static int parse(struct parser *s, int argc, char **argv, struct ct_err *e)
 	if (s->common->version)
 		s->show = version;
 	if (s->common->help)
-		s->show = ct_show_help;
+		s->show = ct_table_show_help;
 	if (s->show)
 		return 0;
 	while (s->operand->type != CT_T_END && (s->operand->name || s->operand->optional ||

@@ -1,8 +1,7 @@
-/* describe.c: a command for programs: see show.h. */
+/* describe.c: a command for programs: see table.h. */
 #include "config.h"
 #include "cli/json.h"
 #include "cli/modes.h"
-#include "cli/show.h"
 #include "cli/table.h"
 
 #include <errno.h>
@@ -136,7 +135,7 @@ static json_t *row_of(const struct ct_tool *t, const struct ct_opt *o)
 		operand ? NULL : default_of(t, o));
 }
 
-int ct_show_json(const struct ct_tool *t, struct ct_err *e)
+int ct_table_show_json(const struct ct_tool *t, struct ct_err *e)
 {
 	json_t *arguments = json_array(), *options = json_array(), *keys = json_array(),
 	       *exits = json_object(), *all;
@@ -261,7 +260,7 @@ static void put_option(const struct ct_tool *t, const struct ct_opt *o)
 	printf("</%s>\n", tag);
 }
 
-int ct_show_xml(const struct ct_tool *t, struct ct_err *e)
+int ct_table_show_xml(const struct ct_tool *t, struct ct_err *e)
 {
 	const struct ct_opt *o;
 	int place = 0;

@@ -1,5 +1,5 @@
 libct_a_SOURCES += src/cli/cli.c src/cli/cli.h
-libct_a_SOURCES += src/cli/table.c src/cli/table.h src/cli/help.c src/cli/show.h
+libct_a_SOURCES += src/cli/table.c src/cli/table.h src/cli/help.c
 libct_a_SOURCES += src/cli/json.c src/cli/json.h src/cli/describe.c
 libct_a_SOURCES += src/cli/complete.c
 libct_a_SOURCES += src/cli/files.c src/cli/files.h

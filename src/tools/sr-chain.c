@@ -24,14 +24,8 @@
 enum { VIEWS = 100, STEPS = 50, ITERATIONS = 5000, GAUSSIANS = 50000 };
 
 enum file { IN, OUT, PRIOR, LR, UP, UP_PROJ, LR_PROJ, SR_PROJ, RESIDUAL, RESULT, LOG, FILES };
-static const char *const names[FILES] = {[LR] = "lr.nii",
-	"up.nii",
-	"up-proj.exr",
-	"lr-proj.exr",
-	"sr-proj.exr",
-	"residual.ply",
-	"sr.nii",
-	"log.txt"};
+static const char *const names[] = {"lr.nii", "up.nii", "up-proj.exr", "lr-proj.exr", "sr-proj.exr",
+	"residual.ply", "sr.nii", "log.txt"}; /* from LR on */
 
 struct chain {
 	const struct sr *p;
@@ -99,7 +93,7 @@ static int find_files(struct chain *s, const struct ct_env *env, struct ct_err *
 			       ct_chain_open(&s->c, keep, env->dry_run, e);
 	free(keep);
 	for (int i = LR; i < FILES && rc == 0; i++) {
-		s->file[i] = ct_chain_path(&s->c, "%s", names[i]);
+		s->file[i] = ct_chain_path(&s->c, "%s", names[i - LR]);
 		if (!s->file[i])
 			return ct_fail(e, CT_ENOMEM, "no memory");
 		if (ct_out_same(s->file[i], p->in, true) || ct_out_same(s->file[i], p->out, false))
