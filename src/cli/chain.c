@@ -16,17 +16,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-/* Where this program lies: the other commands lie beside it. */
-static void find_tools(char *folder, size_t room)
-{
-	const ssize_t n = readlink("/proc/self/exe", folder, room - 1);
-	char *slash;
-
-	folder[n > 0 ? n : 0] = '\0';
-	slash = strrchr(folder, '/');
-	folder[slash ? slash + 1 - folder : 0] = '\0';
-}
-
 char *ct_chain_path(const struct ct_chain *c, const char *fmt, ...)
 {
 	char *name = NULL, *path = NULL;
@@ -61,10 +50,13 @@ static int take_lock(struct ct_chain *c, struct ct_err *e)
 
 int ct_chain_open(struct ct_chain *c, const char *folder, bool dry, struct ct_err *e)
 {
-	char *name = NULL;
+	char *name = NULL, *slash;
+	ssize_t n;
 
 	*c = (struct ct_chain){.kept = folder != NULL, .lock = -1};
-	find_tools(c->tools, sizeof c->tools);
+	n = readlink("/proc/self/exe", c->tools, sizeof c->tools - 1); /* they lie beside it */
+	slash = n > 0 ? memrchr(c->tools, '/', (size_t)n) : NULL;
+	c->tools[slash ? slash + 1 - c->tools : 0] = '\0';
 	if (asprintf(&name, "%s%s", folder ? folder : ct_keep_folder(),
 		    folder ? ""
 		    : dry  ? "/ct-sr.XXXXXX"

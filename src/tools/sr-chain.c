@@ -141,36 +141,28 @@ static void add_project(struct chain *s, enum file input, enum file output)
 		c, "--window=-512:3071", "--overshoot", s->file[input], s->file[output], NULL);
 }
 
-static void add_ddnm(struct chain *s, uint64_t seed)
+/* From the projections to the CT. */
+static void add_fit(struct chain *s, const char *seed)
 {
 	/* the release gives one for each factor that it was made for */
 	const double sigma_y = s->p->paper ? 0.0015 : s->whole <= 4 ? 0.001 : 0.0025;
+	const struct sr *p = s->p;
 	struct ct_chain *c = &s->c;
 
 	ct_chain_add(c, true, s->file[SR_PROJ], "ct-ddnm");
 	ct_chain_word(c, "--prior=%s", s->file[PRIOR]);
-	if (seed)
-		ct_chain_word(c, "--seed=%llu", (unsigned long long)seed);
+	ct_chain_words(c, seed, NULL);
 	ct_chain_word(c, "-x%d", s->whole);
 	ct_chain_word(c, "--steps=%d", STEPS);
 	ct_chain_word(c, "--sigma-y=%g", sigma_y);
 	ct_chain_words(c, s->file[LR_PROJ], s->file[SR_PROJ], NULL);
-}
-
-static void add_fit(struct chain *s, uint64_t seed)
-{
-	const struct sr *p = s->p;
-	struct ct_chain *c = &s->c;
-
 	ct_chain_add(c, true, s->file[RESIDUAL], "ct-nabgs");
 	ct_chain_word(c, "--base=%s", s->file[UP]);
 	ct_chain_word(c, "--base-projections=%s", s->file[UP_PROJ]);
 	ct_chain_word(c, "--iterations=%d", p->iterations ? p->iterations : ITERATIONS);
 	ct_chain_word(c, "--gaussians=%d", p->gaussians ? p->gaussians : GAUSSIANS);
 	ct_chain_word(c, "--factor=%d", s->whole);
-	ct_chain_words(c, p->paper ? "--paper" : "--expert=r2-compat=yes", NULL);
-	if (seed)
-		ct_chain_word(c, "--seed=%llu", (unsigned long long)seed);
+	ct_chain_words(c, p->paper ? "--paper" : "--expert=r2-compat=yes", seed, NULL);
 	ct_chain_words(c, s->file[SR_PROJ], s->file[RESIDUAL], NULL);
 	ct_chain_add(c, false, s->result, "ct-compose");
 	ct_chain_words(c, s->file[UP], s->file[RESIDUAL], s->result, NULL);
@@ -197,12 +189,13 @@ static void add_output(struct chain *s)
 static int add_all(struct chain *s, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_chain *c = &s->c;
+	char seed[40];
 
+	snprintf(seed, sizeof seed, "--seed=%llu", (unsigned long long)env->seed);
 	add_volumes(s, env);
 	add_project(s, UP, UP_PROJ);
 	add_project(s, LR, LR_PROJ);
-	add_ddnm(s, env->seed);
-	add_fit(s, env->seed);
+	add_fit(s, env->seed ? seed : NULL);
 	if (s->result != s->file[OUT])
 		add_output(s);
 	if (s->p->report) {
@@ -240,13 +233,6 @@ static int begin_log(const struct chain *s, struct ct_err *e)
 	return 0;
 }
 
-static void chain_free(struct chain *s)
-{
-	for (int i = 0; i < FILES; i++)
-		free(s->file[i]);
-	ct_chain_close(&s->c);
-}
-
 int sr_chain(const struct sr *p, const struct ct_env *env, struct ct_err *e)
 {
 	struct chain s = {.p = p, .c = {.lock = -1}};
@@ -262,6 +248,8 @@ int sr_chain(const struct sr *p, const struct ct_env *env, struct ct_err *e)
 	} else if (check_out(&s, env, e) == 0 && (!p->report || begin_log(&s, e) == 0))
 		rc = ct_chain_run(&s.c, env, e);
 out:
-	chain_free(&s);
+	for (int i = 0; i < FILES; i++)
+		free(s.file[i]);
+	ct_chain_close(&s.c);
 	return rc;
 }
