@@ -52,44 +52,44 @@ static double difference(const struct difference_job *j, size_t i)
 
 /* Voxel i, whose next neighbours along the axes are at `next`, 0 where there is none. `mapped`
  * lacks the factor map->scale^2. */
-static struct ct_sums sums_of(const struct difference_job *j, size_t i, const size_t next[3])
+static void add_voxel(
+	struct ct_sums *t, const struct difference_job *j, size_t i, const size_t next[3])
 {
 	const double a = (double)j->ref[i], b = (double)j->test[i], d = b - a;
 	const double w = weight(j, i), m = clip(b, j->map) - clip(a, j->map);
-	struct ct_sums s = {.count = w,
-		.square = w * d * d,
-		.abs = fabs(w * d),
-		.diff = w * d,
-		.max = fabs(w * d),
-		.top = fabs(a) > fabs(b) ? fabs(a) : fabs(b),
-		.mapped = w * m * m};
+	const double top = fabs(a) > fabs(b) ? fabs(a) : fabs(b);
 
+	t->count += w;
+	t->square += w * d * d;
+	t->abs += fabs(w * d);
+	t->diff += w * d;
+	t->mapped += w * m * m;
+	t->max = fabs(w * d) > t->max ? fabs(w * d) : t->max;
+	t->top = top > t->top ? top : t->top;
 	for (int k = 0; k < 3; k++)
 		if (next[k]) {
-			const double g = difference(j, next[k]) - d;
+			const double pair = w * weight(j, next[k]), g = difference(j, next[k]) - d;
 
-			s.pairs[k] = w * weight(j, next[k]);
-			s.gradient[k] = s.pairs[k] * g * g;
+			t->pairs[k] += pair;
+			t->gradient[k] += pair * g * g;
 		}
-	return s;
 }
 
 /* Of row y of slice k; and to the sums of its columns, or NULL. */
 static struct ct_sums sum_row(
 	const struct difference_job *j, size_t y, size_t k, struct ct_sums *column)
 {
-	const size_t n0 = j->n[0], at = (k * j->n[1] + y) * n0;
-	const size_t down = y + 1 < j->n[1] ? n0 : 0, behind = k + 1 < j->n[2] ? n0 * j->n[1] : 0;
+	const size_t n0 = j->n[0], at = (k * j->n[1] + y) * n0, plane = n0 * j->n[1];
 	struct ct_sums lane[LANES] = {{0}}, sum = {0};
+	size_t next[3];
 
-	for (size_t i = 0; i < n0; i++) {
-		const size_t v = at + i, next[3] = {i + 1 < n0 ? v + 1 : 0, down ? v + down : 0,
-						 behind ? v + behind : 0};
-		const struct ct_sums s = sums_of(j, v, next);
-
-		add(&lane[i % LANES], &s);
+	for (size_t v = at; v < at + n0; v++) {
+		next[0] = v + 1 < at + n0 ? v + 1 : 0;
+		next[1] = y + 1 < j->n[1] ? v + n0 : 0;
+		next[2] = k + 1 < j->n[2] ? v + plane : 0;
+		add_voxel(&lane[(v - at) % LANES], j, v, next);
 		if (column)
-			add(&column[i], &s);
+			add_voxel(&column[v - at], j, v, next);
 	}
 	for (int l = 0; l < LANES; l++)
 		add(&sum, &lane[l]);
