@@ -74,10 +74,10 @@ static void become(char *program, const char *path, int out, pid_t parent)
 }
 
 /* What it says: its failure, or the picture. 1 if it ends before. */
-static int take(FILE *f, size_t *w, size_t *h, float **gray, struct ct_err *e)
+static int take(FILE *f, struct ct_vol *v, struct ct_err *e)
 {
 	struct ct_err said;
-	size_t size[2], count;
+	size_t size[2];
 
 	if (fread(&said, sizeof said, 1, f) != 1)
 		return 1;
@@ -87,12 +87,9 @@ static int take(FILE *f, size_t *w, size_t *h, float **gray, struct ct_err *e)
 	}
 	if (fread(size, sizeof size, 1, f) != 1)
 		return 1;
-	if (ct_size_mul(&count, size[0], size[1], "picture", e) ||
-		ct_alloc(gray, count, sizeof **gray, e))
+	if (ct_vol_alloc(v, (const size_t[]){size[0], size[1], 1}, e))
 		return -1;
-	*w = size[0];
-	*h = size[1];
-	return fread(*gray, sizeof **gray, count, f) == count ? 0 : 1;
+	return fread(v->data, sizeof *v->data, ct_vol_count(v), f) == ct_vol_count(v) ? 0 : 1;
 }
 
 /* Start it; *f is what it will say. */
@@ -120,7 +117,7 @@ static int start(pid_t *pid, FILE **f, char *program, const char *path, struct c
 /* As ct_image_read (shim/image.h), without the libraries that read pictures: by ct-picture, beside
  * this program or installed, through a pipe. CT_EINPUT also if the picture kills its reader;
  * CT_EFAIL if that is not installed. */
-static int decode(const char *path, size_t *w, size_t *h, float **gray, struct ct_err *e)
+static int read_picture(const char *path, struct ct_vol *v, struct ct_err *e)
 {
 	char *program = NULL;
 	FILE *f = NULL;
@@ -128,14 +125,13 @@ static int decode(const char *path, size_t *w, size_t *h, float **gray, struct c
 	int status = 0, rc = ct_installed_find(
 				&program, "ct-picture", "/../libexec/ctsr", CT_LIBEXECDIR, X_OK, e);
 
-	*gray = NULL;
 	if (rc > 0)
 		rc = ct_fail(e, CT_EFAIL, "%s: is not installed, and reads pictures", program);
 	if (rc || start(&pid, &f, program, path, e)) {
 		free(program);
 		return -1;
 	}
-	rc = take(f, w, h, gray, e);
+	rc = take(f, v, e);
 	fclose(f);
 	waitpid(pid, &status, 0);
 	if (rc > 0 && WIFEXITED(status) && WEXITSTATUS(status) == CT_ENOMEM)
@@ -143,36 +139,17 @@ static int decode(const char *path, size_t *w, size_t *h, float **gray, struct c
 	else if (rc > 0)
 		rc = ct_fail(e, CT_EINPUT, "%s: the picture cannot be decoded%s", path,
 			WIFSIGNALED(status) ? ": it kills its reader" : "");
-	if (rc) {
-		free(*gray);
-		*gray = NULL;
-	}
 	free(program);
 	return rc;
 }
 #else
-static int decode(const char *path, size_t *w, size_t *h, float **gray, struct ct_err *e)
+static int read_picture(const char *path, struct ct_vol *v, struct ct_err *e)
 {
-	*w = *h = 0;
-	*gray = NULL;
+	(void)v;
 	return ct_fail(
 		e, CT_EINPUT, "%s: this build reads no pictures (configure --with-oiio)", path);
 }
 #endif
-
-static int read_picture(const char *path, struct ct_vol *v, struct ct_err *e)
-{
-	float *gray = NULL;
-	size_t w = 0, h = 0;
-	int rc = decode(path, &w, &h, &gray, e);
-
-	if (rc == 0)
-		rc = ct_vol_alloc(v, (const size_t[]){w, h, 1}, e);
-	if (rc == 0)
-		memcpy(v->data, gray, w * h * sizeof *gray);
-	free(gray);
-	return rc;
-}
 
 /* Where a picture lies, whose pixels are of mm, if that is known: what --rescale makes of it is
  * there then. */
