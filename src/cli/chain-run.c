@@ -89,10 +89,8 @@ static enum done look(const struct ct_chain *c, size_t i, const struct state *st
 	const size_t key = strlen(st->key);
 	enum done done = NOTHING;
 
-	if (is && strncmp(is, st->key, key) == 0 && strcmp(is + key, st->output) == 0)
-		done = is[key] ? DONE : BEGUN;
-	else if (is && strncmp(is, st->key, key) == 0 && !is[key])
-		done = BEGUN;
+	if (is && strncmp(is, st->key, key) == 0)
+		done = !is[key] ? BEGUN : strcmp(is + key, st->output) == 0 ? DONE : NOTHING;
 	free(was);
 	return done;
 }

@@ -4,7 +4,6 @@
 #include "cli/chain.h"
 #include "cli/files.h"
 #include "core/inflate.h"
-#include "formats/format.h"
 #include "formats/headed.h"
 #include "formats/io.h"
 #include "formats/nifti.h"
@@ -240,14 +239,14 @@ int sr_chain(const struct sr *p, const struct ct_env *env, struct ct_err *e)
 
 	if (strcmp(p->in, "-") != 0 && access(p->in, R_OK) != 0)
 		return ct_fail_errno(e, CT_EINPUT, p->in);
-	if (find_factor(&s, e) || find_files(&s, env, e) || add_all(&s, env, e))
-		goto out;
-	if (env->dry_run) {
-		ct_chain_print(&s.c, "", stdout);
-		rc = 0;
-	} else if (check_out(&s, env, e) == 0 && (!p->report || begin_log(&s, e) == 0))
-		rc = ct_chain_run(&s.c, env, e);
-out:
+	if (find_factor(&s, e) == 0 && find_files(&s, env, e) == 0 && add_all(&s, env, e) == 0) {
+		if (env->dry_run)
+			ct_chain_print(&s.c, "", stdout);
+		rc = env->dry_run ? 0
+		     : check_out(&s, env, e) || (p->report && begin_log(&s, e))
+			     ? -1
+			     : ct_chain_run(&s.c, env, e);
+	}
 	for (int i = 0; i < FILES; i++)
 		free(s.file[i]);
 	ct_chain_close(&s.c);
