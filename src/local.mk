@@ -7,11 +7,11 @@ bin_PROGRAMS += ct-upsample
 ct_upsample_SOURCES = src/tools/ct-upsample.c src/tools/lib/libraries.cc
 ct_upsample_LDADD = $(DICOM_LDADD)
 bin_PROGRAMS += ct-metrics
-ct_metrics_SOURCES = src/tools/ct-metrics.c src/tools/metrics-report.c src/tools/metrics-report.h
+ct_metrics_SOURCES = src/tools/ct-metrics.c
 # What reads and writes CTs for the commands that take DICOM, and the module that does so for DICOM itself
 # (src/dicom/module.h).
 noinst_LIBRARIES += libctdicom.a
-libctdicom_a_SOURCES = src/tools/convert-in.c src/tools/convert-planes.c src/tools/convert-out.c src/tools/convert-crop.c \
+libctdicom_a_SOURCES = src/tools/convert-io.c \
 	src/tools/convert.h src/dicom/form.c src/dicom/form.h src/dicom/sidecar.c src/dicom/sidecar.h src/dicom/open.c \
 	src/dicom/module.h src/dicom/dicom.h src/tools/scan-read.c src/tools/scan-read.h
 DICOM_SOURCES = src/dicom/module.c src/dicom/write.c src/dicom/series.c \
@@ -28,8 +28,7 @@ else
 EXTRA_DIST += $(DICOM_SOURCES)
 endif
 bin_PROGRAMS += ct-convert
-ct_convert_SOURCES = src/tools/ct-convert.c src/tools/convert-stack.c src/tools/convert-radiograph.c src/tools/convert.h \
-	src/tools/picture-read.c
+ct_convert_SOURCES = src/tools/ct-convert.c src/tools/convert-radiograph.c src/tools/convert.h
 ct_convert_LDADD = $(DICOM_LDADD)
 if HAVE_OIIO
 # Started by ct-convert, so that only who reads pictures waits for their libraries.
@@ -48,12 +47,12 @@ else
 ct_train_LDADD = $(LDADD)
 endif
 bin_PROGRAMS += ct-project
-ct_project_SOURCES = src/tools/ct-project.c src/tools/project-views.c src/tools/project-views.h
+ct_project_SOURCES = src/tools/ct-project.c
 bin_PROGRAMS += ct-phantom
 ct_phantom_SOURCES = src/tools/ct-phantom.c
 bin_PROGRAMS += ct-ddnm
 ct_ddnm_SOURCES = src/tools/ct-ddnm.c src/tools/ddnm.h src/tools/ddnm-state.c \
-	src/tools/ddnm-input.c src/tools/ddnm-picture.c src/tools/lib/libraries.cc
+	src/tools/ddnm-input.c src/tools/lib/libraries.cc
 if HAVE_OIIO
 ct_ddnm_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
 else
@@ -79,7 +78,7 @@ endif
 bin_PROGRAMS += ct-nabgs
 ct_nabgs_SOURCES = src/tools/ct-nabgs.c
 bin_PROGRAMS += ct-field
-ct_field_SOURCES = src/tools/ct-field.c src/tools/field-data.c src/tools/field.h
+ct_field_SOURCES = src/tools/ct-field.c
 bin_PROGRAMS += ct-fuse
 ct_fuse_SOURCES = src/tools/ct-fuse.c
 bin_PROGRAMS += ct-compose

@@ -187,11 +187,11 @@ tests_t_montage_CFLAGS = $(AM_CFLAGS) $(BOUNDS)
 tests_t_scan_grid_CFLAGS = $(AM_CFLAGS) $(BOUNDS)
 tests_t_scan_grid_SOURCES = tests/t-scan-grid.c src/recon/scan-grid.c
 tests_t_survey_SOURCES = tests/t-survey.c src/report/survey.c
-tests_t_montage_SOURCES = tests/t-montage.c src/picture/montage.c src/picture/colour.c src/picture/text.c
+tests_t_montage_SOURCES = tests/t-montage.c src/picture/montage.c src/picture/text.c
 dist_check_SCRIPTS += tests/t-trade.sh tests/t-blind.sh tests/t-slice-profile.sh tests/t-from-dicom.sh tests/t-ct-profile.sh tests/t-ct-report.sh tests/t-page.sh tests/t-info.sh tests/t-report.sh tests/t-view.sh tests/t-view-tones.sh tests/t-view-labels.sh tests/t-view-slabs.sh
 check_PROGRAMS += tests/t-text tests/t-trend
 tests_t_trend_SOURCES = tests/t-trend.c
-tests_t_text_SOURCES = tests/t-text.c src/picture/text.c src/picture/colour.c
+tests_t_text_SOURCES = tests/t-text.c src/picture/text.c src/picture/montage.c
 tests_t_text_CFLAGS = $(AM_CFLAGS) $(BOUNDS)
 if HAVE_OIIO
 check_PROGRAMS += tests/t-image

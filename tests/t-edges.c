@@ -63,7 +63,7 @@ static void test_planes(void)
 
 		make(&a, normal[k], 0.6, 0);
 		make(&b, normal[k], 1.1, 0);
-		OK(ct_edges(&o, &a, &b, NULL, 300, &env, &e) == 0 && o.count > 100, "plane %zu", k);
+		OK(ct_edges(&o, &a, &b, NULL, &env, &e) == 0 && o.count > 100, "plane %zu", k);
 		snprintf(name, sizeof name, "plane %zu, ref", k);
 		check(&o.ref, 0.6, 0.02, name);
 		snprintf(name, sizeof name, "plane %zu, test", k);
@@ -83,26 +83,26 @@ static void test_ball(void)
 	make(&a, NULL, 0.5, 20);
 	make(&b, NULL, 0.9, 20);
 	make(&mask, NULL, 0.5, 0);
-	ct_edges(&o, &a, &b, NULL, 300, &env, &e);
+	ct_edges(&o, &a, &b, NULL, &env, &e);
 	OK(o.count > 100, "a ball, with noise: %zu edges", o.count);
 	check(&o.ref, 0.5, 0.06, "ref"); /* of radius 9 mm: what is behind the edge narrows */
 	check(&o.test, 0.9, 0.06, "test");
 	if (ct_par_alloc(&four.par, 4, &e))
 		exit(1);
-	ct_edges(&p, &a, &b, NULL, 300, &four, &e);
+	ct_edges(&p, &a, &b, NULL, &four, &e);
 	OK(memcmp(&o, &p, sizeof o) == 0, "1 and 4 threads, same bits");
 	ct_par_free(four.par);
 	for (size_t i = 0; i < ct_vol_count(&mask); i++)
 		mask.data[i] = i % SIDE < SIDE / 2;
-	ct_edges(&p, &a, &b, &mask, 300, &env, &e);
+	ct_edges(&p, &a, &b, &mask, &env, &e);
 	OK(p.count > o.count / 3 && p.count < 2 * o.count / 3, "a mask of one half: %zu", p.count);
 	for (size_t i = 0; i < ct_vol_count(&a); i++)
 		a.data[i] = 100 * ct_rng_normal(5, 0, i);
-	ct_edges(&o, &a, &b, NULL, 300, &env, &e);
+	ct_edges(&o, &a, &b, NULL, &env, &e);
 	OK(o.count < 12 && isnan(o.ref.rise) && isnan(o.test.mtf50),
 		"noise has no edges, and no figures: %zu", o.count);
 	a.n[2] = b.n[2] = 17;
-	OK(ct_edges(&o, &a, &b, NULL, 300, &env, &e) < 0 && e.code == CT_EGEOM,
+	OK(ct_edges(&o, &a, &b, NULL, &env, &e) < 0 && e.code == CT_EGEOM,
 		"too few slices are refused");
 	ct_vol_free(&a);
 	ct_vol_free(&b);
@@ -180,7 +180,7 @@ static size_t edges(double f(double d, double how), double how, bool upright)
 	struct ct_err e;
 
 	profile(&v, n, normal, f, how);
-	if (ct_edges(&o, &v, &v, NULL, 300, &env, &e))
+	if (ct_edges(&o, &v, &v, NULL, &env, &e))
 		exit(1);
 	ct_vol_free(&v);
 	return o.count;
@@ -219,12 +219,12 @@ static void test_many(void)
 
 	profile(&v, n, up, rise, 0);
 	profile(&mask, n, up, lower, 0);
-	must(ct_edges(&o, &v, &v, NULL, 300, &env, &err));
+	must(ct_edges(&o, &v, &v, NULL, &env, &err));
 	OK(o.count == 152 * 142 / 2, "every second: %zu", o.count);
 	for (size_t k = 0; k < 13; k++) {
 		const size_t i = 40 + 3 * k, j = 30 + 5 * k;
 
-		if (k > 10 && (ct_edges(&o, &v, &v, &mask, 300, &env, &e) || o.count != k ||
+		if (k > 10 && (ct_edges(&o, &v, &v, &mask, &env, &e) || o.count != k ||
 				      isnan(o.ref.rise) != (k < 12)))
 			OK(0, "%zu edges", k);
 		for (size_t z = 0; z < 20; z++)
@@ -232,7 +232,7 @@ static void test_many(void)
 	}
 	OK(1, "eleven edges tell nothing, twelve do");
 	v.n[0] = mask.n[0] = 18;
-	OK(ct_edges(&o, &v, &v, NULL, 300, &env, &e) < 0 && strstr(e.msg, "need 19"),
+	OK(ct_edges(&o, &v, &v, NULL, &env, &e) < 0 && strstr(e.msg, "need 19"),
 		"room for a cylinder");
 	ct_vol_free(&v);
 	ct_vol_free(&mask);
@@ -255,10 +255,10 @@ static void test_sizes(void)
 		w.data[i] = v.data[i] - 0.1f * v.data[i > 2 ? i - 3 : 0];
 	for (int a = 0; a < 3; a++)
 		v.affine[a][a] = w.affine[a][a] = 0.5;
-	ct_edges(&o, &v, &w, NULL, 300, &env, &e);
+	ct_edges(&o, &v, &w, NULL, &env, &e);
 	for (int a = 0; a < 3; a++)
 		v.affine[a][a] = w.affine[a][a] = 2;
-	ct_edges(&p, &v, &w, NULL, 300, &env, &e);
+	ct_edges(&p, &v, &w, NULL, &env, &e);
 	OK(o.count > 100 && p.count == o.count && p.ref.rise == 4 * o.ref.rise &&
 			p.test.rise == 4 * o.test.rise && p.ref.mtf50 == o.ref.mtf50 / 4 &&
 			p.test.mtf10 == o.test.mtf10 / 4,
@@ -268,7 +268,7 @@ static void test_sizes(void)
 	profile(&other, n, skew, rise, 0);
 	for (int a = 0; a < 3; a++)
 		other.affine[a][a] = mm[a];
-	OK(ct_edges(&o, &other, &other, NULL, 300, &env, &e) == 0 && o.count > 100,
+	OK(ct_edges(&o, &other, &other, NULL, &env, &e) == 0 && o.count > 100,
 		"voxels that are no cubes: %zu", o.count);
 	check(&o.ref, 1, 0.02, "no cubes");
 	ct_vol_free(&v);

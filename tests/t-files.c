@@ -2,9 +2,10 @@
  * is.
  */
 #include "config.h"
+#include "cli/chain.h"
 #include "cli/content.h"
 #include "cli/files.h"
-#include "cli/folder.h"
+#include "cli/keep.h"
 #include "core/clock.h"
 #include "core/meta.h"
 #include "formats/hash.h"
@@ -166,31 +167,28 @@ static void test_more(void)
 }
 
 /* Is what a path holds those bytes, by the hash? */
-static bool holds(const char *path, const char *name, const void *data, size_t bytes)
+static bool holds(const char *path, const void *data, size_t bytes)
 {
 	const struct ct_env env = {0};
-	struct ct_meta is = {0}, want = {0};
-	struct ct_piece piece = {data, bytes};
-	const char *a, *b;
-	bool same;
+	char hex[CT_CONTENT_HEX], want[CT_CONTENT_HEX];
+	struct ct_hash *h;
+	uint64_t bits[2];
 
-	must(ct_content_read(&is, path, &env, &err) || ct_meta_input(&want, name, 1, &piece, &err));
-	a = ct_meta_get(&is, CT_META_INPUT);
-	b = ct_meta_get(&want, CT_META_INPUT);
-	same = a && strcmp(a, b) == 0 && is.n == 1;
-	ct_meta_free(&is);
-	ct_meta_free(&want);
-	return same;
+	must(ct_content_read(hex, path, &env, &err) || ct_hash_alloc(&h, &err));
+	CT_SIMD(ct_hash_add)(h, data, bytes);
+	ct_hash_digest(h, bits);
+	free(h);
+	snprintf(want, sizeof want, "%016llx%016llx", (unsigned long long)bits[0],
+		(unsigned long long)bits[1]);
+	return strcmp(hex, want) == 0;
 }
 
 static bool holds_nothing(const char *path)
 {
 	const struct ct_env env = {0};
-	struct ct_meta m = {0};
-	bool none = ct_content_read(&m, path, &env, &e) == 0 && m.n == 0;
+	char hex[CT_CONTENT_HEX];
 
-	ct_meta_free(&m);
-	return none;
+	return ct_content_read(hex, path, &env, &e) == 0 && !*hex;
 }
 
 static void test_content(void)
@@ -199,7 +197,7 @@ static void test_content(void)
 	unsigned char *big = malloc(n);
 	volatile sig_atomic_t stop = 1;
 	const struct ct_env stopped = {.stop = &stop};
-	struct ct_meta m = {0};
+	char hex[CT_CONTENT_HEX];
 
 	if (!big || mkdir("f", 0777) || mkdir("f/k", 0777) || mkfifo("pipe", 0600) ||
 		mkfifo("f/pipe", 0600) || mkdir("round", 0777) || symlink(".", "round/z"))
@@ -207,93 +205,63 @@ static void test_content(void)
 	for (size_t i = 0; i < n; i++)
 		big[i] = (unsigned char)(i * i >> 7);
 	put_bytes("big", big, n);
-	OK(holds("big", "big", big, n), "a file is its bytes, however long");
-	OK(holds("./b", "b", "b", 1), "by the last part of its name");
+	OK(holds("big", big, n), "a file is its bytes, however long");
+	OK(holds("./b", "b", 1), "whatever its name");
 	put_text("empty", "");
-	OK(holds("empty", "empty", "", 0), "an empty one has none");
+	OK(holds("empty", "", 0), "an empty one has none");
 	put_text("f/n", "n");
 	put_text("f/a", "aa");
 	put_text("f/k/z", "z");
 	put_text("f/k/b", "");
 	put_text("f/k/.h", "h");
-	OK(holds("f", "f", "aahzn", 5), "a folder those of its files by their names");
+	OK(holds("f", "aahzn", 5), "a folder those of its files by their names");
 	put_text("round/a", "x");
-	OK(holds("round", "round", "x", 1), "once, though a link leads back to it");
+	OK(holds("round", "x", 1), "once, though a link leads back to it");
 	OK(holds_nothing("-") && holds_nothing("none") && holds_nothing("pipe"),
 		"what cannot be read twice is not read");
-	OK(ct_content_read(&m, "big", &stopped, &e) == -1 && e.code == CT_ESTOP && m.n == 0,
+	OK(ct_content_read(hex, "big", &stopped, &e) == -1 && e.code == CT_ESTOP && !*hex,
 		"who is told to stop does");
 	e = (struct ct_err){0};
-	OK(ct_content_read(&m, "f", &stopped, &e) == -1 && e.code == CT_ESTOP && m.n == 0,
+	OK(ct_content_read(hex, "f", &stopped, &e) == -1 && e.code == CT_ESTOP && !*hex,
 		"in a folder too");
 	free(big);
 }
 
-static void make_folder(const char *name, const char *file, const char *text)
-{
-	char path[100];
-
-	if (mkdir(name, 0777))
-		exit(99);
-	snprintf(path, sizeof path, "%s/%s", name, file);
-	put_text(path, text);
-}
-
 static void test_temporary(void)
 {
-	struct ct_folder f, g;
-	char path[100], *name;
+	struct ct_chain c, d;
+	char path[100];
 
 	setenv("TMPDIR", "", 1);
-	OK(ct_folder_open(&f, NULL, true, &e) == 0 && strcmp(f.path, "/tmp/ct-sr.XXXXXX") == 0 &&
-			!f.temporary && f.lock == -1,
-		"a dry one is named");
-	ct_folder_close(&f);
+	OK(strcmp(ct_keep_folder(), "/tmp") == 0, "where temporary files go");
 	unsetenv("TMPDIR");
-	OK(ct_folder_open(&f, NULL, true, &e) == 0 && strcmp(f.path, "/tmp/ct-sr.XXXXXX") == 0,
-		"where temporary files go");
-	ct_folder_close(&f);
-	if (mkdir("tmp", 0777) || symlink("../kept", "tmp/ct-sr.link"))
+	OK(ct_chain_open(&c, NULL, true, &e) == 0 && !c.kept && c.lock == -1 &&
+			strcmp(c.folder, "/tmp/ct-sr.XXXXXX") == 0,
+		"a dry one is named");
+	ct_chain_close(&c);
+	if (mkdir("tmp", 0777) || mkdir("tmp/ct-sr.ct-stale0", 0777) ||
+		mkdir("tmp/ct-sr.kept", 0777))
 		exit(99);
+	put_text("tmp/ct-sr.ct-stale0/more", "");
 	setenv("TMPDIR", "tmp", 1);
-	make_folder("kept", "temporary", "");
-	make_folder("tmp/ct-sr.stale", "temporary", "");
-	put_text("tmp/ct-sr.stale/more", "");
-	put_text("tmp/ct-sr.stale/.more", "");
-	make_folder("tmp/ct-sr.kept", "lock", "");
-	make_folder("tmp/ct-sx.other", "temporary", "");
-	put_text("tmp/ct-sr.file", "");
-	if (mkdir("tmp/ct-sr.trick", 0777) || symlink("../../a", "tmp/ct-sr.trick/temporary"))
-		exit(99);
-	if (geteuid() == 0) {
-		make_folder("tmp/ct-sr.theirs", "temporary", "");
-		if (chown("tmp/ct-sr.theirs", 1, 1))
-			exit(99);
-	}
-	OK(ct_folder_open(&f, NULL, false, &e) == 0 && f.temporary && f.lock >= 0 &&
-			strncmp(f.path, "tmp/ct-sr.", 10) == 0 && rights_of(f.path) == 0700,
+	OK(ct_chain_open(&c, NULL, false, &e) == 0 && !c.kept && c.lock >= 0 &&
+			strncmp(c.folder, "tmp/ct-sr.ct-", 13) == 0 && rights_of(c.folder) == 0700,
 		"a temporary folder");
-	OK(!is_there("tmp/ct-sr.stale"), "one that was left is removed");
-	OK(is_there("tmp/ct-sr.kept/lock") && is_there("tmp/ct-sx.other/temporary") &&
-			is_there("tmp/ct-sr.file") && is_there("kept/temporary") &&
-			is_there("tmp/ct-sr.trick/temporary") && is_there("tmp/ct-sr.link") &&
-			(geteuid() != 0 || is_there("tmp/ct-sr.theirs/temporary")),
-		"and nothing that is another's");
-	name = ct_folder_file(&f, "temporary");
-	OK(rights_of(name) == 0600, "its lock is its owner's");
-	OK(ct_folder_open(&g, NULL, false, &e) == 0 && is_there(name), "one in use stays");
-	snprintf(path, sizeof path, "%s", g.path);
-	ct_folder_close(&g);
-	OK(!is_there(path) && is_there(name) && !g.path && g.lock == -1 && !g.temporary,
+	OK(!is_there("tmp/ct-sr.ct-stale0") && is_there("tmp/ct-sr.kept"),
+		"one that was left is removed, and nothing else");
+	OK(ct_chain_open(&d, NULL, false, &e) == 0 && is_there(c.folder), "one in use stays");
+	snprintf(path, sizeof path, "%s", d.folder);
+	ct_chain_close(&d);
+	OK(!is_there(path) && is_there(c.folder) && !d.folder && d.lock == -1,
 		"one that is closed goes");
-	ct_folder_close(&f);
-	OK(!is_there(name), "the other as well");
+	snprintf(path, sizeof path, "%s", c.folder);
+	ct_chain_close(&c);
+	OK(!is_there(path), "the other as well");
 	setenv("TMPDIR", "nowhere", 1);
-	OK(ct_folder_open(&f, NULL, false, &e) == -1 && e.code == CT_EOUTPUT &&
+	OK(ct_chain_open(&c, NULL, false, &e) == -1 && e.code == CT_EOUTPUT &&
 			strstr(e.msg, "No such file"),
 		"%s", e.msg);
-	ct_folder_close(&f);
-	free(name);
+	ct_chain_close(&c);
 }
 
 /* Holds the lock of `path` for a while from now on. */
@@ -321,47 +289,41 @@ static pid_t keep_locked(const char *path, double seconds)
 
 static void test_folder(void)
 {
-	struct ct_folder f, none = {0};
-	const int fd = open("a", O_RDONLY);
+	struct ct_chain f;
 	double start;
 	pid_t pid;
 
-	OK(ct_folder_open(&f, "d", true, &e) == 0 && !is_there("d"), "a dry folder is not made");
-	ct_folder_close(&f);
-	OK(ct_folder_open(&f, "d", false, &e) == 0 && rights_of("d") == 0755 && !f.temporary &&
-			rights_of("d/lock") == 0600 && strcmp(f.path, "d") == 0,
+	OK(ct_chain_open(&f, "d", true, &e) == 0 && !is_there("d"), "a dry folder is not made");
+	ct_chain_close(&f);
+	OK(ct_chain_open(&f, "d", false, &e) == 0 && rights_of("d") == 0755 && f.kept &&
+			rights_of("d/lock") == 0600 && strcmp(f.folder, "d") == 0,
 		"another is, and locked");
-	ct_folder_close(&f);
-	OK(f.lock == -1 && !f.path && is_there("d/lock"), "and stays");
+	ct_chain_close(&f);
+	OK(f.lock == -1 && !f.folder && is_there("d/lock"), "and stays");
 	pid = keep_locked("d/lock", 0.3);
-	OK(ct_folder_open(&f, "d", false, &e) == 0 && f.lock >= 0, "what ends soon is waited for");
-	ct_folder_close(&f);
+	OK(ct_chain_open(&f, "d", false, &e) == 0 && f.lock >= 0, "what ends soon is waited for");
+	ct_chain_close(&f);
 	waitpid(pid, NULL, 0);
 	pid = keep_locked("d/lock", 60);
 	start = ct_clock_wall();
-	OK(ct_folder_open(&f, "d", false, &e) == -1 && e.code == CT_EOUTPUT &&
+	OK(ct_chain_open(&f, "d", false, &e) == -1 && e.code == CT_EOUTPUT &&
 			strcmp(e.msg, "d: another run works in it") == 0,
 		"what does not is another run");
 	OK(ct_clock_wall() - start < 20, "which is told soon");
-	ct_folder_close(&f);
+	ct_chain_close(&f);
 	kill(pid, SIGKILL);
 	waitpid(pid, NULL, 0);
-	OK(ct_folder_open(&f, "a", false, &e) == -1 &&
-			strcmp(e.msg, "a/lock: Not a directory") == 0,
+	OK(ct_chain_open(&f, "a", false, &e) == -1 && strcmp(e.msg, "a/lock: Not a directory") == 0,
 		"%s", e.msg);
-	ct_folder_close(&f);
-	OK(ct_folder_open(&f, "x/y", false, &e) == -1 &&
+	ct_chain_close(&f);
+	OK(ct_chain_open(&f, "x/y", false, &e) == -1 &&
 			strcmp(e.msg, "x/y: No such file or directory") == 0,
 		"%s", e.msg);
-	ct_folder_close(&f);
+	ct_chain_close(&f);
 	if (mkdir("l", 0777) || symlink("../a", "l/lock"))
 		exit(99);
-	OK(ct_folder_open(&f, "l", false, &e) == -1, "a lock is no link");
-	ct_folder_close(&f);
-	none.lock = fd;
-	ct_folder_close(&none);
-	OK(none.lock == -1 && fcntl(fd, F_GETFD) != -1, "zeroes may be closed, and close nothing");
-	close(fd);
+	OK(ct_chain_open(&f, "l", false, &e) == -1, "a lock is no link");
+	ct_chain_close(&f);
 }
 
 int main(void)

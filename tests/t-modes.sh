@@ -78,11 +78,10 @@ for o in @guidance=9 @iterations=9 @rate=1 @gradient=chain; do no ct-ddnm $o; no
 no ct-ddnm @guidance=9 --sampler bird
 for o in @iterations=9 @rate=1 @gradient=chain; do no ct-ddnm $o --sampler gdp; done
 for o in ddpm dpm-solver++ gdp bird none; do no ct-ddnm @eta=0.5 --sampler $o; no ct-ddnm --sigma-y=0.1 --sampler $o; done
-for o in --prior=p.x --steps=9 @operator=mean @sigma-det=2 @t-start=9 @travel=2,2 --samples=2 @norm=1 \
+for o in --prior=p.x --steps=9 @operator=mean @t-start=9 @travel=2,2 --samples=2 @norm=1 \
 	@channel-reduce=first; do
 	no ct-ddnm $o --sampler none --init none
 done
-no ct-ddnm @sigma-det=2 --expert operator=mean
 no ct-ddnm --arch=num_heads=1
 no ct-ddnm --class=1
 no ct-ddnm --init=none --sampler once
@@ -152,8 +151,6 @@ ct-fdk --mdoc-options >out; has out 'Needs \\-\\-method=sirt|tv\.' 'in the man p
 # what a mode is only the files say
 ct-phantom -q --size 16x16x16 --spacing 4 ellipsoids v.nii
 ct-project -q -n 2 --coarsen 4 --pixel mean v.nii mean.exr
-exits 2 'a blur of means' ct-ddnm --expert sigma-det=2 mean.exr no.exr
-has err 'mean.exr: --expert sigma-det: needs --expert operator=' 'is refused by name'
 exits 2 'noise, where the operator is not known' ct-upsample -x 2 --noise 5 v.nii no.nii
 has err 'v.nii: --noise: needs --method=' 'is refused by name'
 exits 2 'colours of a grey prior' ct-ddnm --expert channel-reduce=mean mean.exr no.exr

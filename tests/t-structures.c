@@ -14,7 +14,7 @@ enum { N = 60, COUNT = N * N * N };
 #define SIGMA 1.5
 #define SIGMAS ((const double[3]){SIGMA, SIGMA, SIGMA})
 #define SIZE 2.0 /* of a blob */
-#define STEP 15.0
+#define STEP ((double)CT_STRUCTURES_LEAST)
 
 static struct ct_vol ref, test, mask;
 static struct ct_structures s;
@@ -54,7 +54,7 @@ static void flat(float level)
 
 static bool counts(size_t bright, size_t dark, size_t missed_bright, size_t missed_dark)
 {
-	if (ct_structures(&s, &ref, &test, &mask, SIGMAS, STEP, &env, &err))
+	if (ct_structures(&s, &ref, &test, &mask, SIGMAS, &env, &err))
 		return false;
 	return s.falsely[0] == bright && s.falsely[1] == dark && s.missed[0] == missed_bright &&
 	       s.missed[1] == missed_dark;

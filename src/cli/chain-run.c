@@ -1,10 +1,12 @@
 /* chain-run.c: the commands of a chain, run; see chain.h. */
 #include "config.h"
 #include "cli/chain.h"
+#include "cli/cli.h"
 #include "cli/content.h"
-#include "cli/resume.h"
 #include "cli/stop.h"
 #include "core/clock.h"
+#include "core/stream.h"
+#include "formats/io.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -16,167 +18,134 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#define OUTPUT "OUT"
-#define NOT_MADE "not made" /* it is not known what the output holds */
-
 /* What of a step was done before. */
 enum done { NOTHING, BEGUN, DONE };
 
-static const struct ct_opt no_options[] = {CT_OPT_END};
+/* A step as its state tells of it. */
+struct state {
+	char *key;                   /* owned: lines of its words, and what its inputs hold */
+	char output[CT_CONTENT_HEX]; /* what that holds; "": it is not known */
+	bool told;                   /* all that the inputs hold */
+};
 
-/* What a file holds goes into the key: 0, or 1 if it cannot be told before it is read. */
-static int name_input(struct ct_resume *r, const char *name, const char *path,
-	const struct ct_env *env, struct ct_err *e)
-{
-	struct ct_meta m = {0};
-	int rc = ct_content_read(&m, path, env, e);
-
-	if (rc == 0)
-		rc = m.n == 0 ? 1 : ct_resume_input(r, name, &m, e);
-	ct_meta_free(&m);
-	return rc;
-}
-
-/* Its words, and what the files hold that they name; 1 if that cannot be told. */
-static int name_step(struct ct_resume *r, const struct ct_chain *c, size_t i,
-	const struct ct_env *env, struct ct_err *e)
+static int make_key(struct state *st, const struct ct_chain *c, size_t i, const struct ct_env *env,
+	struct ct_err *e)
 {
 	const struct ct_step *s = &c->step[i];
-	int rc = ct_resume_value(r, e, "command", "%s", s->tool), told;
+	size_t n;
+	FILE *f;
+	int rc = 0;
 
-	for (size_t k = 1; k < s->argc && rc >= 0; k++) {
-		const char *word = s->argv[k], *path = ct_chain_input(c, i, k);
-		char name[40];
+	if (ct_stream_open(&f, &st->key, &n, e))
+		return -1;
+	st->told = true;
+	fprintf(f, "\n%s %s\n%s\n", env->tool, PACKAGE_VERSION, s->argv[0]);
+	for (size_t k = 1; k < s->argc && rc == 0; k++) {
+		const char *input = ct_chain_input(c, i, k);
+		char hex[CT_CONTENT_HEX];
 
-		if (strcmp(word, s->output) == 0)
-			continue;
-		snprintf(name, sizeof name, "word %zu", k);
-		if (!path && ct_resume_value(r, e, name, "%s", word))
-			return -1;
-		told = path ? name_input(r, name, path, env, e) : 0;
-		rc = told < 0 ? -1 : rc | told;
+		if (input && (rc = ct_content_read(hex, input, env, e)) == 0) {
+			st->told &= *hex != '\0';
+			fprintf(f, "%s\n", hex);
+		} else if (!input && strcmp(s->argv[k], s->output) != 0)
+			fprintf(f, "%s\n", s->argv[k]);
 	}
-	return rc;
+	fputc('\n', f);
+	return ct_stream_close(f, &st->key, e) || rc ? -1 : 0;
 }
 
-/* The state of the run of a command, opened and named; 1 if what it reads cannot be told. */
-static int open_step(struct ct_resume *r, const struct ct_chain *c, size_t i,
-	const struct ct_env *env, struct ct_err *e)
+/* The state of step i, or NULL. */
+static char *read_state(const struct ct_chain *c, size_t i)
 {
-	struct ct_env own = *env;
-	char *path = ct_chain_step_path(c, i);
-	int rc;
+	char *path = ct_chain_path(c, "step-%zu.state", i + 1);
+	unsigned char *text = NULL;
+	struct ct_err why;
+	size_t n;
 
-	if (!path)
-		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
-	own.force = true;
-	own.seed = 0; /* it is among the words where there is one */
-	rc = ct_resume_open(r, path, c->resume, no_options, NULL, &own, e) ||
-			     ct_resume_value(r, e, OUTPUT, NOT_MADE)
-		     ? -1
-		     : name_step(r, c, i, env, e);
-	r->own = true; /* the folder is locked: a broken one too */
+	if (path && access(path, F_OK) == 0)
+		ct_slurp(path, &text, &n, &why);
+	free(path);
+	return (char *)text;
+}
+
+bool ct_chain_owns(const struct ct_chain *c, const char *output)
+{
+	const size_t n = strlen(output);
+	size_t i = 0;
+	char *state;
+	bool is;
+
+	while (i < c->n && strcmp(c->step[i].output, output) != 0)
+		i++;
+	state = c->kept && i < c->n ? read_state(c, i) : NULL;
+	is = state && strncmp(state, output, n) == 0 && state[n] == '\n';
+	free(state);
+	return is;
+}
+
+static enum done look(const struct ct_chain *c, size_t i, const struct state *st)
+{
+	char *was = st->told ? read_state(c, i) : NULL, *is = was ? strchr(was, '\n') : NULL;
+	const size_t key = strlen(st->key);
+	enum done done = NOTHING;
+
+	if (is && strncmp(is, st->key, key) == 0)
+		done = !is[key] ? BEGUN : strcmp(is + key, st->output) == 0 ? DONE : NOTHING;
+	free(was);
+	return done;
+}
+
+static int save(const struct ct_chain *c, size_t i, const struct state *st, const char *made,
+	struct ct_err *e)
+{
+	char *path = ct_chain_path(c, "step-%zu.state", i + 1);
+	struct ct_out o = {0};
+	int rc = path ? ct_out_open_private(&o, path, e) : ct_fail(e, CT_ENOMEM, "no memory");
+
+	if (rc == 0) {
+		fprintf(o.f, "%s%s%s", c->step[i].output, st->key, made);
+		rc = ct_out_commit(&o, e);
+	}
+	ct_out_abandon(&o);
 	free(path);
 	return rc;
 }
 
-/* Is the state there of this run, and with this output? It is its name alone. */
-static bool same(struct ct_resume *r, const struct ct_env *env)
+/* In the new process. What it says of what was made of the source at once names that. */
+static void become(
+	const struct ct_chain *c, size_t i, bool again, pid_t parent, const struct ct_env *env)
 {
-	struct ct_err why = {0};
-	int rc = ct_resume_load(r, NULL, NULL, &why);
-
-	if (rc < 0)
-		ct_log(env, CT_DEBUG, "%s", why.msg);
-	return rc == 0;
-}
-
-static int look(enum done *was, struct ct_resume *r, const struct ct_step *s,
-	const struct ct_env *env, struct ct_err *e)
-{
-	int told;
-
-	*was = same(r, env) ? BEGUN : NOTHING;
-	told = name_input(r, OUTPUT, s->output, env, e);
-	if (told < 0)
-		return -1;
-	if (told == 0 && same(r, env))
-		*was = DONE;
-	return ct_resume_value(r, e, OUTPUT, NOT_MADE);
-}
-
-/* What a step reports goes to standard error, or nowhere. */
-static void send_report(bool quiet)
-{
-	int fd = quiet ? open("/dev/null", O_WRONLY) : dup(STDERR_FILENO);
-
-	if (fd >= 0) {
-		dup2(fd, STDOUT_FILENO);
-		close(fd);
-	}
-}
-
-/* What the step says of a copy of a file of the user names that. */
-static void call(const struct ct_chain *c, const struct ct_step *s)
-{
-	const char *of, *path = ct_chain_copy(c, (size_t)(s - c->step), &of);
-	char *text;
-
-	if (path &&
-		asprintf(&text, "%s\n%s", path, strcmp(of, "-") == 0 ? "standard input" : of) > 0)
-		setenv(CT_CALLED, text, 1);
-	else
-		unsetenv(CT_CALLED);
-}
-
-/* In the new process. */
-static void become(const struct ct_chain *c, const struct ct_step *s, char **argv, pid_t parent,
-	const struct ct_env *env)
-{
-	char path[sizeof c->tools + 100];
+	const struct ct_step *s = &c->step[i];
+	char path[sizeof c->tools + 100], threads[40], *called, *argv[CT_CHAIN_WORDS + 5],
+		force[] = "--force", quiet[] = "--quiet", verbose[] = "--verbose",
+		resume[] = "--resume";
+	size_t n = s->argc;
 
 	ct_stop_uncatch();
 	prctl(PR_SET_PDEATHSIG, SIGKILL);
 	if (getppid() != parent)
 		_exit(CT_EFAIL);
 	if (strcmp(s->output, "-") != 0) /* standard output is for the data alone */
-		send_report(env->verbose < 0);
-	call(c, s);
-	snprintf(path, sizeof path, "%s%s", c->tools, s->tool);
-	execv(path, argv);
-	execvp(s->tool, argv);
-	fprintf(stderr, "%s: %s: %s\n", env->tool, s->tool, strerror(errno));
-	_exit(CT_EFAIL);
-}
-
-static int spawn(const struct ct_chain *c, struct ct_step *s, bool again, const struct ct_env *env,
-	pid_t *pid, struct ct_err *e)
-{
-	char *argv[CT_CHAIN_ARGS + 8];
-	char force[] = "--force", quiet[] = "--quiet", verbose[] = "--verbose",
-	     threads[] = "--threads", number[24], resume[] = "--resume";
-	const pid_t parent = getpid();
-	size_t n = 0;
-
-	snprintf(number, sizeof number, "%zu", ct_par_threads(env->par));
-	for (; n < s->argc; n++)
-		argv[n] = s->argv[n];
+		dup2(env->verbose < 0 ? open("/dev/null", O_WRONLY | O_CLOEXEC) : STDERR_FILENO,
+			STDOUT_FILENO);
+	if (i > 0 && c->called && asprintf(&called, "%s\n%s", c->step[0].output, c->called) > 0)
+		setenv(CT_CALLED, called, 1);
+	else
+		unsetenv(CT_CALLED);
+	snprintf(threads, sizeof threads, "--threads=%zu", ct_par_threads(env->par));
+	memcpy(argv, s->argv, n * sizeof *argv);
 	argv[n++] = force;
 	argv[n++] = threads;
-	argv[n++] = number;
-	if (env->verbose < 0)
-		argv[n++] = quiet;
-	if (env->verbose > 0)
-		argv[n++] = verbose;
+	if (env->verbose)
+		argv[n++] = env->verbose < 0 ? quiet : verbose;
 	if (again && s->resumable)
 		argv[n++] = resume;
 	argv[n] = NULL;
-	*pid = fork();
-	if (*pid < 0)
-		return ct_fail(e, CT_ENOMEM, "cannot start %s: %s", s->tool, strerror(errno));
-	if (*pid == 0)
-		become(c, s, argv, parent, env);
-	return 0;
+	snprintf(path, sizeof path, "%s%s", c->tools, argv[0]);
+	execv(path, argv);
+	execvp(argv[0], argv);
+	fprintf(stderr, "%s: %s: %s\n", env->tool, argv[0], strerror(errno));
+	_exit(CT_EFAIL);
 }
 
 /* Told to stop until it does. */
@@ -194,75 +163,67 @@ static int wait_for(pid_t pid, int *status, const struct ct_env *env)
 	return got < 0 ? -1 : 0;
 }
 
-/* The command has named the file that it read, which is none of the user's. */
-static int failed(const struct ct_chain *c, const struct ct_step *s, int status, struct ct_err *e)
+static int start(
+	const struct ct_chain *c, size_t i, bool again, const struct ct_env *env, struct ct_err *e)
 {
-	const char *of = ct_chain_origin(c, (size_t)(s - c->step));
-	const enum ct_code code =
-		WIFSIGNALED(status) ? CT_EFAIL : (enum ct_code)WEXITSTATUS(status);
+	const char *tool = c->step[i].argv[0], *of = i > 0 ? c->called : NULL;
+	const pid_t parent = getpid();
+	double began = ct_clock_wall();
 	char how[40] = "failed";
+	pid_t pid;
+	int status, code;
 
+	if (ct_check_stop(env, e))
+		return -1;
+	pid = fork();
+	if (pid < 0)
+		return ct_fail(e, CT_ENOMEM, "cannot start %s: %s", tool, strerror(errno));
+	if (pid == 0)
+		become(c, i, again, parent, env);
+	if (wait_for(pid, &status, env))
+		return ct_fail_errno(e, CT_EFAIL, tool);
+	code = WIFSIGNALED(status) ? CT_EFAIL : WEXITSTATUS(status);
+	if (code == CT_ESTOP || (WIFSIGNALED(status) && ct_stopping(env)))
+		return ct_fail(e, CT_ESTOP,
+			c->kept ? "stopped on request; the same command goes on"
+				: "stopped on request");
 	if (WIFSIGNALED(status))
 		snprintf(how, sizeof how, "was killed by signal %d", WTERMSIG(status));
-	return ct_fail(e, code, "%s %s%s%.200s", s->tool, how,
-		of ? "; what it reads was made of " : "",
-		of ? strcmp(of, "-") == 0 ? "standard input" : of : "");
-}
-
-static int start(const struct ct_chain *c, struct ct_step *s, bool again, const struct ct_env *env,
-	struct ct_err *e)
-{
-	double began = ct_clock_wall();
-	pid_t pid;
-	int status;
-
-	if (ct_check_stop(env, e) || spawn(c, s, again, env, &pid, e))
-		return -1;
-	if (wait_for(pid, &status, env))
-		return ct_fail_errno(e, CT_EFAIL, s->tool);
-	if (WIFSIGNALED(status) && !ct_stopping(env))
-		return failed(c, s, status, e);
-	if (WIFSIGNALED(status) || WEXITSTATUS(status) == CT_ESTOP)
-		return ct_fail(e, CT_ESTOP,
-			c->folder.temporary ? "stopped on request"
-					    : "stopped on request; the same command goes on");
-	if (WEXITSTATUS(status) != 0)
-		return failed(c, s, status, e);
-	ct_log(env, CT_INFO, "%s took %.1f s", s->tool, ct_clock_wall() - began);
+	if (code)
+		return ct_fail(e, (enum ct_code)code, "%s %s%s%.200s", tool, how,
+			of ? "; what it reads was made of " : "", of ? of : "");
+	ct_log(env, CT_INFO, "%s took %.1f s", tool, ct_clock_wall() - began);
 	return 0;
 }
 
-/* A step that can be resumed: left out if it is done, and else noted before and after. */
+/* A step in a folder that is kept: left out if it is done, and else noted before and after. */
 static int run_step(struct ct_chain *c, size_t i, const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_step *s = &c->step[i];
-	struct ct_resume r = {0};
-	enum done was = NOTHING;
-	int rc = -1, told = open_step(&r, c, i, env, e);
+	const char *output = c->step[i].output;
+	struct state st = {0};
+	enum done was;
+	int rc = -1;
 
-	if (told < 0 || (told == 0 && c->resume && look(&was, &r, s, env, e)))
+	if (make_key(&st, c, i, env, e) || ct_content_read(st.output, output, env, e))
 		goto out;
-	if (was == DONE) {
+	was = look(c, i, &st);
+	if (was == DONE)
 		c->left_out++;
-		rc = 0;
+	else if (save(c, i, &st, "", e) || start(c, i, was == BEGUN, env, e) ||
+		 ct_content_read(st.output, output, env, e))
 		goto out;
-	}
-	if (ct_resume_save(&r, NULL, NULL, e) || start(c, s, was == BEGUN, env, e))
-		goto out;
-	told |= name_input(&r, OUTPUT, s->output, env, e);
-	rc = told == 0 ? ct_resume_save(&r, NULL, NULL, e) : told < 0 ? -1 : 0;
+	rc = st.told && *st.output ? save(c, i, &st, st.output, e) : 0;
 out:
-	ct_resume_close(&r);
+	free(st.key);
 	return rc;
 }
 
 int ct_chain_run(struct ct_chain *c, const struct ct_env *env, struct ct_err *e)
 {
-	if (ct_chain_made(c, e) || (!c->folder.temporary && ct_chain_write(c, env, e)))
+	if (c->kept && ct_chain_write(c, env, e))
 		return -1;
 	for (size_t i = 0; i < c->n; i++)
-		if (c->folder.temporary ? start(c, &c->step[i], false, env, e)
-					: run_step(c, i, env, e))
+		if (c->kept ? run_step(c, i, env, e) : start(c, i, false, env, e))
 			return -1;
 	if (c->left_out)
 		ct_log(env, CT_INFO, "%zu of %zu steps were done", c->left_out, c->n);

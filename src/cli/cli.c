@@ -2,18 +2,18 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/files.h"
-#include "cli/journal.h"
 #include "cli/modes.h"
 #include "cli/progress.h"
-#include "cli/show.h"
 #include "cli/stop.h"
 #include "cli/table.h"
 #include "core/clock.h"
 #include "core/simd.h"
 #include "core/inflate.h"
+#include "core/memory.h"
 #include "core/stream.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <locale.h>
 #include <sched.h>
 #include <stdio.h>
@@ -97,9 +97,9 @@ static bool parse_hidden(struct parser *s, const char *a)
 	static const struct {
 		const char *word;
 		int (*show)(const struct ct_tool *t, struct ct_err *e);
-	} hidden[] = {{"--mdoc-options", ct_show_mdoc}, {"--describe", ct_show_json},
-		{"--xml", ct_show_xml}, {"--complete=bash", ct_show_bash},
-		{"--complete=zsh", ct_show_zsh}, {"--complete=fish", ct_show_fish}};
+	} hidden[] = {{"--mdoc-options", ct_table_show_mdoc}, {"--describe", ct_table_show_json},
+		{"--xml", ct_table_show_xml}, {"--complete=bash", ct_table_show_bash},
+		{"--complete=zsh", ct_table_show_zsh}, {"--complete=fish", ct_table_show_fish}};
 
 	for (size_t k = 0; k < sizeof hidden / sizeof *hidden; k++)
 		if (strcmp(a, hidden[k].word) == 0)
@@ -185,7 +185,7 @@ static int parse(struct parser *s, int argc, char **argv, struct ct_err *e)
 	if (s->common->version)
 		s->show = version;
 	if (s->common->help)
-		s->show = ct_show_help;
+		s->show = ct_table_show_help;
 	if (s->show)
 		return 0;
 	while (s->operand->type != CT_T_END && (s->operand->name || s->operand->optional ||
@@ -241,13 +241,46 @@ static void put_said(char out[SAID], const char *text)
 	out[at] = '\0';
 }
 
+/* A line of the log, at once, so that those of commands that run at the same time stay whole. */
+static void put_log(const struct ct_env *env, const char *what, const char *text)
+{
+	const char *path = getenv(CT_LOG_NAME);
+	char line[800];
+	size_t n;
+	int fd;
+
+	if (!path || !*path || env->dry_run ||
+		snprintf(line, sizeof line - 1, "%s: %s%s", env->tool, what, text) < 0)
+		return;
+	for (char *c = line; *c; c++)
+		if ((unsigned char)*c < ' ' || *c == 127)
+			*c = '?';
+	n = strlen(line);
+	line[n++] = '\n';
+	fd = open(path, O_WRONLY | O_APPEND | O_NOCTTY);
+	if (fd < 0)
+		return;
+	if (write(fd, line, n) < 0)
+		errno = 0;
+	close(fd);
+}
+
+static void log_end(const struct ct_env *env, double start, int status)
+{
+	char text[200];
+
+	snprintf(text, sizeof text, "%.1f s, %.1f s of CPU time, %.0f MiB", ct_clock_wall() - start,
+		ct_clock_cpu(), ct_memory_held() / 0x1p20);
+	put_log(env, status ? "failed after " : "took ", text);
+}
+
 static void say(const struct ct_env *env, enum ct_level level, const char *said)
 {
 	char text[SAID];
 
 	put_said(text, said);
 	if (level == CT_WARN)
-		ct_journal_warn(env, text);
+		put_log(env, "warning: ", text);
 	if (level == CT_WARN && env->notes)
 		fprintf(env->notes, "%s: warning: %s\n", env->tool, text);
 	if ((int)level > env->verbose)
@@ -329,7 +362,7 @@ static int run(const struct parser *s, int argc, char **argv, struct ct_err *e)
 	     ct_par_alloc(&env.par, threads_wanted(c->threads), e) || t->run(params, &env, e);
 	ct_par_free(env.par);
 	ct_progress_clear(&bar);
-	ct_journal_end(&env, start, rc);
+	log_end(&env, start, rc);
 	free(history);
 	return rc;
 }

@@ -186,6 +186,11 @@ struct ct_tool {
  * the next line what messages call it, the user's own name of what it was made of. */
 #define CT_CALLED "CTSR_CALLED"
 
+/* Of the environment: a file that is there, to which every command appends its warnings, --quiet or
+ * not, as standard error shows them, and a line when it ends: "ct-upsample: took 12.3 s, 20.1 s of
+ * CPU time, 345 MiB". A dry run appends nothing. What cannot be written is not said. */
+#define CT_LOG_NAME "CTSR_LOG"
+
 /* Parse, run, report; the value to return from main. */
 int ct_cli_main(const struct ct_tool *t, int argc, char **argv);
 /* The main of a command, whose file has its `opts`, `defaults` and `run`. */

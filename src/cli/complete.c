@@ -1,11 +1,10 @@
-/* complete.c: what a shell offers when a tab is pressed behind a command: see show.h.
+/* complete.c: what a shell offers when a tab is pressed behind a command: see table.h.
  *
  * A value is one of the words of a choice, a file, or a folder; of the files that are written those
  * are offered that end as the row says, and folders on the way to them. What is read is told by its
  * content, so that any file may be meant. An option is not offered beside itself, nor beside one
  * that excludes it. */
 #include "config.h"
-#include "cli/show.h"
 #include "cli/table.h"
 
 #include <stdio.h>
@@ -172,7 +171,7 @@ static const char bash_body[] =
 	"		COMPREPLY=(\"${COMPREPLY[@]#\"${cur%\"${cur##*:}\"}\"}\")\n"
 	"	return 0\n";
 
-int ct_show_bash(const struct ct_tool *t, struct ct_err *e)
+int ct_table_show_bash(const struct ct_tool *t, struct ct_err *e)
 {
 	static const struct values values = {"words='", "' ;;\n", "files=file ends='' ;;\n",
 		"files=file ends='", "' ;;\n", "files=folder ;;\n", ";;\n"};
@@ -253,7 +252,7 @@ static void zsh_option(const struct ct_tool *t, const struct ct_opt *o, bool let
 	put_value(&zsh_values, o);
 }
 
-int ct_show_zsh(const struct ct_tool *t, struct ct_err *e)
+int ct_table_show_zsh(const struct ct_tool *t, struct ct_err *e)
 {
 	const struct ct_opt *o;
 	size_t operand = 0;
@@ -363,7 +362,7 @@ static void fish_option(const struct ct_tool *t, const struct ct_opt *o)
 		putchar('\n');
 }
 
-int ct_show_fish(const struct ct_tool *t, struct ct_err *e)
+int ct_table_show_fish(const struct ct_tool *t, struct ct_err *e)
 {
 	const struct ct_opt *o;
 	size_t operand = 0;

@@ -1,8 +1,7 @@
-/* describe.c: a command for programs: see show.h. */
+/* describe.c: a command for programs: see table.h. */
 #include "config.h"
 #include "cli/json.h"
 #include "cli/modes.h"
-#include "cli/show.h"
 #include "cli/table.h"
 
 #include <errno.h>
@@ -118,42 +117,25 @@ static json_t *default_of(const struct ct_tool *t, const struct ct_opt *o)
 	return *text ? json_string(text) : NULL;
 }
 
-/* What there is not, NULL, is not told. */
-static void add(json_t *to, const char *key, json_t *value)
-{
-	if (value)
-		json_object_set_new(to, key, value);
-}
-
-static void add_text(json_t *to, const char *key, const char *text)
-{
-	add(to, key, text ? json_string(text) : NULL);
-}
-
 static json_t *row_of(const struct ct_tool *t, const struct ct_opt *o)
 {
 	const bool ranged = o->lo < o->hi, operand = !o->name;
-	json_t *row = json_object();
 
-	add_text(row, "name", name_of(o));
-	add_text(row, "value", o->name && !o->choice ? o->arg : NULL);
-	add_text(row, "type", type_of(o));
-	add_text(row, "direction", direction_of(o));
-	add_text(row, "help", o->help);
-	add(row, "needs", conditions_of(t, o, false));
-	add(row, "not_with", conditions_of(t, o, true));
-	add(row, "letter", o->c ? json_stringn(&o->c, 1) : NULL);
-	add(row, "words", o->choice ? list_of(o->arg, ~0U) : NULL);
-	add(row, "least", ranged ? json_real(o->lo) : NULL);
-	add(row, "most", ranged ? json_real(o->hi) : NULL);
-	add(row, "ends", o->ends[0].ends ? ends_of(t, o) : NULL);
-	add(row, "list", operand ? json_boolean(o->type == CT_T_LIST) : NULL);
-	add(row, "optional", operand ? json_boolean(o->optional) : NULL);
-	add(row, "default", operand ? NULL : default_of(t, o));
-	return row;
+	/* what there is not, NULL, is not told */
+	return json_pack("{ss ss* ss ss* ss so* so* so* so* so* so* so* so* so* so*}", "name",
+		name_of(o), "value", o->name && !o->choice ? o->arg : NULL, "type", type_of(o),
+		"direction", direction_of(o), "help", o->help, "needs", conditions_of(t, o, false),
+		"not_with", conditions_of(t, o, true), "letter",
+		o->c ? json_stringn(&o->c, 1) : NULL, "words",
+		o->choice ? list_of(o->arg, ~0U) : NULL, "least", ranged ? json_real(o->lo) : NULL,
+		"most", ranged ? json_real(o->hi) : NULL, "ends",
+		o->ends[0].ends ? ends_of(t, o) : NULL, "list",
+		operand ? json_boolean(o->type == CT_T_LIST) : NULL, "optional",
+		operand ? json_boolean(o->optional) : NULL, "default",
+		operand ? NULL : default_of(t, o));
 }
 
-int ct_show_json(const struct ct_tool *t, struct ct_err *e)
+int ct_table_show_json(const struct ct_tool *t, struct ct_err *e)
 {
 	json_t *arguments = json_array(), *options = json_array(), *keys = json_array(),
 	       *exits = json_object(), *all;
@@ -278,7 +260,7 @@ static void put_option(const struct ct_tool *t, const struct ct_opt *o)
 	printf("</%s>\n", tag);
 }
 
-int ct_show_xml(const struct ct_tool *t, struct ct_err *e)
+int ct_table_show_xml(const struct ct_tool *t, struct ct_err *e)
 {
 	const struct ct_opt *o;
 	int place = 0;

@@ -1,7 +1,6 @@
-/* help.c: --help and the man page: see show.h. */
+/* help.c: --help and the man page: see table.h. */
 #include "config.h"
 #include "cli/modes.h"
-#include "cli/show.h"
 #include "cli/table.h"
 
 #include <ctype.h>
@@ -80,7 +79,7 @@ static void put_row(const struct ct_tool *t, const struct ct_opt *o, const char 
 	put_default(t, o);
 }
 
-int ct_show_help(const struct ct_tool *t, struct ct_err *e)
+int ct_table_show_help(const struct ct_tool *t, struct ct_err *e)
 {
 	const struct ct_table_exits *x;
 	const struct ct_opt *o;
@@ -155,7 +154,7 @@ static void mdoc_experts(const struct ct_tool *t)
 	puts(".El");
 }
 
-int ct_show_mdoc(const struct ct_tool *t, struct ct_err *e)
+int ct_table_show_mdoc(const struct ct_tool *t, struct ct_err *e)
 {
 	const struct ct_opt *o;
 	char text[400];

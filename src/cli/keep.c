@@ -1,6 +1,5 @@
 /* keep.c: see keep.h. */
 #include "config.h"
-#include "cli/folder.h"
 #include "cli/keep.h"
 #include "formats/format.h"
 #include "formats/io.h"
@@ -10,13 +9,20 @@
 #include <string.h>
 #include <unistd.h>
 
+const char *ct_keep_folder(void)
+{
+	const char *tmp = getenv("TMPDIR");
+
+	return tmp && *tmp ? tmp : "/tmp";
+}
+
 char *ct_keep_name(const char *path)
 {
 	const char *base = basename(path);
 	char *name = NULL;
 	int fd;
 
-	if (asprintf(&name, "%s/kept.XXXXXX.%s", ct_folder_temporaries(), base) < 0)
+	if (asprintf(&name, "%s/kept.XXXXXX.%s", ct_keep_folder(), base) < 0)
 		return NULL;
 	fd = mkstemps(name, (int)strlen(base) + 1);
 	if (fd >= 0) {

@@ -15,8 +15,10 @@ int ct_keep_stack(
 /* The volume, and unless the path is NULL `more`, which belongs to it: both, or neither. */
 int ct_keep_vols(const char *path, const struct ct_vol *v, const char *more_path,
 	const struct ct_vol *more, const struct ct_env *env, struct ct_err *e);
-/* A new name for the file `path` in the folder for temporary files (TMPDIR), of a file that is
- * made, for its owner alone; to be freed. NULL if it cannot be. */
+/* The folder for temporary files: TMPDIR, or /tmp. */
+const char *ct_keep_folder(void);
+/* A new name for the file `path` in that folder, of a file that is made, for its owner alone; to be
+ * freed. NULL if it cannot be. */
 char *ct_keep_name(const char *path);
 
 #endif

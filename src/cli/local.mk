@@ -1,15 +1,13 @@
 libct_a_SOURCES += src/cli/cli.c src/cli/cli.h
-libct_a_SOURCES += src/cli/table.c src/cli/table.h src/cli/help.c src/cli/show.h
+libct_a_SOURCES += src/cli/table.c src/cli/table.h src/cli/help.c
 libct_a_SOURCES += src/cli/json.c src/cli/json.h src/cli/describe.c
 libct_a_SOURCES += src/cli/complete.c
 libct_a_SOURCES += src/cli/files.c src/cli/files.h
 libct_a_SOURCES += src/cli/resume.c src/cli/resume.h
 libct_a_SOURCES += src/cli/keep.c src/cli/keep.h
 libct_a_SOURCES += src/cli/modes.c src/cli/modes.h
-libct_a_SOURCES += src/cli/parse.c
 libct_a_SOURCES += src/cli/progress.c src/cli/progress.h
 libct_a_SOURCES += src/cli/stop.c src/cli/stop.h
-libct_a_SOURCES += src/cli/folder.c src/cli/folder.h src/cli/content.c src/cli/content.h
+libct_a_SOURCES += src/cli/content.c src/cli/content.h
 libct_a_SOURCES += src/cli/chain.c src/cli/chain.h src/cli/chain-run.c
-libct_a_SOURCES += src/cli/journal.c src/cli/journal.h
 libct_a_SOURCES += src/cli/cost.c src/cli/cost.h

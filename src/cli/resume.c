@@ -197,7 +197,7 @@ int ct_resume_load(struct ct_resume *r, ct_resume_unpack *unpack, void *work, st
 	if (ct_tensors_read(r->path, &state, e))
 		return -1;
 	rc = compare(r, &state.meta, e);
-	if (rc == 0 && unpack && unpack(work, &state, e))
+	if (rc == 0 && unpack(work, &state, e))
 		rc = ct_blame(e, r->path);
 	r->own |= rc == 0;
 	ct_tensors_free(&state);
@@ -208,7 +208,7 @@ static int write_to(const struct ct_resume *r, const char *path, ct_resume_pack 
 	const void *work, struct ct_err *e)
 {
 	struct ct_tensors state = {0};
-	int rc = pack ? pack(&state, work, e) : 0;
+	int rc = pack(&state, work, e);
 
 	for (size_t i = 0; i < r->key.n && rc == 0; i++)
 		rc = ct_meta_set(&state.meta, r->key.pair[i].key, r->key.pair[i].value, e);

@@ -37,12 +37,12 @@ int ct_resume_input(
 /* Also this value, printf-like. CT_ENOMEM. */
 int ct_resume_value(struct ct_resume *r, struct ct_err *e, const char *name, const char *fmt, ...)
 	__attribute__((format(printf, 4, 5)));
-/* Takes what is done of the work from the tensors of a state; NULL: nothing of it. */
+/* Takes what is done of the work from the tensors of a state. */
 typedef int ct_resume_unpack(void *work, const struct ct_tensors *state, struct ct_err *e);
 /* Go on from the state, when all is added: 0; 1 if none is wanted or there; -1 with the code of
  * `unpack`, or CT_EINPUT naming the file, and what is another. */
 int ct_resume_load(struct ct_resume *r, ct_resume_unpack *unpack, void *work, struct ct_err *e);
-/* Puts what is done of the work into tensors, zeroed; NULL: nothing. */
+/* Puts what is done of the work into tensors, zeroed. */
 typedef int ct_resume_pack(struct ct_tensors *state, const void *work, struct ct_err *e);
 /* Write the state, over the one before; nothing if none is kept. Codes of `pack` and the writer. */
 int ct_resume_save(struct ct_resume *r, ct_resume_pack *pack, const void *work, struct ct_err *e);

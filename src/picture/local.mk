@@ -1,4 +1,3 @@
 # Pictures of volumes: slices, projections, colours, letters.
-libct_a_SOURCES += src/picture/montage.c src/picture/montage.h src/picture/mip.c
-libct_a_SOURCES += src/picture/colour.c
+libct_a_SOURCES += src/picture/montage.c src/picture/montage.h
 libct_a_SOURCES += src/picture/text.c src/picture/text.h

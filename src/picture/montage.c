@@ -1,12 +1,65 @@
 /* montage.c: see montage.h. */
 #include "config.h"
+#include "core/mem.h"
 #include "core/vec3.h"
 #include "picture/montage.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { MOST_SIDE = 32768 };
+
+/* How a volume lies to a plane: across it, down the rows and along the columns of its picture,
+ * which both run to the minus of the world. */
+struct frame {
+	int axis[3];      /* of the voxels, nearest to the world axis */
+	size_t n[3];      /* voxels along it */
+	double mm[3];     /* spacing */
+	double step[3];   /* world coordinate from one voxel to the next, of either sign */
+	double centre[3]; /* of the volume, in the world */
+};
+
+static const unsigned char inferno[][3] = {{0, 0, 4}, {40, 11, 84}, {101, 21, 110}, {159, 42, 99},
+	{212, 72, 66}, {245, 125, 21}, {250, 193, 39}, {252, 255, 164}},
+			   diverging[][3] = {{59, 76, 192}, {98, 130, 234}, {141, 176, 254},
+				   {184, 208, 249}, {221, 221, 221}, {245, 196, 173},
+				   {244, 154, 123}, {222, 96, 77}, {180, 4, 38}};
+
+static unsigned char byte(double x)
+{
+	return (unsigned char)(x > 0 ? x < 255 ? rint(x) : 255 : 0);
+}
+
+/* Between n evenly spaced places. */
+static void between(unsigned char rgb[3], double t, const unsigned char (*place)[3], int n)
+{
+	const double at = fmin(fmax(t, 0), 1) * (n - 1);
+	const int k = at < n - 1 ? (int)at : n - 2;
+
+	for (int c = 0; c < 3; c++)
+		rgb[c] = byte(place[k][c] + (at - k) * (place[k + 1][c] - place[k][c]));
+}
+
+void ct_colour_map_of(unsigned char rgb[static 3], double t, enum ct_colour_map map)
+{
+	if (isnan(t)) {
+		memcpy(rgb, (unsigned char[3]){0, 0, 255}, 3);
+		return;
+	}
+	switch (map) {
+	case CT_COLOUR_INFERNO:
+		between(rgb, t, inferno, (int)(sizeof inferno / sizeof *inferno));
+		return;
+	case CT_COLOUR_SIGNED:
+		between(rgb, t, diverging, (int)(sizeof diverging / sizeof *diverging));
+		return;
+	case CT_COLOUR_HOT:
+	case CT_COLOUR_GREY:
+		for (int c = 0; c < 3; c++)
+			rgb[c] = byte(255 * (map == CT_COLOUR_HOT ? 3 * t - c : t));
+	}
+}
 
 /* Voxel axis of every world axis: the assignment with the largest sum of cosines. */
 static void nearest_axes(int axis[3], const struct ct_vol *v)
@@ -31,8 +84,7 @@ static void nearest_axes(int axis[3], const struct ct_vol *v)
 /* World axes across a plane, down the rows and along the columns; both of those run to minus. */
 static const int world[3][3] = {{2, 1, 0}, {1, 2, 0}, {0, 2, 1}};
 
-void ct_montage_frame_make(
-	struct ct_montage_frame *f, const struct ct_vol *v, enum ct_montage_plane plane)
+static void frame_make(struct frame *f, const struct ct_vol *v, enum ct_montage_plane plane)
 {
 	double spacing[3], centre[3];
 	int axis[3];
@@ -51,23 +103,24 @@ void ct_montage_frame_make(
 	}
 }
 
-double ct_montage_frame_index(const struct ct_montage_frame *f, double mm)
+/* Where a world coordinate across the plane is along axis[0], cells: voxel k is k to k + 1. */
+static double frame_index(const struct frame *f, double mm)
 {
 	return (mm - f->centre[0]) / f->step[0] + (double)f->n[0] / 2;
 }
 
 double ct_montage_position(const struct ct_vol *v, enum ct_montage_plane plane, double at)
 {
-	struct ct_montage_frame f;
+	struct frame f;
 
-	ct_montage_frame_make(&f, v, plane);
+	frame_make(&f, v, plane);
 	return f.centre[0] + (at - 0.5) * (double)f.n[0] * fabs(f.step[0]);
 }
 
 /* The voxels at that coordinate across the plane. -1 outside. */
-static ptrdiff_t plane_at(const struct ct_montage_frame *f, double mm)
+static ptrdiff_t plane_at(const struct frame *f, double mm)
 {
-	const double index = ct_montage_frame_index(f, mm), depth = (double)f->n[0];
+	const double index = frame_index(f, mm), depth = (double)f->n[0];
 
 	if (!(index >= -1e-6 && index <= depth + 1e-6))
 		return -1;
@@ -76,9 +129,9 @@ static ptrdiff_t plane_at(const struct ct_montage_frame *f, double mm)
 
 double ct_montage_centre(const struct ct_vol *v, enum ct_montage_plane plane, double mm)
 {
-	struct ct_montage_frame f;
+	struct frame f;
 
-	ct_montage_frame_make(&f, v, plane);
+	frame_make(&f, v, plane);
 	return f.centre[0] +
 	       f.step[0] * (ct_cell_centre((double)plane_at(&f, mm)) - (double)f.n[0] / 2);
 }
@@ -87,10 +140,10 @@ int ct_montage_slice_volume(
 	struct ct_montage_slice *s, const struct ct_vol *v, enum ct_montage_plane plane, double mm)
 {
 	const ptrdiff_t stride[3] = {1, (ptrdiff_t)v->n[0], (ptrdiff_t)(v->n[0] * v->n[1])};
-	struct ct_montage_frame f;
+	struct frame f;
 	ptrdiff_t index;
 
-	ct_montage_frame_make(&f, v, plane);
+	frame_make(&f, v, plane);
 	index = plane_at(&f, mm);
 	if (index < 0)
 		return 1;
@@ -107,6 +160,80 @@ int ct_montage_slice_volume(
 			s->step[i] = -step;
 		}
 	}
+	return 0;
+}
+
+/* The planes k of voxels of a slab: range[0] <= k < range[1]. */
+static void planes(size_t range[2], const struct frame *f, double mm, double thickness)
+{
+	const double at = frame_index(f, mm), half = thickness / 2 / f->mm[0],
+		     last = (double)f->n[0] - 1, one = fmin(fmax(floor(at), 0), last),
+		     from = ceil(ct_cell_index(at - half) - 1e-9),
+		     to = floor(ct_cell_index(at + half) + 1e-9);
+
+	if (thickness <= 0 || from > to) {
+		range[0] = thickness <= 0 ? 0 : (size_t)one;
+		range[1] = thickness <= 0 ? f->n[0] : (size_t)one + 1;
+		return;
+	}
+	range[0] = (size_t)fmax(from, 0);
+	range[1] = (size_t)fmin(to, last) + 1;
+}
+
+static void put(double *sum, double x, bool first, enum ct_mip how)
+{
+	if (first)
+		*sum = x;
+	else if (how == CT_MIP_MEAN)
+		*sum += x;
+	else if (isnan(x) || (how == CT_MIP_MAX ? x > *sum : x < *sum))
+		*sum = x;
+}
+
+int ct_montage_slice_mip(struct ct_montage_slice *s, float **own, const struct ct_vol *v,
+	enum ct_montage_plane plane, double mm, double thickness, enum ct_mip how, struct ct_err *e)
+{
+	struct frame f;
+	size_t area, range[2], lo[3] = {0}, hi[3] = {v->n[0], v->n[1], v->n[2]};
+	ptrdiff_t start = 0, step[3] = {0};
+	double *sum = NULL;
+
+	frame_make(&f, v, plane);
+	if (ct_montage_slice_volume(s, v, plane, mm))
+		return 1;
+	area = s->n[0] * s->n[1];
+	if (ct_alloc(&sum, area, sizeof *sum, e) || ct_alloc(own, area, sizeof **own, e)) {
+		free(sum);
+		return -1;
+	}
+	planes(range, &f, mm, thickness);
+	lo[f.axis[0]] = range[0];
+	hi[f.axis[0]] = range[1];
+	for (int i = 0; i < 2; i++) { /* row after row, as it will be shown */
+		const ptrdiff_t by = i ? 1 : (ptrdiff_t)s->n[1];
+		const bool back = f.step[1 + i] > 0;
+
+		step[f.axis[1 + i]] = back ? -by : by;
+		start += back ? by * (ptrdiff_t)(s->n[i] - 1) : 0;
+	}
+	for (size_t k = lo[2]; k < hi[2]; k++) {
+		for (size_t j = lo[1]; j < hi[1]; j++)
+			for (size_t i = lo[0]; i < hi[0]; i++) {
+				const size_t at[3] = {i, j, k};
+
+				put(&sum[start + (ptrdiff_t)i * step[0] + (ptrdiff_t)j * step[1] +
+					    (ptrdiff_t)k * step[2]],
+					(double)v->data[(k * v->n[1] + j) * v->n[0] + i],
+					at[f.axis[0]] == range[0], how);
+			}
+	}
+	for (size_t i = 0; i < area; i++)
+		(*own)[i] = (float)(how == CT_MIP_MEAN ? sum[i] / (double)(range[1] - range[0])
+						       : sum[i]);
+	free(sum);
+	s->data = *own;
+	s->step[0] = (ptrdiff_t)s->n[1];
+	s->step[1] = 1;
 	return 0;
 }
 

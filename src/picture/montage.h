@@ -15,7 +15,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* From values to colours (colour.c), of errors: black over red and yellow to white, and two more.
+/* From values to colours, of errors: black over red and yellow to white, and two more.
  *
  * inferno rises evenly in lightness from black: eight places, evenly spaced, of the map of that
  * name by N. Smith and S. van der Walt (BIDS/colormap, CC0), straight lines between them. signed is
@@ -44,20 +44,6 @@ struct ct_montage_slice {
 	double mm[2];     /* between rows and between columns */
 	double origin[2]; /* where the first row and column begin, mm down and to the right */
 };
-
-/* How a volume lies to a plane: across it, down the rows and along the columns of its picture,
- * which both run to the minus of the world. */
-struct ct_montage_frame {
-	int axis[3];      /* of the voxels, nearest to the world axis */
-	size_t n[3];      /* voxels along it */
-	double mm[3];     /* spacing */
-	double step[3];   /* world coordinate from one voxel to the next, of either sign */
-	double centre[3]; /* of the volume, in the world */
-};
-void ct_montage_frame_make(
-	struct ct_montage_frame *f, const struct ct_vol *v, enum ct_montage_plane plane);
-/* Where a world coordinate across the plane is along axis[0], cells: voxel k is k to k + 1. */
-double ct_montage_frame_index(const struct ct_montage_frame *f, double mm);
 
 /* World coordinate across the plane, mm, at `at` of [0, 1] of the volume: 0 is the most inferior,
  * posterior or left slice, 1 the most superior, anterior or right one. */

@@ -15,6 +15,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { DEEP = 4 };    /* inside soft tissue: so many voxels from its surface */
+#define FLAT_STEP 1.0 /* flat: all steps to neighbours are smaller, HU */
+
 const char *ct_figures_ssim(enum ct_ssim_kind kind)
 {
 #define NAME(value, word) [value] = "ssim-" word,
@@ -122,7 +125,7 @@ static int edges(struct ct_figures *f, const struct ct_compare_in *in,
 {
 	struct ct_edges s;
 
-	if (ct_edges(&s, in->ref, in->test, in->mask, r->edge_step, env, e)) {
+	if (ct_edges(&s, in->ref, in->test, in->mask, env, e)) {
 		if (e->code != CT_EGEOM || r->edges)
 			return ct_blame(e, in->ref_name);
 		ct_log(env, CT_WARN, "%s: %s: left out", in->ref_name, e->msg);
@@ -178,8 +181,7 @@ static int structures(struct ct_figures *f, const struct ct_compare_in *in,
 	for (size_t i = 0; i < r->sizes; i++) {
 		char end[24] = "";
 
-		if (ct_structures(
-			    &s, in->ref, in->test, in->mask, r->sigma[i], r->contrast, env, e))
+		if (ct_structures(&s, in->ref, in->test, in->mask, r->sigma[i], env, e))
 			return -1;
 		if (r->sizes > 1)
 			snprintf(end, sizeof end, "-%zu", i + 1);
@@ -241,13 +243,12 @@ static int by_tissue(struct ct_figures *f, const struct ct_compare_in *in,
 	size_t voxels;
 	int rc = -1;
 
-	if (ct_tissue_map(&map, in->ref, r->deep, env, e))
+	if (ct_tissue_map(&map, in->ref, DEEP, env, e))
 		return -1;
 	if (r->harm) {
-		if (ct_tissue_flat(
-			    &share[0], &voxels, map, in->ref, in->mask, r->flat_step, env, e) ||
+		if (ct_tissue_flat(&share[0], &voxels, map, in->ref, in->mask, FLAT_STEP, env, e) ||
 			ct_tissue_flat(
-				&share[1], &voxels, map, in->test, in->mask, r->flat_step, env, e))
+				&share[1], &voxels, map, in->test, in->mask, FLAT_STEP, env, e))
 			goto out;
 		append(f, "flat-voxels", (double)voxels, 0);
 		append(f, "flat-ref", share[0], 6);

@@ -34,13 +34,9 @@ enum { CT_COMPARE_SIZES = 4 };
 struct ct_compare_rule {
 	struct ct_metrics_rule metrics;
 	bool edges, structures, tissues, harm; /* harm: all of them, and flat, HFEN, FSC */
-	double edge_step;                      /* least step of an edge, HU */
 	size_t sizes;                          /* of structures; 0: ct_compare_sizes chooses */
 	double sigma[CT_COMPARE_SIZES][3];     /* of their Gaussians, voxels */
 	double factor[3]; /* of a low-resolution voxel, for banding; 0: ct_compare_sizes finds it */
-	double contrast;  /* least contrast of a structure, HU */
-	double flat_step; /* flat: all steps to neighbours are smaller, HU */
-	size_t deep;      /* inside soft tissue: so many voxels from its surface */
 };
 
 /* The volumes and their names for error messages. mask and std may be NULL. */

@@ -6,17 +6,16 @@
 #include <math.h>
 #include <stdlib.h>
 
+enum { LANES = 8 }; /* sums of a row, which are added up in the end: for speed */
+
 struct difference_job {
 	const size_t *n;
 	const float *ref, *test, *mask; /* mask: NULL if all count */
-	float *ones;                    /* [n[0]]: then that of a row */
 	const struct ct_ssim_map *map;
 	const struct ct_env *env;
 	struct ct_sums *slab;         /* [n[2]] */
 	struct ct_sums *row, *column; /* [n[2]][n[1]], [n[2]][n[0]], or NULL */
 	unsigned char *above;         /* [n[2]][n[0] + n[1]], or NULL */
-	double *scratch;              /* [worker][2][pitch]: differences of a row and the next */
-	size_t pitch;
 };
 
 static void add(struct ct_sums *t, const struct ct_sums *s)
@@ -34,50 +33,68 @@ static void add(struct ct_sums *t, const struct ct_sums *s)
 	}
 }
 
-/* The sums of row y of slice k that need no neighbour, and its differences. */
-static void sum_row(const struct difference_job *j, struct ct_difference_row *r, struct ct_sums *s,
-	double *d, size_t y, size_t k)
+static double clip(double v, const struct ct_ssim_map *map)
 {
-	const size_t n0 = j->n[0], at = (k * j->n[1] + y) * n0;
-	const size_t down = y + 1 < j->n[1] ? n0 : 0, next = k + 1 < j->n[2] ? n0 * j->n[1] : 0;
-	const float *mask = j->mask ? j->mask + at : j->ones;
-
-	*r = (struct ct_difference_row){.n = n0,
-		.down = down,
-		.next = next,
-		.ref = j->ref + at,
-		.test = j->test + at,
-		.mask = {mask, j->mask ? mask + down : mask, j->mask ? mask + next : mask}};
-	CT_SIMD(ct_difference_row_sum)(s, d, r, j->map);
-	s->mapped *= j->map->scale * j->map->scale;
-}
-
-static double clip(float v, const struct ct_ssim_map *map)
-{
-	const double low = (double)v > map->lo ? (double)v : map->lo;
+	const double low = v > map->lo ? v : map->lo;
 
 	return low < map->hi ? low : map->hi;
 }
 
-/* The row to the sums of its columns; d = test - ref. */
-static void add_columns(struct ct_sums *c, const double *d, const struct ct_difference_row *r,
-	const struct ct_ssim_map *map)
+static double weight(const struct difference_job *j, size_t i)
 {
-	for (size_t i = 0; i < r->n; i++) {
-		const double m = clip(r->test[i], map) - clip(r->ref[i], map);
+	return !j->mask || j->mask[i] != 0;
+}
 
-		if (r->mask[0][i] == 0)
-			continue;
-		c[i].count++;
-		c[i].square += d[i] * d[i];
-		c[i].abs += fabs(d[i]);
-		c[i].diff += d[i];
-		c[i].mapped += m * m;
-		if (i + 1 == r->n || r->mask[0][i + 1] == 0)
-			continue;
-		c[i].pairs[0]++;
-		c[i].gradient[0] += (d[i + 1] - d[i]) * (d[i + 1] - d[i]);
+static double difference(const struct difference_job *j, size_t i)
+{
+	return (double)j->test[i] - (double)j->ref[i];
+}
+
+/* Voxel i, whose next neighbours along the axes are at `next`, 0 where there is none. `mapped`
+ * lacks the factor map->scale^2. */
+static void add_voxel(
+	struct ct_sums *t, const struct difference_job *j, size_t i, const size_t next[3])
+{
+	const double a = (double)j->ref[i], b = (double)j->test[i], d = b - a;
+	const double w = weight(j, i), m = clip(b, j->map) - clip(a, j->map);
+	const double top = fabs(a) > fabs(b) ? fabs(a) : fabs(b);
+
+	t->count += w;
+	t->square += w * d * d;
+	t->abs += fabs(w * d);
+	t->diff += w * d;
+	t->mapped += w * m * m;
+	t->max = fabs(w * d) > t->max ? fabs(w * d) : t->max;
+	t->top = top > t->top ? top : t->top;
+	for (int k = 0; k < 3; k++)
+		if (next[k]) {
+			const double pair = w * weight(j, next[k]), g = difference(j, next[k]) - d;
+
+			t->pairs[k] += pair;
+			t->gradient[k] += pair * g * g;
+		}
+}
+
+/* Of row y of slice k; and to the sums of its columns, or NULL. */
+static struct ct_sums sum_row(
+	const struct difference_job *j, size_t y, size_t k, struct ct_sums *column)
+{
+	const size_t n0 = j->n[0], at = (k * j->n[1] + y) * n0, plane = n0 * j->n[1];
+	struct ct_sums lane[LANES] = {{0}}, sum = {0};
+	size_t next[3];
+
+	for (size_t v = at; v < at + n0; v++) {
+		next[0] = v + 1 < at + n0 ? v + 1 : 0;
+		next[1] = y + 1 < j->n[1] ? v + n0 : 0;
+		next[2] = k + 1 < j->n[2] ? v + plane : 0;
+		add_voxel(&lane[(v - at) % LANES], j, v, next);
+		if (column)
+			add_voxel(&column[v - at], j, v, next);
 	}
+	for (int l = 0; l < LANES; l++)
+		add(&sum, &lane[l]);
+	sum.mapped *= j->map->scale * j->map->scale;
+	return sum;
 }
 
 /* flag[i] |= v[i] > zero; is any of them? */
@@ -100,27 +117,19 @@ static void slab(void *arg, size_t k, size_t worker)
 	const struct difference_job *j = arg;
 	const size_t n0 = j->n[0], n1 = j->n[1];
 	unsigned char *above = j->above ? j->above + k * (n0 + n1) : NULL;
-	double *d[2] = {
-		j->scratch + 2 * worker * j->pitch, j->scratch + (2 * worker + 1) * j->pitch};
-	struct ct_difference_row r[2];
-	struct ct_sums sums[2];
 
+	(void)worker;
 	if (ct_stopping(j->env))
 		return;
-	sum_row(j, &r[0], &sums[0], d[0], 0, k);
 	for (size_t y = 0; y < n1; y++) {
-		const size_t here = y % 2, next = !here;
+		const struct ct_sums s = sum_row(j, y, k, j->column ? j->column + k * n0 : NULL);
 
-		if (y + 1 < n1)
-			sum_row(j, &r[next], &sums[next], d[next], y + 1, k);
-		CT_SIMD(ct_difference_row_pairs)(&sums[here], d[here], d[next], &r[here]);
-		add(&j->slab[k], &sums[here]);
+		add(&j->slab[k], &s);
 		if (j->row)
-			j->row[k * n1 + y] = sums[here];
-		if (j->column)
-			add_columns(j->column + k * n0, d[here], &r[here], j->map);
+			j->row[k * n1 + y] = s;
 		if (above)
-			above[n0 + y] = mark(n0, above, r[here].ref, (float)j->map->zero);
+			above[n0 + y] =
+				mark(n0, above, j->ref + (k * n1 + y) * n0, (float)j->map->zero);
 	}
 }
 
@@ -167,17 +176,11 @@ static int set_up(struct difference_job *j, struct ct_difference *d, bool slices
 		if ((above && ct_alloc0(&d->above[a], n[a], sizeof **d->above, e)) ||
 			((a == 2 || slices) && ct_alloc0(&d->slice[a], n[a], sizeof **d->slice, e)))
 			return -1;
-	j->pitch = CT_DIFFERENCE_PITCH(n[0]);
-	if ((above && ct_alloc0(&j->above, (n[0] + n[1]) * n[2], 1, e)) ||
-		ct_alloc(&j->ones, n[0], sizeof *j->ones, e) ||
-		ct_alloc0(&j->scratch, 2 * j->pitch * ct_par_threads(j->env->par),
-			sizeof *j->scratch, e))
+	if (above && ct_alloc0(&j->above, (n[0] + n[1]) * n[2], 1, e))
 		return -1;
 	if (slices && (ct_alloc(&j->row, rows, sizeof *j->row, e) ||
 			      ct_alloc0(&j->column, n[0] * n[2], sizeof *j->column, e)))
 		return -1;
-	for (size_t i = 0; i < n[0]; i++)
-		j->ones[i] = 1;
 	j->slab = d->slice[2];
 	return 0;
 }
@@ -200,8 +203,6 @@ int ct_difference(struct ct_difference *d, const size_t n[static 3], const float
 	rc = 0;
 out:
 	free(j.above);
-	free(j.ones);
-	free(j.scratch);
 	free(j.row);
 	free(j.column);
 	return rc;

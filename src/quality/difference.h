@@ -2,7 +2,6 @@
 #ifndef CT_QUALITY_DIFFERENCE_H
 #define CT_QUALITY_DIFFERENCE_H
 #include "core/env.h"
-#include "core/simd.h"
 #include "quality/ssim.h"
 
 #include <stdbool.h>
@@ -19,8 +18,7 @@ struct ct_sums {
 struct ct_difference {
 	struct ct_sums total;
 	/* Of the n[a] slices across axis a: pairs[a] and gradient[a] are those with the next slice.
-	 * The largest |d| of slices across axis 0 is not kept. slice[0] and slice[1] are NULL
-	 * unless asked for. */
+	 * slice[0] and slice[1] are NULL unless asked for. */
 	struct ct_sums *slice[3];
 	/* Has the slice a voxel of ref above map->zero? NULL unless asked for. */
 	bool *above[3];
@@ -34,28 +32,5 @@ int ct_difference(struct ct_difference *d, const size_t n[static 3], const float
 	const float *test, const float *mask, const struct ct_ssim_map *map, bool slices,
 	bool above, const struct ct_env *env, struct ct_err *e);
 void ct_difference_free(struct ct_difference *d);
-
-/* Kernels (core/simd.h) of one row of voxels, in difference-row.c. */
-
-/* n > 0 voxels of a row. What lies at an offset of `down` and `next` voxels is the next row and the
- * same row of the next slice; 0 where there is none. */
-struct ct_difference_row {
-	size_t n, down, next;
-	const float *ref, *test;
-	const float *mask[3]; /* not 0: counts; of the row, the next one, that of the next slice */
-};
-
-/* Numbers of test - ref of a row of n, which end in zeros. */
-#define CT_DIFFERENCE_PITCH(n) (((n) + 15) / 8 * 8)
-
-/* d = test - ref; and of the sums those that need no neighbour. `mapped` lacks the factor
- * map->scale^2. */
-CT_SIMD_DECLARE(void, ct_difference_row_sum,
-	(struct ct_sums * s, double *d, const struct ct_difference_row *r,
-		const struct ct_ssim_map *map));
-/* The other sums, from d of this row and of the next one, which is ignored if r->down is 0. */
-CT_SIMD_DECLARE(void, ct_difference_row_pairs,
-	(struct ct_sums * s, const double *d, const double *down,
-		const struct ct_difference_row *r));
 
 #endif

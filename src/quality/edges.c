@@ -20,10 +20,10 @@ struct spread {
 struct edges_job {
 	const struct ct_vol *ref, *test, *mask;
 	const struct ct_env *env;
-	double step, mm[3], voxel; /* voxel: mean spacing */
-	size_t margin[3];          /* that the cylinder needs */
-	size_t *found;             /* candidates of each slice */
-	size_t *edge;              /* chosen ones, as indices */
+	double mm[3], voxel; /* voxel: mean spacing */
+	size_t margin[3];    /* that the cylinder needs */
+	size_t *found;       /* candidates of each slice */
+	size_t *edge;        /* chosen ones, as indices */
 	size_t edges, stride;
 	struct spread *part;
 	struct spot *spot; /* [worker][spots] */
@@ -71,7 +71,7 @@ static double steepness(const struct edges_job *j, const size_t at[3], int *alon
 static bool candidate(const struct edges_job *j, const size_t at[3])
 {
 	size_t near[3] = {at[0], at[1], at[2]};
-	double least = j->step / 8, here;
+	double least = CT_EDGE_STEP / 8, here;
 	int along = 0, other;
 
 	if (j->mask && value(j->mask, at[0], at[1], at[2]) == 0)
@@ -192,7 +192,7 @@ static bool fit_step(
 	f->step = sum[1] - sum[0];
 	noise = 0.01 * f->step * f->step;
 	beyond = 0.2 * f->step;
-	return f->step >= j->step && square[0] <= noise && square[1] <= noise &&
+	return f->step >= CT_EDGE_STEP && square[0] <= noise && square[1] <= noise &&
 	       least >= sum[0] - beyond && most <= sum[1] + beyond;
 }
 
@@ -364,11 +364,10 @@ static int find(struct edges_job *j, struct ct_err *e)
 }
 
 int ct_edges(struct ct_edges *o, const struct ct_vol *ref, const struct ct_vol *test,
-	const struct ct_vol *mask, double step, const struct ct_env *env, struct ct_err *e)
+	const struct ct_vol *mask, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_edge_figures none = {(double)NAN, (double)NAN, (double)NAN};
-	struct edges_job j = {
-		.ref = ref, .test = test, .mask = mask, .env = env, .step = step, .spots = 1};
+	struct edges_job j = {.ref = ref, .test = test, .mask = mask, .env = env, .spots = 1};
 	size_t batches;
 	int rc = -1;
 

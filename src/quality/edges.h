@@ -43,13 +43,15 @@ struct ct_edges {
 	double width, spread[2][CT_EDGE_BINS]; /* ref, test */
 };
 
-/* Edges of `step` HU or more, 20000 at most, evenly picked, whose middle is where mask (NULL:
+#define CT_EDGE_STEP 300.0 /* HU, the least of an edge */
+
+/* Edges, 20000 at most, evenly picked, whose middle is where mask (NULL:
  * everywhere) is not zero. Fewer than 12: the figures are NaN. The volumes are on one grid and
  * finite. CT_EGEOM if an axis is too short for the cylinder, CT_ENOMEM, CT_ESTOP. The result does
  * not depend on the number of threads. Each thread takes 16 bytes a voxel of the box about a
  * cylinder: 110 KB where voxels are cubes, more where they are thin. */
 int ct_edges(struct ct_edges *o, const struct ct_vol *ref, const struct ct_vol *test,
-	const struct ct_vol *mask, double step, const struct ct_env *env, struct ct_err *e);
+	const struct ct_vol *mask, const struct ct_env *env, struct ct_err *e);
 /* The figures of an edge spread function: n bins of `width` mm, rising. */
 void ct_edge_spread(struct ct_edge_figures *f, const double *spread, size_t n, double width);
 

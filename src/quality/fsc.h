@@ -36,7 +36,7 @@ void ct_fsc_free(struct ct_fsc *f);
  * as 1. NaN if it does not. */
 double ct_fsc_cross(const struct ct_fsc *f, double level);
 
-/* The discrete Fourier transform of any length (fourier.c), of many lines at once, in double.
+/* The discrete Fourier transform of any length, of many lines at once, in double.
  *
  *   X_k = sum_t x_t exp(-2 pi i k t / n)
  *

@@ -15,18 +15,16 @@ static int band(float *d, float *work, unsigned char *soft, const struct ct_vol 
 	const double sigma[3], struct ct_par *par, struct ct_err *e)
 {
 	const double outer[3] = {OUTER * sigma[0], OUTER * sigma[1], OUTER * sigma[2]};
-	const size_t plane = v->n[0] * v->n[1];
+	const size_t n = ct_vol_count(v);
 
 	if (ct_degrade_smooth(d, v->data, v->n, sigma, par, e) ||
 		ct_degrade_smooth(work, v->data, v->n, outer, par, e))
 		return -1;
-	for (size_t k = 0; k < v->n[2]; k++) {
-		for (size_t i = k * plane; i < (k + 1) * plane; i++) {
-			if (soft)
-				soft[i] = fabsf(d[i]) < CT_STRUCTURES_SOFT &&
-					  fabsf(work[i]) < CT_STRUCTURES_SOFT;
-			d[i] -= work[i];
-		}
+	for (size_t i = 0; i < n; i++) {
+		if (soft)
+			soft[i] = fabsf(d[i]) < CT_STRUCTURES_SOFT &&
+				  fabsf(work[i]) < CT_STRUCTURES_SOFT;
+		d[i] -= work[i];
 	}
 	return 0;
 }
@@ -48,8 +46,10 @@ static float about(const float *d, const size_t n[static 3], size_t i, float sig
 
 /* The structures of a, those of them that b does not have, in the voxels that count. */
 static void count(size_t *is, size_t *alone, const float *a, const float *b,
-	const unsigned char *soft, const size_t n[static 3], float sign, float t)
+	const unsigned char *soft, const size_t n[static 3], float sign)
 {
+	const float t = CT_STRUCTURES_LEAST;
+
 	for (size_t k = 1; k + 1 < n[2]; k++) {
 		for (size_t j = 1; j + 1 < n[1]; j++)
 			for (size_t i = 1; i + 1 < n[0]; i++) {
@@ -64,23 +64,8 @@ static void count(size_t *is, size_t *alone, const float *a, const float *b,
 	}
 }
 
-/* In the mask, too; how many. */
-static size_t mask_soft(unsigned char *soft, const struct ct_vol *mask, const size_t n[static 3])
-{
-	const size_t plane = n[0] * n[1];
-	size_t sum = 0;
-
-	for (size_t k = 0; k < n[2]; k++) {
-		for (size_t i = k * plane; i < (k + 1) * plane; i++) {
-			soft[i] = soft[i] && (!mask || mask->data[i] != 0);
-			sum += soft[i];
-		}
-	}
-	return sum;
-}
-
 int ct_structures(struct ct_structures *s, const struct ct_vol *ref, const struct ct_vol *test,
-	const struct ct_vol *mask, const double sigma[static 3], double t, const struct ct_env *env,
+	const struct ct_vol *mask, const double sigma[static 3], const struct ct_env *env,
 	struct ct_err *e)
 {
 	const size_t n = ct_vol_count(ref);
@@ -96,13 +81,16 @@ int ct_structures(struct ct_structures *s, const struct ct_vol *ref, const struc
 	if (band(d, work, soft, ref, sigma, env->par, e) ||
 		band(b, work, NULL, test, sigma, env->par, e))
 		goto out;
-	s->soft = mask_soft(soft, mask, ref->n);
+	for (size_t i = 0; i < n; i++) {
+		soft[i] = soft[i] && (!mask || mask->data[i] != 0);
+		s->soft += soft[i];
+	}
 	for (int k = 0; k < 2; k++) {
 		const float sign = k ? -1 : 1;
 		size_t all = 0;
 
-		count(&s->is[k], &s->missed[k], d, b, soft, ref->n, sign, (float)t);
-		count(&all, &s->falsely[k], b, d, soft, ref->n, sign, (float)t);
+		count(&s->is[k], &s->missed[k], d, b, soft, ref->n, sign);
+		count(&all, &s->falsely[k], b, d, soft, ref->n, sign);
 	}
 	rc = 0;
 out:

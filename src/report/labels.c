@@ -55,7 +55,7 @@ static void size_around(struct ct_labels *l, size_t *h, size_t *w)
 	ct_montage_place(at, size, &l->sheet->montage, 0, 0);
 	l->scale = 1 + (size[0] < size[1] ? size[0] : size[1]) / LETTERS;
 	l->top = l->names ? l->scale * (CT_TEXT_H + PAD) : 0;
-	n = l->bars ? bars(b, l) : 0;
+	n = l->names ? bars(b, l) : 0;
 	for (size_t i = 0; i < n; i++)
 		for (int k = 0; k < 3; k++)
 			wide = ct_text_width(b[i].text[k]) > wide ? ct_text_width(b[i].text[k])
@@ -129,8 +129,7 @@ static void put_all(const struct ct_labels *l, const struct ct_canvas *all, size
 	const struct ct_montage *m = &s->montage;
 	struct ct_canvas c = *all;
 
-	if (l->bars)
-		put_bars(l, all, mw);
+	put_bars(l, all, mw);
 	for (size_t i = 0; i < m->rows * m->cols; i++) {
 		size_t at[2], size[2];
 

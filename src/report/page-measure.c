@@ -9,8 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define EDGE_STEP 300.0 /* HU */
-
 __attribute__((format(printf, 2, 3))) static int warn(struct ct_page *p, const char *fmt, ...)
 {
 	va_list ap;
@@ -114,7 +112,7 @@ static int certify(struct ct_page *p, const struct ct_env *env, struct ct_err *e
 static int sharpness(struct ct_page *p, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_err why;
-	const int rc = ct_edges(&p->edges, &p->hr.vol, &p->before, NULL, EDGE_STEP, env, &why);
+	const int rc = ct_edges(&p->edges, &p->hr.vol, &p->before, NULL, env, &why);
 
 	if (rc == 0 || why.code == CT_EGEOM)
 		return 0;

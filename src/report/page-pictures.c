@@ -176,45 +176,6 @@ void ct_page_write_meta(FILE *f, const struct ct_page *p)
 	fprintf(f, "}}\n");
 }
 
-/* Room for one picture on its way. */
-struct desk {
-	float *sum, *one;     /* a picture, and one of those that become it */
-	int16_t *v;           /* its values */
-	unsigned char *plain; /* two bytes each */
-	unsigned char *packed;
-	char *text;
-	size_t room; /* of packed */
-	struct libdeflate_compressor *z;
-};
-
-static void desk_free(struct desk *d)
-{
-	free(d->sum);
-	free(d->one);
-	free(d->v);
-	free(d->plain);
-	free(d->packed);
-	free(d->text);
-	if (d->z)
-		libdeflate_free_compressor(d->z);
-}
-
-static int desk_alloc(struct desk *d, size_t pixels, struct ct_err *e)
-{
-	d->z = libdeflate_alloc_compressor(LEVEL);
-	if (!d->z)
-		return ct_fail(e, CT_ENOMEM, "no memory");
-	d->room = libdeflate_zlib_compress_bound(d->z, 2 * pixels);
-	return ct_alloc(&d->sum, pixels, sizeof *d->sum, e) ||
-			       ct_alloc(&d->one, pixels, sizeof *d->one, e) ||
-			       ct_alloc(&d->v, pixels, sizeof *d->v, e) ||
-			       ct_alloc(&d->plain, pixels, 2, e) ||
-			       ct_alloc(&d->packed, d->room, 1, e) ||
-			       ct_alloc(&d->text, CT_TEXT_BASE64(d->room), 1, e)
-		       ? -1
-		       : 0;
-}
-
 static int predicted(const int16_t *v, size_t w, size_t x, size_t y)
 {
 	const int left = x ? v[-1] : y ? v[-(ptrdiff_t)w] : 0;
@@ -225,30 +186,51 @@ static int predicted(const int16_t *v, size_t w, size_t x, size_t y)
 	return between >= most ? least : between <= least ? most : left + above - between;
 }
 
-/* d->sum to the text of it. */
-static int put_picture(FILE *f, struct desk *d, size_t w, size_t h, struct ct_err *e)
+/* The bytes of a picture, low ones and then high ones. */
+static int split(unsigned char *plain, const float *x, size_t w, size_t h, struct ct_err *e)
 {
 	const size_t n = w * h;
-	size_t bytes;
+	int16_t *v;
 
+	if (ct_alloc(&v, n, sizeof *v, e))
+		return -1;
 	for (size_t i = 0; i < n; i++)
-		d->v[i] = (int16_t)lrintf(fminf(fmaxf(d->sum[i], -32768), 32767));
+		v[i] = (int16_t)lrintf(fminf(fmaxf(x[i], -32768), 32767));
 	for (size_t y = 0; y < h; y++)
-		for (size_t x = 0; x < w; x++) {
-			const size_t i = y * w + x;
-			const int16_t miss = (int16_t)(d->v[i] - predicted(&d->v[i], w, x, y));
+		for (size_t at = 0; at < w; at++) {
+			const size_t i = y * w + at;
+			const int16_t miss = (int16_t)(v[i] - predicted(&v[i], w, at, y));
 			const uint16_t code =
 				(uint16_t)(2 * (uint16_t)miss ^ (miss < 0 ? 0xffff : 0));
 
-			d->plain[i] = (unsigned char)(code & 255);
-			d->plain[n + i] = (unsigned char)(code >> 8);
+			plain[i] = (unsigned char)(code & 255);
+			plain[n + i] = (unsigned char)(code >> 8);
 		}
-	bytes = libdeflate_zlib_compress(d->z, d->plain, 2 * n, d->packed, d->room);
-	if (bytes == 0)
-		return ct_fail(e, CT_ENOMEM, "no memory");
-	ct_text_base64(d->text, d->packed, bytes);
-	fputs(d->text, f);
+	free(v);
 	return 0;
+}
+
+static int put_picture(FILE *f, const float *x, size_t w, size_t h, struct ct_err *e)
+{
+	struct libdeflate_compressor *z = libdeflate_alloc_compressor(LEVEL);
+	const size_t room = z ? libdeflate_zlib_compress_bound(z, 2 * w * h) : 0;
+	unsigned char *plain = NULL, *packed = NULL;
+	char *text = NULL;
+	size_t bytes = 0;
+
+	if (z && ct_alloc(&plain, w * h, 2, e) == 0 && ct_alloc(&packed, room, 1, e) == 0 &&
+		ct_alloc(&text, CT_TEXT_BASE64(room), 1, e) == 0 && split(plain, x, w, h, e) == 0)
+		bytes = libdeflate_zlib_compress(z, plain, 2 * w * h, packed, room);
+	if (bytes) {
+		ct_text_base64(text, packed, bytes);
+		fputs(text, f);
+	}
+	free(plain);
+	free(packed);
+	free(text);
+	if (z)
+		libdeflate_free_compressor(z);
+	return bytes ? 0 : ct_fail(e, CT_ENOMEM, "no memory");
 }
 
 /* Slice k of one kind, less pixels if it is too large: their mean, or of errors its square. */
@@ -284,67 +266,58 @@ static void gather(
 
 /* The largest value along the lines across the plane. */
 static void gather_most(
-	struct desk *d, const struct ct_page *p, const struct cut *c, enum kind kind)
+	float *to, float *one, const struct ct_page *p, const struct cut *c, enum kind kind)
 {
 	const size_t n = c->size[0][0] * c->size[0][1];
 
-	gather(d->sum, p, c, kind, 0);
+	gather(to, p, c, kind, 0);
 	for (size_t k = 1; k < c->depth; k++) {
-		gather(d->one, p, c, kind, k);
+		gather(one, p, c, kind, k);
 		for (size_t i = 0; i < n; i++)
-			d->sum[i] = fmaxf(d->sum[i], d->one[i]);
+			to[i] = fmaxf(to[i], one[i]);
 	}
 }
 
-static int put_kind(FILE *f, struct desk *d, const struct ct_page *p, const struct cut *c,
-	enum kind kind, struct ct_err *e)
+static int put_kind(
+	FILE *f, const struct ct_page *p, const struct cut *c, enum kind kind, struct ct_err *e)
 {
-	const size_t *size = c->size[kind >= STD];
+	const size_t *size = c->size[kind >= STD], pixels = size[0] * size[1];
 	const size_t n = kind >= STD ? c->n : c->n + 1; /* the last is the maximum */
+	float *x;
+	int rc = 0;
 
-	for (size_t k = 0; k < n; k++) {
+	if (ct_alloc(&x, 2 * pixels, sizeof *x, e))
+		return -1;
+	for (size_t k = 0; k < n && rc == 0; k++) {
 		fprintf(f, "<script type=\"text/plain\" id=\"%s-%s-",
 			CT_WORD(CT_MONTAGE_PLANE_LIST, c->plane), names[kind]);
 		fprintf(f, k < c->n ? "%zu\">" : "mip\">", k);
 		if (k < c->n)
-			gather(d->sum, p, c, kind, c->at[k]);
+			gather(x, p, c, kind, c->at[k]);
 		else
-			gather_most(d, p, c, kind);
-		if (put_picture(f, d, size[0], size[1], e))
-			return -1;
+			gather_most(x, x + pixels, p, c, kind);
+		rc = put_picture(f, x, size[0], size[1], e);
 		fprintf(f, "</script>\n");
 	}
-	return 0;
+	free(x);
+	return rc;
 }
 
 int ct_page_write_pictures(
 	FILE *f, const struct ct_page *p, const struct ct_env *env, struct ct_err *e)
 {
 	struct cut cut[CT_MONTAGE_PLANES];
-	struct desk d = {0};
-	size_t most = 0;
-	int rc = -1;
 
 	cut_all(cut, &p->hr.vol);
-	for (int k = 0; k < CT_MONTAGE_PLANES; k++) {
-		const size_t pixels = cut[k].size[0][0] * cut[k].size[0][1];
-
-		most = pixels > most ? pixels : most;
-	}
-	if (desk_alloc(&d, most, e))
-		goto out;
 	for (int k = 0; k < CT_MONTAGE_PLANES; k++)
 		for (int kind = 0; kind < KINDS; kind++) {
 			ct_progress(env, "pictures", (size_t)(k * KINDS + kind),
 				CT_MONTAGE_PLANES * KINDS);
 			if (ct_check_stop(env, e) ||
 				(has(p, (enum kind)kind) &&
-					put_kind(f, &d, p, &cut[k], (enum kind)kind, e)))
-				goto out;
+					put_kind(f, p, &cut[k], (enum kind)kind, e)))
+				return -1;
 		}
 	ct_progress(env, "pictures", CT_MONTAGE_PLANES * KINDS, CT_MONTAGE_PLANES * KINDS);
-	rc = 0;
-out:
-	desk_free(&d);
-	return rc;
+	return 0;
 }

@@ -62,7 +62,6 @@ struct ct_labels {
 	const struct ct_sheet *sheet;
 	size_t names;            /* columns with a text, or 1: one for all; 0: nothing is written */
 	const char *const *name; /* borrowed; NULL: none */
-	bool bars;               /* colour bars */
 	const char *unit;        /* of the values; "" */
 	size_t scale, top;       /* of letters; of the margin, pixels; by ct_labels_draw */
 };

@@ -35,13 +35,8 @@ struct convert_planes {
 	bool unfit; /* it was int16, and a voxel is none */
 };
 
-/* How a series of the first n files is read. */
-struct ct_dicom_in convert_dicom_in(const struct convert *p, size_t n);
 /* Read whatever p->files but the last are. */
 int convert_read(
-	const struct convert *p, struct ct_vol *v, const struct ct_env *env, struct ct_err *e);
-/* A DICOM series, to OUT itself if it can be written plane by plane. */
-int convert_series(
 	const struct convert *p, struct ct_vol *v, const struct ct_env *env, struct ct_err *e);
 /* Nothing is left of an OUT that is begun; legal if there is none. */
 void convert_planes_drop(struct convert_planes *c, struct ct_err *e);
@@ -49,19 +44,10 @@ void convert_planes_drop(struct convert_planes *c, struct ct_err *e);
 int convert_check_out(const struct convert *p, const struct ct_env *env, struct ct_err *e);
 int convert_write(const struct convert *p, const struct ct_vol *v, const struct ct_env *env,
 	struct ct_err *e);
-/* A numpy array with --scanner, to a stack. */
-int convert_stack(const struct convert *p, const struct ct_env *env, struct ct_err *e);
 /* Planes, each of a file of its own, to a stack of as many views, where they lie. CT_EGEOM,
  * CT_EINPUT, CT_EUSAGE. */
 int convert_radiograph(const struct convert *p, const struct ct_env *env, struct ct_err *e);
-/* As ct_image_read (shim/image.h), without the libraries that read pictures: by ct-picture, beside
- * this program or installed, through a pipe. CT_EINPUT also if the picture kills its reader;
- * CT_EFAIL if that is not installed. */
-int picture_read(const char *path, size_t *w, size_t *h, float **gray, struct ct_err *e);
 /* Does a file begin as a picture? Never reads from a pipe. */
 bool convert_is_picture(const char *path);
-/* In place: "auto" or "LO:HI,LO:HI,LO:HI", of voxels or with "mm" behind it of RAS+ mm. CT_EUSAGE.
- */
-int convert_crop(struct ct_vol *v, const char *text, const struct ct_env *env, struct ct_err *e);
 
 #endif

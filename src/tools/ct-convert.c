@@ -4,16 +4,25 @@
 #include "cli/cli.h"
 #include "cli/files.h"
 #include "cli/modes.h"
+#include "dicom/form.h"
+#include "dicom/sidecar.h"
+#include "formats/format.h"
+#include "formats/hash.h"
 #include "formats/headed.h"
 #include "formats/io.h"
 #include "formats/nifti.h"
+#include "formats/npy.h"
 #include "formats/raw.h"
+#include "recon/scan-grid.h"
 #include "resolution/regrid.h"
 #include "tools/convert.h"
-#include "dicom/form.h"
-#include "dicom/sidecar.h"
+#include "tools/lib/geometry-json.h"
+#include "tools/lib/geometry-opts.h"
+#include "xray/geometry.h"
 
 #include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 static const struct convert defaults = {.orient = "LPS", .rescale = "1", .iso = (double)NAN};
@@ -74,6 +83,135 @@ static const struct ct_opt opts[] = {
 		.dicom = CT_DICOM_OWN),
 	CT_OPT_END,
 };
+
+/* "LO:HI" of an axis, an end that is not said being infinite. */
+static int parse_ends(
+	double v[2], const char *text, size_t length, const char *all, struct ct_err *e)
+{
+	char s[80];
+	char *colon, *end;
+
+	snprintf(s, sizeof s, "%.*s", (int)length, text);
+	colon = strchr(s, ':');
+	v[0] = -(double)INFINITY;
+	v[1] = (double)INFINITY;
+	if (!colon || length >= sizeof s)
+		return ct_fail(
+			e, CT_EUSAGE, "--crop: '%.80s' is neither auto nor LO:HI,LO:HI,LO:HI", all);
+	*colon++ = '\0';
+	if (*s)
+		v[0] = strtod(s, &end);
+	if (*s && *end)
+		return ct_fail(e, CT_EUSAGE, "--crop: '%s' is no number", s);
+	if (*colon)
+		v[1] = strtod(colon, &end);
+	if (*colon && *end)
+		return ct_fail(e, CT_EUSAGE, "--crop: '%s' is no number", colon);
+	return v[0] < v[1] ? 0 : ct_fail(e, CT_EUSAGE, "--crop: '%.80s' is empty", all);
+}
+
+/* "LO:HI,LO:HI,LO:HI", mm if that is behind it. */
+static int parse_box(double box[3][2], bool *mm, const char *text, struct ct_err *e)
+{
+	size_t n = strlen(text);
+	const char *at = text;
+
+	*mm = n > 2 && strcmp(text + n - 2, "mm") == 0;
+	if (*mm)
+		n -= 2;
+	for (int d = 0; d < 3; d++) {
+		const char *comma = memchr(at, ',', (size_t)(text + n - at));
+		const char *end = comma && d < 2 ? comma : text + n;
+
+		if ((d < 2 && !comma) || parse_ends(box[d], at, (size_t)(end - at), text, e))
+			return d < 2 && !comma ? ct_fail(e, CT_EUSAGE,
+							 "--crop: '%.80s' has no three axes", text)
+					       : -1;
+		at = end + 1;
+	}
+	return 0;
+}
+
+static int find_box(double box[3][2], const struct ct_vol *v, const char *text, struct ct_err *e)
+{
+	bool mm;
+
+	if (strcmp(text, "auto") == 0)
+		return ct_regrid_body(box, v, e);
+	if (parse_box(box, &mm, text, e) || (mm && ct_vol_check_grid(v, e)))
+		return -1;
+	if (mm)
+		ct_regrid_cells(box, v);
+	for (int d = 0; d < 3 && !mm; d++)
+		for (int k = 0; k < 2; k++)
+			if (!isinf(box[d][k]) && box[d][k] != floor(box[d][k]))
+				return ct_fail(
+					e, CT_EUSAGE, "--crop: voxel %g is not whole", box[d][k]);
+	return 0;
+}
+
+/* In place: "auto" or "LO:HI,LO:HI,LO:HI", of voxels or with "mm" behind it of RAS+ mm. */
+static int crop(struct ct_vol *v, const char *text, const struct ct_env *env, struct ct_err *e)
+{
+	double box[3][2];
+
+	return find_box(box, v, text, e) || ct_regrid_box(v, box, env, e) ? -1 : 0;
+}
+
+/* The scan of a file in its own unit, about the world's origin, for views of w by h pixels. */
+static int scan_for(struct ct_geometry *s, struct ct_vol *named, const char *path,
+	const size_t n[3], struct ct_err *e)
+{
+	struct ct_vol world = {
+		.n = {1, 1, 1}, .affine = {{256, 0, 0, 0}, {0, 256, 0, 0}, {0, 0, 256, 0}}};
+
+	ct_geometry_default(s, n[1] == 1 ? CT_FAN : CT_CONE, &world);
+	s->views = n[0];
+	s->h = n[1];
+	s->w = n[2];
+	if (ct_geometry_json_read(s, path, NULL, named, e))
+		return -1;
+	if (s->views != n[0] || s->h != n[1] || s->w != n[2])
+		return ct_fail(e, CT_EGEOM,
+			"%s says %zu views of %zux%zu pixels, but the array has %zu of %zux%zu",
+			path, s->views, s->w, s->h, n[0], n[2], n[1]);
+	return 0;
+}
+
+/* A numpy array with --scanner, to a stack. */
+static int make_stack(const struct convert *p, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_stack s = {0};
+	struct ct_meta read = {0};
+	struct ct_vol named = {0};
+	struct ct_geometry scan;
+	float *data = NULL;
+	size_t n[3];
+	int rc = -1;
+
+	if (ct_npy_read(p->in, p->slope, p->inter, n, &data, e) ||
+		scan_for(&scan, &named, p->scanner, n, e) || ct_geometry_fill(&s, &scan, e))
+		goto out;
+	memcpy(s.data, data, ct_stack_count(&s) * sizeof *s.data);
+	if (ct_stack_check_finite(&s, e)) {
+		ct_blame(e, p->in);
+		goto out;
+	}
+	if (ct_meta_input(&read, p->in, 2,
+		    (const struct ct_piece[]){
+			    {n, sizeof n}, {s.data, ct_stack_count(&s) * sizeof *s.data}},
+		    e) ||
+		ct_meta_set(&s.meta, CT_META_QUANTITY, CT_QUANTITY_LINE_INTEGRAL, e) ||
+		(named.n[0] && ct_scan_grid_put(&s.meta, &named, e)) ||
+		ct_meta_step(&s.meta, env, 1, (const struct ct_meta *const[]){&read}, e))
+		goto out;
+	rc = ct_stack_write(p->out, &s, env, e);
+out:
+	free(data);
+	ct_meta_free(&read);
+	ct_stack_free(&s);
+	return rc;
+}
 
 static int reorient(struct ct_vol *v, const char *word, struct ct_err *e)
 {
@@ -161,7 +299,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (check_mode(p, env, e) || read_rescale(&own, e))
 		return -1;
 	if (p->scanner || p->radiograph)
-		return (p->scanner ? convert_stack : convert_radiograph)(p, env, e);
+		return (p->scanner ? make_stack : convert_radiograph)(p, env, e);
 	if (p->sidecar && !(own.about = json_object())) {
 		ct_fail(e, CT_ENOMEM, "no memory for a sidecar");
 		goto out;
@@ -172,7 +310,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	warn_place(&v, p->in, env);
 	if (ct_meta_copy(&read, &v.meta, e) || ct_units_note(&v, (enum ct_units)p->units, e) ||
 		(p->reorient && reorient(&v, p->reorient, e)) ||
-		(p->crop && convert_crop(&v, p->crop, env, e)) ||
+		(p->crop && crop(&v, p->crop, env, e)) ||
 		(!isnan(p->iso) && ct_regrid_iso(&v, p->iso, env, e)) ||
 		(p->cube && ct_regrid_cube(&v, (size_t)p->cube, e)) ||
 		ct_meta_step(&v.meta, env, 1, (const struct ct_meta *const[]){&read}, e))

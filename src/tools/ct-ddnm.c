@@ -32,7 +32,7 @@ enum gradient { GRADIENTS(CT_WORD_VALUE) };
 struct params {
 	const char *in, *out, *prior, *arch, *init, *std, *travel;
 	int scale, label, steps, t_start, samples, op, sampler, channels, iterations, gradient;
-	double eta, sigma_y, sigma_det, norm, guidance, rate;
+	double eta, sigma_y, norm, guidance, rate;
 	bool resume;
 };
 
@@ -44,8 +44,7 @@ static const struct params defaults = {.label = -1,
 	.guidance = 2000,
 	.iterations = 100,
 	.rate = 1e-3,
-	.sigma_y = NAN,
-	.sigma_det = NAN};
+	.sigma_y = NAN};
 
 #define CT_PARAMS struct params
 /* Samplers that draw noise anew or not, that ask a network, that do so in a chain, that begin from
@@ -55,9 +54,8 @@ static const struct params defaults = {.label = -1,
 #define CHAIN_OF CT_UNLESS_WORD(sampler, CT_BIT(CT_SAMPLER_ONCE) | CT_BIT(CT_SAMPLER_NONE))
 #define BEGUN CT_UNLESS_WORD(sampler, CT_BIT(CT_SAMPLER_ONCE))
 #define FITTED CT_WHEN(CT_IF_WORD(sampler, CT_BIT(CT_SAMPLER_BIRD)))
-/* Samplers that know noise, operators that may be one with a blur. */
+/* Samplers that know noise. */
 #define NOISY (CT_BIT(CT_SAMPLER_PLUS) | CT_BIT(CT_SAMPLER_SIMPLE))
-#define BLURRED (CT_BIT(FILE_SAYS) | CT_BIT(FIRST_OPERATOR + CT_MEASUREMENT_MATCHED))
 
 static const struct ct_opt opts[] = {
 	CT_ARG(in, CT_READS, "IN",
@@ -93,9 +91,6 @@ static const struct ct_opt opts[] = {
 		"mean; means of S x S pixels; or what a blur and the coarse grid leave of them "
 		"(see DESCRIPTION)",
 		CT_WHEN(CHAIN_OF)),
-	CT_EXPERT(sigma_det, "sigma-det", "PX", 0, 1000,
-		"blur of the matched operator, fine pixels; by default from the metadata of IN",
-		CT_WHEN(CT_IF_WORD(op, BLURRED), CHAIN_OF)),
 	CT_CHOICE(sampler, 0, "sampler", CT_WORDS(CT_SAMPLER_LIST),
 		"how the prior is drawn from, and held to IN (see SAMPLERS); a network of "
 		"super-resolution is asked once"),
@@ -195,10 +190,7 @@ static int settle(struct ddnm_job *j, struct ct_err *e)
 		j->s.how.eta = p->eta;
 	if (!isnan(p->sigma_y))
 		j->s.how.sigma_y = p->sigma_y;
-	if (!isnan(p->sigma_det))
-		j->s.sigma_det = p->sigma_det;
-	else if (j->s.op == CT_MEASUREMENT_MATCHED &&
-		 ddnm_input_blur(&j->s.sigma_det, &j->in, scale, e))
+	if (op == CT_MEASUREMENT_MATCHED && ddnm_input_blur(&j->s.sigma_det, &j->in, scale, e))
 		return ct_blame(e, p->in);
 	if (p->travel) {
 		double v[2];

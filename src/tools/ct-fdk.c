@@ -118,15 +118,6 @@ static int choose(struct ct_reconstruct_rule *how, const struct params *p,
 	return 0;
 }
 
-static int estimate(const struct ct_vol *grid, const struct ct_stack *in,
-	const struct ct_reconstruct_rule *how, const struct ct_env *env, struct ct_err *e)
-{
-	struct ct_cost cost;
-
-	return ct_reconstruct_cost(&cost, grid, in, how, env, e) ? -1
-								 : ct_cost_print(&cost, env, e);
-}
-
 static int reconstruct(struct ct_vol *out, const struct ct_vol *grid, const struct ct_stack *in,
 	const struct ct_reconstruct_rule *how, const struct ct_env *env, struct ct_err *e)
 {
@@ -142,12 +133,14 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct ct_stack in = {0};
 	struct ct_vol grid = {0}, out = {0};
 	struct ct_reconstruct_rule how;
+	struct ct_cost cost;
 	int rc = -1;
 
 	if (ct_evidence_stack(&in, p->in, NULL, e) || check_options(p, &in, e) ||
 		choose(&how, p, &in, e) || ct_geometry_opts_grid(&grid, p->grid, &in, e))
 		goto out;
-	if (env->dry_run ? estimate(&grid, &in, &how, env, e)
+	if (env->dry_run ? ct_reconstruct_cost(&cost, &grid, &in, &how, env, e) ||
+				   ct_cost_print(&cost, env, e)
 			 : reconstruct(&out, &grid, &in, &how, env, e)) {
 		if (e->code != CT_ESTOP)
 			ct_blame(e, p->in);

@@ -5,15 +5,34 @@
 #include "cli/json.h"
 #include "cli/modes.h"
 #include "cli/resume.h"
-#include "core/mem.h"
 #include "core/memory.h"
+#include "field/fit.h"
 #include "formats/format.h"
-#include "tools/field.h"
+#include "formats/io.h"
+#include "formats/units.h"
+#include "refine/operator.h"
+#include "tools/lib/evidence.h"
+#include "tools/lib/geometry-opts.h"
+#include "xray/window.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+struct field_files {
+	const char *in, *grid, *factor, *window;
+};
+
+struct field_input {
+	struct ct_vol lr;      /* density */
+	struct ct_stack rays;  /* or, if views > 0, these */
+	struct ct_operator is; /* of lr */
+	struct ct_vol fine;    /* grid without data: of lr refined, or of the scan */
+	struct ct_vol out;     /* grid without data, in the end with them */
+	struct ct_vol like;    /* of --grid, for its metadata */
+	double window[2];
+};
 
 #define SKIPS(X) X(SKIP_APPLY, "apply") X(SKIP_CONCATENATE, "concatenate")
 enum { SKIPS(CT_WORD_VALUE) };
@@ -77,6 +96,110 @@ static const struct ct_opt opts[] = {
 		"of cunerf: concatenate leaves out the layer there, as the authors' program"),
 	CT_OPT_END,
 };
+
+/* Is IN a stack? By its content; a stream is what `rays` says. */
+static int is_stack(bool *stack, const char *in, bool rays, struct ct_err *e)
+{
+	static const unsigned char exr[4] = {0x76, 0x2f, 0x31, 0x01};
+	unsigned char is[4] = {0};
+	FILE *f;
+
+	*stack = rays;
+	if (strcmp(in, "-") == 0)
+		return 0;
+	if (ct_io_open(in, &f, e))
+		return -1;
+	*stack = fread(is, 1, sizeof is, f) == sizeof is && memcmp(is, exr, sizeof is) == 0;
+	ct_io_close(f);
+	return 0;
+}
+
+static int read_stack(struct field_input *i, const struct field_files *f, struct ct_err *e)
+{
+	if (f->factor)
+		return ct_fail(
+			e, CT_EUSAGE, "--factor: %s is a stack, whose grid --grid says", f->in);
+	if (ct_evidence_stack(&i->rays, f->in, CT_QUANTITY_LINE_INTEGRAL, e) ||
+		ct_geometry_opts_window(i->window, f->window, &i->rays.meta, e) ||
+		ct_geometry_opts_grid(&i->fine, f->grid, &i->rays, e))
+		return -1;
+	i->out = i->fine;
+	return 0;
+}
+
+static int find_grids(struct field_input *i, const struct field_files *f, const struct ct_env *env,
+	struct ct_err *e)
+{
+	struct ct_said said = CT_SAID_NOTHING;
+
+	if (f->factor &&
+		ct_cli_within("factor", f->factor, 3, true, 1, CT_SAID_TIMES, said.factor, e))
+		return -1;
+	if (ct_operator_find(&i->is, &said, false, &i->lr, env, e))
+		return ct_blame(e, f->in);
+	for (int a = 0; a < 3; a++)
+		i->fine.n[a] = ct_degrade_cover(i->lr.n[a], i->is.by.factor[a]);
+	ct_degrade_refine(
+		i->fine.affine, (const double(*)[4])i->lr.affine, i->lr.n, i->is.by.factor);
+	i->out = i->fine;
+	if (!f->grid)
+		return 0;
+	if (ct_vol_read(f->grid, &i->like, e))
+		return -1;
+	memcpy(i->out.n, i->like.n, sizeof i->out.n);
+	memcpy(i->out.affine, i->like.affine, sizeof i->out.affine);
+	return ct_vol_check_grid(&i->out, e) ? ct_blame(e, f->grid) : 0;
+}
+
+static int read_volume(struct field_input *i, const struct field_files *f, const struct ct_env *env,
+	struct ct_err *e)
+{
+	struct ct_vol *v = &i->lr;
+
+	if (ct_evidence_base(v, f->in, env, e) ||
+		ct_geometry_opts_window(i->window, f->window, &v->meta, e) ||
+		find_grids(i, f, env, e))
+		return -1;
+	ct_window_density_open(ct_vol_count(v), v->data, v->data, i->window);
+	return 0;
+}
+
+static int read_input(struct field_input *i, const struct field_files *f, bool stack,
+	const struct ct_env *env, struct ct_err *e)
+{
+	return stack ? read_stack(i, f, e) : read_volume(i, f, env, e);
+}
+
+static void input_free(struct field_input *i)
+{
+	ct_vol_free(&i->lr);
+	ct_stack_free(&i->rays);
+	ct_vol_free(&i->fine);
+	ct_vol_free(&i->out);
+	ct_vol_free(&i->like);
+}
+
+/* The densities of OUT become HU, with metadata. */
+static int finish(struct field_input *i, const struct field_files *f, const struct ct_env *env,
+	struct ct_err *e)
+{
+	const bool rays = i->rays.views > 0;
+	const struct ct_meta *const in[] = {
+		rays ? &i->rays.meta : &i->lr.meta, i->like.data ? &i->like.meta : NULL};
+	struct ct_vol *out = &i->out;
+	const size_t n = ct_vol_count(out);
+
+	for (size_t k = 0; k < n; k++)
+		out->data[k] = out->data[k] < 0 ? 0 : out->data[k] > 1 ? 1 : out->data[k];
+	if (rays ? ct_geometry_opts_volume(out, &i->rays, f->window, false, e)
+		 : ct_meta_copy(&out->meta, &i->lr.meta, e) ||
+				ct_window_put(&out->meta, i->window, e) ||
+				ct_window_volume(out, false, i->window, e) ||
+				(i->is.known && ct_degrade_put(&out->meta, &i->is.by, e)) ||
+				ct_meta_set(&out->meta, CT_META_UPSAMPLE, "field", e))
+		return -1;
+	return ct_meta_step(&out->meta, env, 2, in, e);
+}
 
 struct field_job {
 	const struct params *p;
@@ -212,8 +335,8 @@ static int read_all(struct field_job *j, struct ct_err *e)
 	struct ct_field_data *d = &j->data;
 	bool stack;
 
-	if (field_is_stack(&stack, p->files.in, asks, e) || take_rule(j, stack, e) ||
-		check_kind(j, stack, e) || field_read(&j->in, &p->files, stack, j->env, e) ||
+	if (is_stack(&stack, p->files.in, asks, e) || take_rule(j, stack, e) ||
+		check_kind(j, stack, e) || read_input(&j->in, &p->files, stack, j->env, e) ||
 		take_rule(j, stack, e))
 		return -1;
 	d->lr = stack ? NULL : &j->in.lr;
@@ -280,7 +403,7 @@ static int evaluate(struct field_job *j, struct ct_field_fit *f, struct ct_err *
 	const struct ct_vol grid = *out;
 
 	return ct_vol_like(out, &grid, e) || ct_field_fit_volume(out, f, &j->data, j->env, e) ||
-			       field_finish(&j->in, &j->p->files, j->env, e)
+			       finish(&j->in, &j->p->files, j->env, e)
 		       ? -1
 		       : 0;
 }
@@ -348,7 +471,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (ct_resume_open(&j.resume, p->out, p->resume, opts, p, env, e) == 0 &&
 		read_all(&j, e) == 0)
 		rc = work(&j, e);
-	field_free(&j.in);
+	input_free(&j.in);
 	ct_resume_close(&j.resume);
 	return rc;
 }

@@ -1,11 +1,12 @@
 /* ct-metrics: compares a CT with a reference, or with the low-resolution CT it was made from. */
 #include "config.h"
 #include "cli/cli.h"
+#include "cli/json.h"
 #include "formats/format.h"
+#include "formats/io.h"
 #include "formats/units.h"
 #include "quality/compare.h"
 #include "resolution/padding.h"
-#include "tools/metrics-report.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -18,7 +19,7 @@ struct params {
 	const char *ref, *test; /* the operands by their role; ref may be NULL */
 	struct ct_compare_rule rule;
 	bool csv;
-	int ssim, deep;
+	int ssim;
 };
 
 /* The last words of --ssim. */
@@ -27,16 +28,10 @@ struct params {
 	X(NONE, "none")
 enum { ALL = CT_SSIM_KINDS };
 
-static const struct params defaults = {.ssim = -1,
-	.rule = {.edge_step = 300,
-		.contrast = 15,
-		.flat_step = 1,
-		.metrics = {.lo = -512, .hi = 3071}},
-	.deep = 4};
+static const struct params defaults = {.ssim = -1, .rule = {.metrics = {.lo = -512, .hi = 3071}}};
 
 #define CT_PARAMS struct params
 #define WITH_REF CT_WHEN(CT_IF(second))
-#define WITH_BLOBS CT_WHEN(CT_IF(rule.structures), CT_IF(rule.harm))
 
 static const struct ct_opt opts[] = {
 	CT_ARG(first, CT_READS, "REF",
@@ -82,18 +77,9 @@ static const struct ct_opt opts[] = {
 	CT_TEXT(max, 0, "max", "NAME=X,...",
 		"exit with status 3 if a reported figure is higher, as rmse-hu=20"),
 	CT_FLAG(csv, 0, "csv", "report as two lines of CSV: names and values"),
-	CT_EXPERT(rule.edge_step, "edge-step", "HU", 1e-6, 1e6, "least step of an edge",
-		CT_WHEN(CT_IF(rule.edges), CT_IF(rule.harm))),
 	CT_EXPERT(blob, "blob-sigma", "V,...", 0, 0,
-		"sizes of structures: one to four standard deviations in voxels", WITH_BLOBS),
-	CT_EXPERT(rule.contrast, "blob-step", "HU", 1e-3, 1e6, "least contrast of a structure",
-		WITH_BLOBS),
-	CT_EXPERT(rule.flat_step, "flat-step", "HU", 1e-6, 1e6,
-		"tissue is flat where all steps to neighbours are smaller",
-		CT_WHEN(CT_IF(rule.harm))),
-	CT_EXPERT(deep, "deep", "V", 0, 1000,
-		"distance of the inside of soft tissue from its surface, voxels",
-		CT_WHEN(CT_IF(rule.tissues), CT_IF(rule.harm))),
+		"sizes of structures: one to four standard deviations in voxels",
+		CT_WHEN(CT_IF(rule.structures), CT_IF(rule.harm))),
 	CT_OPT_END,
 };
 
@@ -156,7 +142,6 @@ static int parse_rule(struct params *p, struct ct_err *e)
 	r->metrics.window = !(r->metrics.range > 0);
 	r->metrics.lo = lohi[0];
 	r->metrics.hi = lohi[1];
-	r->deep = (size_t)p->deep;
 	return parse_sizes(r, p, e);
 }
 
@@ -224,6 +209,146 @@ static int mask_padding(
 	return rc;
 }
 
+/* Text from a header must not control the terminal. In quotes, a quote inside is doubled. */
+static void put_word(const char *s, bool quoted)
+{
+	if (quoted)
+		putchar('"');
+	for (; *s; s++) {
+		if (quoted && *s == '"')
+			putchar('"');
+		putchar((unsigned char)*s < 0x20 || *s == 0x7f ? '?' : *s);
+	}
+	if (quoted)
+		putchar('"');
+}
+
+static void put_numbers(const struct ct_figure *o, const char *none)
+{
+	for (size_t k = 0; k < o->n; k++) {
+		if (k > 0)
+			putchar(o->mark);
+		if (isnan(o->v[k]))
+			fputs(none, stdout);
+		else if (o->digits < 0)
+			printf("%g", o->v[k]);
+		else
+			printf("%.*f", o->digits, o->v[k]);
+	}
+}
+
+static void put_lines(const struct ct_figures *f)
+{
+	for (size_t i = 0; i < f->n; i++) {
+		const struct ct_figure *o = &f->at[i];
+
+		printf("%s ", o->name);
+		if (o->word)
+			put_word(o->word, false);
+		else
+			put_numbers(o, "nan");
+		putchar('\n');
+	}
+}
+
+static void put_csv(const struct ct_figures *f, const char *test)
+{
+	printf("test");
+	for (size_t i = 0; i < f->n; i++)
+		printf(",%s", f->at[i].name);
+	putchar('\n');
+	put_word(test, true);
+	for (size_t i = 0; i < f->n; i++) {
+		const struct ct_figure *o = &f->at[i];
+		const char *quote = o->n > 1 ? "\"" : "";
+
+		putchar(',');
+		if (o->word) {
+			put_word(o->word, true);
+			continue;
+		}
+		fputs(quote, stdout);
+		put_numbers(o, "");
+		fputs(quote, stdout);
+	}
+	putchar('\n');
+}
+
+static json_t *number(const struct ct_figure *o, size_t k)
+{
+	if (!isfinite(o->v[k]))
+		return json_null();
+	return o->digits == 0 ? json_integer((json_int_t)o->v[k]) : json_real(o->v[k]);
+}
+
+static json_t *json_of(const struct ct_figure *o)
+{
+	json_t *array;
+
+	if (o->word) {
+		array = json_string(o->word);
+		return array ? array : json_null(); /* not UTF-8 */
+	}
+	if (o->n == 1)
+		return number(o, 0);
+	array = json_array();
+	for (size_t k = 0; k < o->n; k++)
+		json_array_append_new(array, number(o, k));
+	return array;
+}
+
+static int put_json(const struct ct_figures *f, struct ct_err *e)
+{
+	json_t *object = json_object();
+	bool bad = !object;
+	int rc;
+
+	for (size_t i = 0; i < f->n && !bad; i++)
+		bad = json_object_set_new(object, f->at[i].name, json_of(&f->at[i])) != 0;
+	rc = ct_json_print(bad ? NULL : object, 12, e);
+	json_decref(object);
+	return rc;
+}
+
+static void put_cell(FILE *f, double v)
+{
+	if (isnan(v))
+		fputc(',', f);
+	else
+		fprintf(f, ",%.9g", v);
+}
+
+static int write_slices(const char *path, struct ct_metrics_slice *const slice[3],
+	const size_t n[static 3], const struct ct_metrics_rule *r, const struct ct_env *env,
+	struct ct_err *e)
+{
+	struct ct_out o = {0};
+
+	if (ct_out_open(&o, path, env, e))
+		return -1;
+	fputs("axis,slice,voxels,psnr,mae-hu,rmse-hu,bias-hu,gradient-hu-mm", o.f);
+	for (int k = 0; k < CT_SSIM_KINDS; k++)
+		if (r->ssim[k])
+			fprintf(o.f, ",%s", ct_figures_ssim((enum ct_ssim_kind)k));
+	fputc('\n', o.f);
+	for (int a = 0; a < 3; a++)
+		for (size_t s = 0; s < n[a]; s++) {
+			const struct ct_metrics_slice *m = &slice[a][s];
+
+			fprintf(o.f, "%c,%zu,%zu", "ijk"[a], s, m -> voxels);
+			put_cell(o.f, m->psnr);
+			put_cell(o.f, m->mae);
+			put_cell(o.f, m->rmse);
+			put_cell(o.f, m->bias);
+			put_cell(o.f, m->gradient);
+			for (int k = 0; k < CT_SSIM_KINDS; k++)
+				if (r->ssim[k])
+					put_cell(o.f, m->ssim[k]);
+			fputc('\n', o.f);
+		}
+	return ct_out_commit(&o, e);
+}
+
 /* Everything that needs REF. */
 static int compare(struct ct_figures *f, struct params *p, const struct ct_vol *test,
 	const struct ct_env *env, struct ct_err *e)
@@ -247,7 +372,7 @@ static int compare(struct ct_figures *f, struct params *p, const struct ct_vol *
 	choose_ssim(&p->rule.metrics, p, ref.n, env);
 	rc = ct_compare(f, p->per_slice ? slice : NULL, &in, &p->rule, env, e);
 	if (rc == 0 && p->per_slice)
-		rc = metrics_per_slice(p->per_slice, slice, ref.n, &p->rule.metrics, env, e);
+		rc = write_slices(p->per_slice, slice, ref.n, &p->rule.metrics, env, e);
 out:
 	for (int a = 0; a < 3; a++)
 		free(slice[a]);
@@ -333,11 +458,11 @@ static int report(const struct ct_figures *f, const struct params *p, const stru
 	if (is_taken(p))
 		return 0;
 	if (env->json)
-		return metrics_json(f, e);
+		return put_json(f, e);
 	if (p->csv)
-		metrics_csv(f, p->test);
+		put_csv(f, p->test);
 	else
-		metrics_text(f);
+		put_lines(f);
 	return 0;
 }
 

@@ -301,8 +301,7 @@ static int write_picture(const struct view_job *j, const struct params *p, const
 	struct ct_labels l = {.sheet = &j->sheet,
 		.names = p->labels ? j->n : 0,
 		.name = j->name,
-		.unit = ct_sheet_in_hu(j->file) ? "HU" : "",
-		.bars = p->labels};
+		.unit = ct_sheet_in_hu(j->file) ? "HU" : ""};
 	unsigned char *rgb = NULL, *png = NULL;
 	struct ct_out o = {0};
 	size_t h, w, n;

@@ -2,9 +2,19 @@
 #include "config.h"
 #include "tools/ddnm.h"
 #include "diffusion/superres.h"
+#include "core/mem.h"
+#include "formats/any.h"
+#include "formats/ends.h"
+#include "formats/format.h"
+#include "formats/hash.h"
+#include "formats/io.h"
 #include "resolution/upsample.h"
+#ifdef HAVE_OIIO
+#include "shim/image.h"
+#endif
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 int ddnm_input_blur(double *sigma, const struct ct_stack *in, size_t scale, struct ct_err *e)
@@ -99,4 +109,99 @@ int ddnm_input_classify(struct ct_prior *prior, int label, struct ct_err *e)
 		return ct_prior_classify(prior, (size_t)label, e);
 	return n ? ct_fail(e, CT_EUSAGE, "is conditioned on %zu classes: --class states one", n)
 		 : 0;
+}
+
+#ifdef HAVE_OIIO
+static int read_picture(const char *path, struct ct_stack *s, struct ct_err *e)
+{
+	struct ct_piece piece;
+	float *gray = NULL;
+	size_t h, w;
+	int rc = -1;
+
+	if (ct_image_read(path, &w, &h, &gray, e) || ct_image_check(path, w, h, gray, e) ||
+		ct_stack_alloc(s, 1, h, w, e))
+		goto out;
+	piece = (struct ct_piece){s->data, h * w * sizeof *gray};
+	memcpy(s->data, gray, h * w * sizeof *gray);
+	s->beam = CT_PARALLEL;
+	s->view[0] = (struct ct_view){.source = {0, -1000, 0}, .u = {1, 0, 0}, .v = {0, 0, -1}};
+	rc = ct_meta_set(&s->meta, CT_META_QUANTITY, CT_QUANTITY_INTENSITY, e) ||
+			     ct_meta_input(&s->meta, path, 1, &piece, e)
+		     ? -1
+		     : 0;
+out:
+	free(gray);
+	return rc;
+}
+
+static int write_png(
+	const char *path, const struct ct_stack *s, const struct ct_env *env, struct ct_err *e)
+{
+	unsigned char *px = NULL, *png = NULL;
+	struct ct_out o = {0};
+	size_t n;
+	int rc = -1;
+
+	if (ct_alloc(&px, s->h, s->w, e))
+		return -1;
+	for (size_t i = 0; i < s->h * s->w; i++)
+		px[i] = (unsigned char)lrint(255.0 * fmin(fmax((double)s->data[i], 0.0), 1.0));
+	if (ct_image_encode_png(&png, &n, s->w, s->h, 1, px, e) == 0 &&
+		ct_out_open(&o, path, env, e) == 0 && ct_put(&o, png, n, e) == 0)
+		rc = ct_out_commit(&o, e);
+	ct_out_abandon(&o);
+	free(png);
+	free(px);
+	return rc;
+}
+#else
+static int read_picture(const char *path, struct ct_stack *s, struct ct_err *e)
+{
+	(void)s;
+	return ct_fail(
+		e, CT_EINPUT, "%s: is not an EXR stack, and pictures need OpenImageIO", path);
+}
+
+static int write_png(
+	const char *path, const struct ct_stack *s, const struct ct_env *env, struct ct_err *e)
+{
+	(void)s;
+	(void)env;
+	return ct_fail(e, CT_EOUTPUT, "%s: PNG needs OpenImageIO", path);
+}
+#endif
+
+int ddnm_picture_read(const char *path, struct ct_stack *s, struct ct_err *e)
+{
+	return ct_any_is_stack(path) ? ct_stack_read(path, s, e) : read_picture(path, s, e);
+}
+
+int ddnm_picture_check(const char *path, const struct ct_stack *s, struct ct_err *e)
+{
+	const char *quantity = ct_meta_get(&s->meta, CT_META_QUANTITY);
+
+	if (!ct_ends_match(path, CT_ENDS_PICTURE) ||
+		(s->views == 1 && quantity && strcmp(quantity, CT_QUANTITY_INTENSITY) == 0))
+		return 0;
+	return ct_fail(e, CT_EUSAGE, "%s: only a picture can be written as PNG; use EXR", path);
+}
+
+int ddnm_picture_write(const char *path, const struct ct_stack *s, const char *beside,
+	const struct ct_stack *std, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_out_set both = {0};
+	struct ct_env own = *env;
+	int rc = 0;
+
+	own.together = beside ? &both : NULL;
+	if (beside)
+		rc = ct_stack_write(beside, std, &own, e);
+	if (rc == 0)
+		rc = ct_ends_match(path, CT_ENDS_PICTURE) ? write_png(path, s, &own, e)
+							  : ct_stack_write(path, s, &own, e);
+	if (rc == 0)
+		rc = ct_out_set_commit(&both, e);
+	ct_out_set_drop(&both);
+	return rc;
 }

@@ -1,5 +1,5 @@
-/* ddnm.h: the parts of ct-ddnm: what its input says of itself (ddnm-input.c), what it reads and
- * writes (ddnm-picture.c), and the views that an interrupted run has finished (ddnm-state.c). */
+/* ddnm.h: the parts of ct-ddnm: what its input says of itself, what it reads and writes
+ * (ddnm-input.c), and the views that an interrupted run has finished (ddnm-state.c). */
 #ifndef CT_TOOLS_DDNM_H
 #define CT_TOOLS_DDNM_H
 #include "cli/resume.h"

@@ -1,4 +1,4 @@
-/* picture.c: ct-picture FILE TIMES: one picture, decoded, to standard output, for picture-read.c,
+/* picture.c: ct-picture FILE TIMES: one picture, decoded, to standard output, for ct-convert,
  * which starts it: the libraries of pictures take longer to begin than most conversions, and
  * damaged pictures are decoded in a process of their own. TIMES is as for ct_inflate_allow. */
 #include "config.h"

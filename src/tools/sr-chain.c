@@ -3,9 +3,7 @@
 #include "config.h"
 #include "cli/chain.h"
 #include "cli/files.h"
-#include "cli/journal.h"
 #include "core/inflate.h"
-#include "formats/format.h"
 #include "formats/headed.h"
 #include "formats/io.h"
 #include "formats/nifti.h"
@@ -15,33 +13,23 @@
 #include "tools/lib/prior-opts.h"
 #include "tools/sr.h"
 
-#include <math.h>
+#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
 /* How many projections are made, and what is made of them, as published. */
-enum { VIEWS = 100, ITERATIONS = 5000, GAUSSIANS = 50000 };
+enum { VIEWS = 100, STEPS = 50, ITERATIONS = 5000, GAUSSIANS = 50000 };
 
-#define PAPER_WINDOW "-512:3071"
-#define PAPER_SIGMA_Y 0.0015
-#define PAPER_STEPS 50
-/* The release gives one for each factor that it was made for. */
-static double release_sigma_y(int factor)
-{
-	return factor <= 4 ? 0.001 : 0.0025;
-}
-
-enum file { LR, UP, UP_PROJ, LR_PROJ, SR_PROJ, RESIDUAL, RESULT, LOG, FILES };
-static const char *const names[FILES] = {"lr.nii", "up.nii", "up-proj.exr", "lr-proj.exr",
-	"sr-proj.exr", "residual.ply", "sr.nii", "log.txt"};
+enum file { IN, OUT, PRIOR, LR, UP, UP_PROJ, LR_PROJ, SR_PROJ, RESIDUAL, RESULT, LOG, FILES };
+static const char *const names[] = {"lr.nii", "up.nii", "up-proj.exr", "lr-proj.exr", "sr-proj.exr",
+	"residual.ply", "sr.nii", "log.txt"}; /* from LR on */
 
 struct chain {
 	const struct sr *p;
 	struct ct_chain c;
-	char *in, *out, *keep, *prior;
-	char *file[FILES];
+	char *file[FILES];  /* names; owned */
 	const char *result; /* what ct-compose makes: OUT if that is no DICOM */
 	char factor[96];    /* in words */
 	int whole;          /* the same */
@@ -93,50 +81,50 @@ static int find_factor(struct chain *s, struct ct_err *e)
 static int find_files(struct chain *s, const struct ct_env *env, struct ct_err *e)
 {
 	const struct sr *p = s->p;
+	char *keep = p->keep ? plain(p->keep) : NULL;
+	int rc;
 
-	s->in = plain(p->in);
-	s->out = plain(p->out);
-	s->keep = p->keep ? plain(p->keep) : NULL;
-	if (!s->in || !s->out || (p->keep && !s->keep))
-		return ct_fail(e, CT_ENOMEM, "no memory");
-	if (prior_file_find(&s->prior, p->prior, PRIOR_PICTURES, e) ||
-		ct_chain_open(&s->c, s->keep, env->dry_run, e))
-		return -1;
-	for (int i = 0; i < FILES; i++) {
-		s->file[i] = ct_chain_path(&s->c, names[i]);
+	s->file[IN] = plain(p->in);
+	s->file[OUT] = plain(p->out);
+	rc = !s->file[IN] || !s->file[OUT] || (p->keep && !keep)
+		     ? ct_fail(e, CT_ENOMEM, "no memory")
+		     : prior_file_find(&s->file[PRIOR], p->prior, PRIOR_PICTURES, e) ||
+			       ct_chain_open(&s->c, keep, env->dry_run, e);
+	free(keep);
+	for (int i = LR; i < FILES && rc == 0; i++) {
+		s->file[i] = ct_chain_path(&s->c, "%s", names[i - LR]);
 		if (!s->file[i])
 			return ct_fail(e, CT_ENOMEM, "no memory");
 		if (ct_out_same(s->file[i], p->in, true) || ct_out_same(s->file[i], p->out, false))
 			return ct_fail(
 				e, CT_EOUTPUT, "%s: is written between IN and OUT", s->file[i]);
 	}
-	s->result = ct_files_is_dicom(s->out) || ct_ends_match(s->out, CT_ENDS_HEADED_ONE)
-			    ? s->file[RESULT]
-			    : s->out;
+	if (rc)
+		return -1;
+	s->c.source[0] = s->file[IN];
+	s->c.source[1] = s->file[PRIOR];
+	s->c.called = strcmp(p->in, "-") == 0 ? "standard input" : s->file[IN];
+	s->result = s->file[ct_files_is_dicom(p->out) || ct_ends_match(p->out, CT_ENDS_HEADED_ONE)
+				    ? RESULT
+				    : OUT];
 	return 0;
 }
 
-/* From what IN is to a volume. */
-static void add_convert(struct chain *s, const struct ct_env *env)
+/* From what IN is to volumes, coarse and refined. */
+static void add_volumes(struct chain *s, const struct ct_env *env)
 {
 	struct ct_chain *c = &s->c;
 	const unsigned expand = ct_inflate_allowed();
 	const enum ct_units units = (enum ct_units)env->units;
 
 	ct_chain_add(c, false, s->file[LR], "ct-convert");
-	ct_chain_words(c, s->in, s->file[LR], NULL);
+	ct_chain_words(c, s->file[IN], s->file[LR], NULL);
 	if (expand != CT_INFLATE_TIMES)
 		ct_chain_word(c, "--expand=%u", expand);
 	if (units != CT_UNITS_AUTO)
 		ct_chain_word(c, "--units=%s", CT_WORD(CT_UNITS_LIST, units));
 	if (s->p->series)
 		ct_chain_word(c, "--series=%s", s->p->series);
-}
-
-static void add_refine(struct chain *s)
-{
-	struct ct_chain *c = &s->c;
-
 	ct_chain_add(c, false, s->file[UP], "ct-upsample");
 	ct_chain_word(c, "-x%s", s->factor);
 	ct_chain_words(c, "--method=cubic", s->file[LR], s->file[UP], NULL);
@@ -149,49 +137,34 @@ static void add_project(struct chain *s, enum file input, enum file output)
 	ct_chain_add(c, false, s->file[output], "ct-project");
 	ct_chain_word(c, "--views=%d", s->p->views ? s->p->views : VIEWS);
 	ct_chain_words(
-		c, "--window=" PAPER_WINDOW, "--overshoot", s->file[input], s->file[output], NULL);
+		c, "--window=-512:3071", "--overshoot", s->file[input], s->file[output], NULL);
 }
 
-static void add_seed(struct chain *s, uint64_t seed)
+/* From the projections to the CT. */
+static void add_fit(struct chain *s, const char *seed)
 {
-	if (seed)
-		ct_chain_word(&s->c, "--seed=%llu", (unsigned long long)seed);
-}
-
-static void add_ddnm(struct chain *s, uint64_t seed)
-{
-	const double sigma_y = s->p->paper ? PAPER_SIGMA_Y : release_sigma_y(s->whole);
-	struct ct_chain *c = &s->c;
-
-	ct_chain_add(c, true, s->file[SR_PROJ], "ct-ddnm");
-	ct_chain_word(c, "--prior=%s", s->prior);
-	add_seed(s, seed);
-	ct_chain_word(c, "-x%d", s->whole);
-	ct_chain_word(c, "--steps=%d", PAPER_STEPS);
-	ct_chain_word(c, "--sigma-y=%g", sigma_y);
-	ct_chain_words(c, s->file[LR_PROJ], s->file[SR_PROJ], NULL);
-}
-
-static void add_fit(struct chain *s, uint64_t seed)
-{
+	/* the release gives one for each factor that it was made for */
+	const double sigma_y = s->p->paper ? 0.0015 : s->whole <= 4 ? 0.001 : 0.0025;
 	const struct sr *p = s->p;
 	struct ct_chain *c = &s->c;
 
+	ct_chain_add(c, true, s->file[SR_PROJ], "ct-ddnm");
+	ct_chain_word(c, "--prior=%s", s->file[PRIOR]);
+	ct_chain_words(c, seed, NULL);
+	ct_chain_word(c, "-x%d", s->whole);
+	ct_chain_word(c, "--steps=%d", STEPS);
+	ct_chain_word(c, "--sigma-y=%g", sigma_y);
+	ct_chain_words(c, s->file[LR_PROJ], s->file[SR_PROJ], NULL);
 	ct_chain_add(c, true, s->file[RESIDUAL], "ct-nabgs");
 	ct_chain_word(c, "--base=%s", s->file[UP]);
 	ct_chain_word(c, "--base-projections=%s", s->file[UP_PROJ]);
 	ct_chain_word(c, "--iterations=%d", p->iterations ? p->iterations : ITERATIONS);
 	ct_chain_word(c, "--gaussians=%d", p->gaussians ? p->gaussians : GAUSSIANS);
 	ct_chain_word(c, "--factor=%d", s->whole);
-	ct_chain_words(c, p->paper ? "--paper" : "--expert=r2-compat=yes", NULL);
-	add_seed(s, seed);
+	ct_chain_words(c, p->paper ? "--paper" : "--expert=r2-compat=yes", seed, NULL);
 	ct_chain_words(c, s->file[SR_PROJ], s->file[RESIDUAL], NULL);
-}
-
-static void add_compose(struct chain *s)
-{
-	ct_chain_add(&s->c, false, s->result, "ct-compose");
-	ct_chain_words(&s->c, s->file[UP], s->file[RESIDUAL], s->result, NULL);
+	ct_chain_add(c, false, s->result, "ct-compose");
+	ct_chain_words(c, s->file[UP], s->file[RESIDUAL], s->result, NULL);
 }
 
 /* As MetaImage, NRRD or DICOM, that of the study of IN. */
@@ -199,85 +172,83 @@ static void add_output(struct chain *s)
 {
 	const struct sr *p = s->p;
 	struct ct_chain *c = &s->c;
-	const bool of_study = dicom_form_of(p->in) != NOT_DICOM && ct_files_is_dicom(s->out);
+	const bool of_study = dicom_form_of(p->in) != NOT_DICOM && ct_files_is_dicom(s->file[OUT]);
 
-	ct_chain_add(c, false, s->out, "ct-convert");
+	ct_chain_add(c, false, s->file[OUT], "ct-convert");
 	ct_chain_words(c, "--units=hu", NULL);
 	if (of_study)
-		ct_chain_word(c, "--template=%s", s->in);
+		ct_chain_word(c, "--template=%s", s->file[IN]);
 	if (of_study && p->series)
 		ct_chain_word(c, "--series=%s", p->series);
 	if (p->deid)
 		ct_chain_words(c, "--deid", NULL);
-	ct_chain_words(c, s->result, s->out, NULL);
+	ct_chain_words(c, s->result, s->file[OUT], NULL);
 }
 
 static int add_all(struct chain *s, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_chain *c = &s->c;
+	char seed[40];
 
-	ct_chain_source(c, s->in);
-	ct_chain_source(c, s->prior);
-	add_convert(s, env);
-	add_refine(s);
+	snprintf(seed, sizeof seed, "--seed=%llu", (unsigned long long)env->seed);
+	add_volumes(s, env);
 	add_project(s, UP, UP_PROJ);
 	add_project(s, LR, LR_PROJ);
-	add_ddnm(s, env->seed);
-	add_fit(s, env->seed);
-	add_compose(s);
-	if (s->result != s->out)
+	add_fit(s, env->seed ? seed : NULL);
+	if (s->result != s->file[OUT])
 		add_output(s);
 	if (s->p->report) {
 		ct_chain_add(c, false, s->p->report, "ct-report");
 		ct_chain_word(c, "--log=%s", s->file[LOG]);
 		ct_chain_words(c, s->file[LR], s->result, s->p->report, NULL);
 	}
-	return ct_chain_made(c, e);
+	return c->no_memory ? ct_fail(e, CT_ENOMEM, "no memory for a command") : 0;
 }
 
 /* Of a run that goes on, what is there is its own. */
 static int check_out(const struct chain *s, const struct ct_env *env, struct ct_err *e)
 {
 	const struct sr *p = s->p;
-	const bool is_own = s->c.resume && ct_chain_owns(&s->c, s->out);
 	struct ct_env over = *env;
 
-	over.force |= is_own;
-	if (s->c.resume && p->report && !ct_chain_owns(&s->c, p->report) &&
+	over.force |= ct_chain_owns(&s->c, s->file[OUT]);
+	if (p->keep && p->report && !ct_chain_owns(&s->c, p->report) &&
 		ct_out_check(p->report, env, e))
 		return -1;
 	if (ct_out_folder_named(p->out))
 		return ct_out_folder_check(p->out, CT_DICOM_OWN, &over, e);
-	return !s->c.resume || is_own ? 0 : ct_out_check(p->out, env, e);
+	return p->keep ? ct_out_check(p->out, &over, e) : 0;
 }
 
-static void chain_free(struct chain *s)
+/* The log of this process and of those that it starts. */
+static int begin_log(const struct chain *s, struct ct_err *e)
 {
-	free(s->in);
-	free(s->out);
-	free(s->keep);
-	free(s->prior);
-	for (int i = 0; i < FILES; i++)
-		free(s->file[i]);
-	ct_chain_close(&s->c);
+	const int goes_on = s->p->keep ? 0 : O_TRUNC;
+	const int fd =
+		open(s->file[LOG], O_WRONLY | O_CREAT | O_NOCTTY | O_NOFOLLOW | goes_on, 0666);
+
+	if (fd < 0 || close(fd) != 0 || setenv(CT_LOG_NAME, s->file[LOG], 1) != 0)
+		return ct_fail_errno(e, CT_EOUTPUT, s->file[LOG]);
+	return 0;
 }
 
 int sr_chain(const struct sr *p, const struct ct_env *env, struct ct_err *e)
 {
-	struct chain s = {.p = p, .c = {.folder.lock = -1}};
+	struct chain s = {.p = p, .c = {.lock = -1}};
 	int rc = -1;
 
 	if (strcmp(p->in, "-") != 0 && access(p->in, R_OK) != 0)
 		return ct_fail_errno(e, CT_EINPUT, p->in);
-	if (find_factor(&s, e) || find_files(&s, env, e) || add_all(&s, env, e))
-		goto out;
-	if (env->dry_run) {
-		ct_chain_print(&s.c, stdout);
-		rc = 0;
-	} else if (check_out(&s, env, e) == 0 &&
-		   (!p->report || ct_journal_begin(s.file[LOG], s.c.resume, e) == 0))
-		rc = ct_chain_run(&s.c, env, e);
-out:
-	chain_free(&s);
+	if (find_factor(&s, e) == 0 && find_files(&s, env, e) == 0 && add_all(&s, env, e) == 0) {
+		if (env->dry_run)
+			ct_chain_print(&s.c, "", stdout);
+		rc = env->dry_run ? 0
+		     : check_out(&s, env, e) || (p->report && begin_log(&s, e))
+			     ? -1
+			     : ct_chain_run(&s.c, env, e);
+	}
+	for (int i = 0; i < FILES; i++)
+		free(s.file[i]);
+	ct_chain_close(&s.c);
 	return rc;
 }

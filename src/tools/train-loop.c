@@ -4,6 +4,7 @@
 #include "cli/stop.h"
 #include "core/clock.h"
 #include "core/mem.h"
+#include "core/stream.h"
 #include "formats/format.h"
 #include "formats/io.h"
 #include "tools/train.h"
@@ -131,18 +132,17 @@ struct train_loop_job {
 static int dataset(char **out, const struct train_data *d, struct ct_err *e)
 {
 	const char *with = ct_meta_get(&d->with, CT_META_DATASET);
-	size_t size = 1 + (with ? strlen(with) + 2 : 0), used = 0;
+	size_t bytes;
+	FILE *f;
 
-	for (size_t i = 0; i < d->n; i++)
-		size += strlen(ct_meta_get(&d->input[i], CT_META_INPUT)) + 2;
-	if (ct_alloc0(out, size, 1, e))
+	if (ct_stream_open(&f, out, &bytes, e))
 		return -1;
 	for (size_t i = 0; i < d->n; i++)
-		used += (size_t)snprintf(*out + used, size - used, "%s%s", i ? "; " : "",
-			ct_meta_get(&d->input[i], CT_META_INPUT));
+		fprintf(f, "%s%s", i ? "; " : "", ct_meta_get(&d->input[i], CT_META_INPUT));
+	fflush(f);
 	if (with && strcmp(with, *out) != 0)
-		snprintf(*out + used, size - used, "; %s", with);
-	return 0;
+		fprintf(f, "; %s", with);
+	return ct_stream_close(f, out, e);
 }
 
 /* Are all steps done, or is the patience used up? */

@@ -3,9 +3,10 @@
 #include "tools/lib/ahead.h"
 #include "cli/cost.h"
 #include "cli/files.h"
-#include "cli/folder.h"
 #include "core/memory.h"
 
+#include <libgen.h>
+#include <limits.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -34,32 +35,35 @@ static bool counts(const struct file *f)
 	       !(lstat(f->path, &st) == 0 && !S_ISREG(st.st_mode) && !S_ISDIR(st.st_mode));
 }
 
+/* The disk of its folder, and the name of that; false if they are not known. */
+static bool disk_of(struct stat *st, char folder[PATH_MAX], const struct file *f)
+{
+	char *own = counts(f) ? strdup(f->path) : NULL;
+
+	if (own)
+		snprintf(folder, PATH_MAX, "%s", dirname(own));
+	free(own);
+	return own && stat(folder, st) == 0;
+}
+
 /* All files on the disk of file i. */
 static int check_disk(const struct file files[FILES], size_t i, struct ct_err *e)
 {
-	char *folder = ct_folder_of(files[i].path), *other;
+	char folder[PATH_MAX], other[PATH_MAX];
 	struct stat here, there;
 	struct statvfs v;
 	double need = 0, is;
-	int rc = 0;
 
-	if (!folder)
-		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
-	if (stat(folder, &here) != 0 || statvfs(folder, &v) != 0)
-		goto out;
-	for (size_t k = 0; k < FILES; k++) {
-		other = counts(&files[k]) ? ct_folder_of(files[k].path) : NULL;
-		if (other && stat(other, &there) == 0 && here.st_dev == there.st_dev)
+	if (!disk_of(&here, folder, &files[i]) || statvfs(folder, &v) != 0)
+		return 0;
+	for (size_t k = 0; k < FILES; k++)
+		if (disk_of(&there, other, &files[k]) && here.st_dev == there.st_dev)
 			need += files[k].bytes;
-		free(other);
-	}
 	is = (double)v.f_bavail * (double)v.f_frsize;
-	if (need > is)
-		rc = ct_fail(e, CT_EOUTPUT, "%s: the result takes %.0f MiB of disk, %.0f are free",
-			folder, ceil(need / MIB), floor(is / MIB));
-out:
-	free(folder);
-	return rc;
+	return need > is ? ct_fail(e, CT_EOUTPUT,
+				   "%s: the result takes %.0f MiB of disk, %.0f are free", folder,
+				   ceil(need / MIB), floor(is / MIB))
+			 : 0;
 }
 
 int ahead_tell(const struct ct_refine *r, const struct ct_vol *in, const char *name,
@@ -78,7 +82,7 @@ int ahead_tell(const struct ct_refine *r, const struct ct_vol *in, const char *n
 		ct_log(env, CT_INFO, "refines in %zu slabs: the whole takes %.0f MiB of memory",
 			r->slabs, ceil(r->whole / MIB));
 	for (size_t i = 0; i < FILES; i++)
-		if (!env->dry_run && counts(&files[i]) && check_disk(files, i, e))
+		if (!env->dry_run && check_disk(files, i, e))
 			return -1;
 	if (!env->dry_run && (!ct_cost_heard(env) || voxels < SLOW_VOXELS))
 		return 0;

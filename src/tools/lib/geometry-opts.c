@@ -70,20 +70,13 @@ static int make_scan(struct ct_geometry *s, const struct ct_geometry_opts *o,
 
 int ct_geometry_opts_like(struct ct_stack *out, const char *path, struct ct_err *e)
 {
-	struct ct_meta all;
+	struct ct_meta *m = &out->meta;
 
 	if (ct_stack_read(path, out, e))
 		return -1;
-	all = out->meta;
-	out->meta = (struct ct_meta){0};
-	for (size_t i = 0; i < all.n; i++)
-		if (strncmp(all.pair[i].key, CT_META_SCAN, sizeof CT_META_SCAN - 1) == 0 &&
-			ct_meta_set(&out->meta, all.pair[i].key, all.pair[i].value, e)) {
-			ct_meta_free(&all);
-			ct_stack_free(out);
-			return -1;
-		}
-	ct_meta_free(&all);
+	for (size_t i = m->n; i-- > 0;)
+		if (strncmp(m->pair[i].key, CT_META_SCAN, sizeof CT_META_SCAN - 1) != 0)
+			ct_meta_drop(m, m->pair[i].key);
 	return 0;
 }
 
