@@ -1,8 +1,7 @@
 /* any.h: what a file is, by content, and formats as objects: how to recognise, read and write one.
  *
- * A program names the formats that it reads in a list, which ends with NULL, and only those are
- * linked: format.c knows none. any.c has a list of all, vol-read.c and tensors-read.c (format.h)
- * have those of their kind.
+ * Who reads names the formats in a list, which ends with NULL, and only those are linked: format.c
+ * knows those of volumes alone. any.c has a list of all.
  */
 #ifndef CT_FORMATS_ANY_H
 #define CT_FORMATS_ANY_H
@@ -74,8 +73,8 @@ int ct_format_read_stream(
 	const struct ct_format *is, FILE *f, const char *name, struct ct_any *a, struct ct_err *e);
 int ct_format_read_bytes(const struct ct_format *is, const unsigned char *data, size_t n,
 	const char *name, struct ct_any *a, struct ct_err *e);
-/* A file of one of these formats, "-" and pipes too. *a must be zero. CT_EINPUT for another kind of
- * file; codes of the readers. */
+/* A file of one of these formats, or a volume if there is no list, "-" and pipes too. *a must be
+ * zero. CT_EINPUT for another kind of file; codes of the readers. */
 int ct_format_read(
 	const struct ct_format *const *list, const char *path, struct ct_any *a, struct ct_err *e);
 

@@ -1,8 +1,10 @@
-/* format.c: files of formats that the caller names; see any.h. */
+/* format.c: volumes, and files of formats that the caller names; see any.h and format.h. */
 #include "config.h"
 #include "formats/any.h"
+#include "formats/format.h"
 #include "formats/io.h"
 
+#include <ctype.h>
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
@@ -147,6 +149,24 @@ static int read_any(
 	return is && !is->read ? slurp(list, path, a, e) : rc;
 }
 
+/* A volume, which is known by its first byte: nothing seeks, but for voxels at the end of a file.
+ * The reader of MetaImage also reads NRRD. */
+static int read_volume(const char *path, struct ct_any *a, struct ct_err *e)
+{
+	FILE *f;
+	int first, rc;
+
+	if (ct_io_open(path, &f, e))
+		return -1;
+	first = getc(f);
+	if (first != EOF)
+		ungetc(first, f);
+	rc = ct_format_read_stream(
+		isalpha(first) ? &ct_format_metaimage : &ct_format_nifti, f, path, a, e);
+	ct_io_close(f);
+	return rc;
+}
+
 int ct_format_read(
 	const struct ct_format *const *list, const char *path, struct ct_any *a, struct ct_err *e)
 {
@@ -156,11 +176,20 @@ int ct_format_read(
 
 	do {
 		errno = 0;
-		rc = read_any(list, path, a, e);
+		rc = list ? read_any(list, path, a, e) : read_volume(path, a, e);
 		if (ct_io_starved(&again, path, e)) {
 			ct_any_free(a);
 			rc = -1;
 		}
 	} while (again && --tries);
+	return rc;
+}
+
+int ct_vol_read(const char *path, struct ct_vol *v, struct ct_err *e)
+{
+	struct ct_any a = {0};
+	int rc = ct_format_read(NULL, path, &a, e);
+
+	*v = a.vol;
 	return rc;
 }

@@ -239,21 +239,17 @@ static int read_data(struct reader *d, struct ct_tensors *w)
 
 int ct_tensors_sign(struct ct_tensors *w, const char *path, struct ct_err *e)
 {
-	struct ct_hash *h;
-	int rc;
+	struct ct_hash h;
 
-	if (ct_hash_alloc(&h, e))
-		return -1;
+	ct_hash_begin(&h);
 	for (size_t i = 0; i < w->n; i++) {
 		const struct ct_tensor *t = &w->t[i];
 
-		CT_SIMD(ct_hash_add)(h, t->name, strlen(t->name) + 1);
-		CT_SIMD(ct_hash_add)(h, t->dim, t->rank * sizeof *t->dim);
-		CT_SIMD(ct_hash_add)(h, t->data, ct_tensor_count(t) * sizeof *t->data);
+		ct_hash_add(&h, t->name, strlen(t->name) + 1);
+		ct_hash_add(&h, t->dim, t->rank * sizeof *t->dim);
+		ct_hash_add(&h, t->data, ct_tensor_count(t) * sizeof *t->data);
 	}
-	rc = ct_hash_input(h, &w->meta, path, e);
-	free(h);
-	return rc;
+	return ct_hash_input(&h, &w->meta, path, e);
 }
 
 static int read_tensors(FILE *f, const char *name, struct ct_any *a, struct ct_err *e)

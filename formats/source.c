@@ -183,15 +183,13 @@ static int check_length(
 }
 
 /* What stands before the voxels in the hash: sizes and geometry. */
-static int start_hash(struct ct_hash **hash, const struct ct_vol *v, struct ct_err *e)
+static void start_hash(struct ct_hash *hash, const struct ct_vol *v)
 {
 	const uint64_t n[3] = {v->n[0], v->n[1], v->n[2]};
 
-	if (ct_hash_alloc(hash, e))
-		return -1;
-	CT_SIMD(ct_hash_add)(*hash, n, sizeof n);
-	CT_SIMD(ct_hash_add)(*hash, v->affine, sizeof v->affine);
-	return 0;
+	ct_hash_begin(hash);
+	ct_hash_add(hash, n, sizeof n);
+	ct_hash_add(hash, v->affine, sizeof v->affine);
 }
 
 /* The next n numbers into out, and into the hash, if that is not NULL, while they are in the cache.
@@ -215,7 +213,7 @@ static int take_numbers(struct ct_source *s, const struct ct_stored *how, size_t
 		if (!as_is)
 			ct_voxels_float(some, out, how->type, s->block, how->slope, how->inter);
 		if (hash)
-			CT_SIMD(ct_hash_add)(hash, out, some * sizeof *out);
+			ct_hash_add(hash, out, some * sizeof *out);
 	}
 	return 0;
 }
@@ -224,19 +222,17 @@ int ct_source_volume(struct ct_source *s, const struct ct_stored *how, const cha
 	struct ct_vol *v, struct ct_err *e)
 {
 	const struct ct_vol head = *v;
-	struct ct_hash *hash = NULL;
-	int rc;
+	struct ct_hash hash;
 
 	if (check_length(s, how, head.n, e) || ct_vol_alloc(v, head.n, e))
 		return -1;
 	memcpy(v->affine, head.affine, sizeof v->affine);
-	rc = ct_vol_check_grid(v, e) || start_hash(&hash, v, e) ||
-			     take_numbers(s, how, ct_vol_count(v), v->data, hash, e) ||
-			     drain(s, e) || ct_hash_input(hash, &v->meta, name, e)
-		     ? -1
-		     : 0;
-	free(hash);
-	return rc;
+	start_hash(&hash, v);
+	return ct_vol_check_grid(v, e) ||
+			       take_numbers(s, how, ct_vol_count(v), v->data, &hash, e) ||
+			       drain(s, e) || ct_hash_input(&hash, &v->meta, name, e)
+		       ? -1
+		       : 0;
 }
 
 int ct_source_whole(FILE *f, const struct ct_stored *how, size_t n, float *out, const char *longer,

@@ -348,9 +348,9 @@ static void hostile_pickles(void)
 	static const struct {
 		const char *pickle, *words;
 	} is[] = {{"", "ends without STOP"}, {"\x80\2}", "ends without STOP"},
-		{"\x80\1}.", "PROTO at byte 0: not a protocol"}, {".", "more or less than one"},
-		{"}}.", "more or less than one"}, {"(}.", "more or less than one"},
-		{"}.", "no dictionary of tensors"}, {"N.", "no dictionary of tensors"},
+		{".", "more or less than one"}, {"}}.", "more or less than one"},
+		{"(}.", "more or less than one"}, {"}.", "no dictionary of tensors"},
+		{"N.", "no dictionary of tensors"},
 		{"cos\nsystem\nX\5\0\0\0", "GLOBAL at byte 0: os.system is nothing"},
 		{"cposix\nsystem\n(", "posix.system"}, {"c__builtin__\neval\n", "__builtin__.eval"},
 		{"ctorch\nload\n", "torch.load"}, {"cos\nsystem", "ends inside it"},

@@ -14,7 +14,7 @@
 enum { BLOCK = 1 << 20 };
 
 struct sum {
-	struct ct_hash *hash;
+	struct ct_hash hash;
 	char *block;
 	const struct ct_env *env;
 };
@@ -26,7 +26,7 @@ static int add_file(struct sum *s, const char *path, struct ct_err *e)
 	int rc = 0;
 
 	while (f && rc == 0 && (n = fread(s->block, 1, BLOCK, f)) > 0) {
-		CT_SIMD(ct_hash_add)(s->hash, s->block, n);
+		ct_hash_add(&s->hash, s->block, n);
 		rc = ct_check_stop(s->env, e);
 	}
 	if (f)
@@ -67,11 +67,11 @@ int ct_content_read(struct ct_meta *m, const char *path, const struct ct_env *en
 	if (strcmp(path, "-") == 0 || stat(path, &st) != 0 ||
 		!(S_ISREG(st.st_mode) || S_ISDIR(st.st_mode)))
 		return 0;
-	rc = ct_hash_alloc(&s.hash, e) || ct_alloc(&s.block, BLOCK, 1, e) || add(&s, path, e) ||
-			     ct_hash_input(s.hash, m, path, e)
+	ct_hash_begin(&s.hash);
+	rc = ct_alloc(&s.block, BLOCK, 1, e) || add(&s, path, e) ||
+			     ct_hash_input(&s.hash, m, path, e)
 		     ? -1
 		     : 0;
-	free(s.hash);
 	free(s.block);
 	return rc;
 }

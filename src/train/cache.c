@@ -2,8 +2,8 @@
 #include "config.h"
 #include "core/mem.h"
 #include "formats/format.h"
+#include "formats/hash.h"
 #include "train/cache.h"
-#include "train/data.h"
 
 #include <errno.h>
 #include <stdio.h>
@@ -37,8 +37,7 @@ static int name_of(char **key, char **path, const char *folder, const struct ct_
 		*key = NULL;
 		return ct_fail(e, CT_ENOMEM, "no memory");
 	}
-	if (train_data_hash(bits, *key, strlen(*key), e))
-		return -1;
+	ct_hash_pieces(bits, 1, &(const struct ct_piece){*key, strlen(*key)});
 	if (asprintf(path, "%s/%016llx%016llx.safetensors", folder, (unsigned long long)bits[0],
 		    (unsigned long long)bits[1]) >= 0)
 		return 0;

@@ -18,18 +18,6 @@
 #include <string.h>
 #include <sys/stat.h>
 
-int train_data_hash(uint64_t bits[2], const void *data, size_t bytes, struct ct_err *e)
-{
-	struct ct_hash *hash;
-
-	if (ct_hash_alloc(&hash, e))
-		return -1;
-	CT_SIMD(ct_hash_add)(hash, data, bytes);
-	ct_hash_digest(hash, bits);
-	free(hash);
-	return 0;
-}
-
 int train_data_hu(struct ct_vol *v, const char *path, const double map[static 2], struct ct_err *e)
 {
 	const size_t n = ct_vol_count(v);
@@ -174,7 +162,7 @@ int train_data_read(struct ct_pictures *s, const char *path, struct ct_meta *met
 {
 	const size_t first = s->n;
 	struct train_names names = {0};
-	struct ct_hash *hash;
+	struct ct_hash hash;
 	int rc = train_data_names(&names, path, e);
 
 	for (size_t i = 0; rc == 0 && i < names.n; i++)
@@ -184,14 +172,11 @@ int train_data_read(struct ct_pictures *s, const char *path, struct ct_meta *met
 		return -1;
 	if (s->n == first)
 		return ct_fail(e, CT_EINPUT, "%s: no pictures in it", path);
-	if (ct_hash_alloc(&hash, e))
-		return -1;
+	ct_hash_begin(&hash);
 	for (size_t i = first; i < s->n; i++) {
 		const struct ct_picture *p = &s->picture[i];
 
-		CT_SIMD(ct_hash_add)(hash, p->px, p->h * p->w * sizeof *p->px);
+		ct_hash_add(&hash, p->px, p->h * p->w * sizeof *p->px);
 	}
-	rc = ct_hash_input(hash, meta, path, e);
-	free(hash);
-	return rc;
+	return ct_hash_input(&hash, meta, path, e);
 }

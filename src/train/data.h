@@ -17,9 +17,6 @@ int train_data_read(
  * naming the file for values that cannot be HU. */
 int train_data_hu(struct ct_vol *v, const char *path, const double map[static 2], struct ct_err *e);
 
-/* The 128 bits of a hash. CT_ENOMEM. */
-int train_data_hash(uint64_t bits[2], const void *data, size_t bytes, struct ct_err *e);
-
 /* The files that `path` names: itself, or what a folder holds, in the order of their names. */
 struct train_names {
 	char **path; /* owned */

@@ -94,17 +94,17 @@ static int learn_file(struct train_slices_job *j, struct lessons *l, const char 
 	struct ct_vol v = {0};
 	uint64_t bits[2];
 	int rc = ct_vol_read(path, &v, e) || (ct_vol_check_finite(&v, e) && ct_blame(e, path)) ||
-				 train_data_hu(&v, path, j->p->bytes, e) ||
-				 train_data_hash(
-					 bits, v.data, ct_vol_count(&v) * sizeof *v.data, e) ||
-				 add(j, l, &v, bits[0] >> 32 << 20, j->p->cubes, e)
+				 train_data_hu(&v, path, j->p->bytes, e)
 			 ? -1
 			 : 0;
 
 	if (rc == 0) {
 		const char *input = ct_meta_get(&v.meta, CT_META_INPUT);
 
-		CT_SIMD(ct_hash_add)(hash, input, strlen(input));
+		ct_hash_pieces(bits, 1,
+			&(const struct ct_piece){v.data, ct_vol_count(&v) * sizeof *v.data});
+		rc = add(j, l, &v, bits[0] >> 32 << 20, j->p->cubes, e);
+		ct_hash_add(hash, input, strlen(input));
 	}
 	ct_vol_free(&v);
 	return rc;
@@ -114,12 +114,13 @@ static int learn_from(struct train_slices_job *j, struct lessons *l, const char 
 	struct ct_meta *meta, struct ct_err *e)
 {
 	struct train_names names = {0};
-	struct ct_hash *hash = NULL;
+	struct ct_hash hash;
 	struct ct_example *more;
 	size_t room;
 	int rc = -1;
 
-	if (train_data_names(&names, path, e) || ct_hash_alloc(&hash, e))
+	ct_hash_begin(&hash);
+	if (train_data_names(&names, path, e))
 		goto out;
 	room = names.n * j->p->cubes;
 	more = realloc(l->example, (l->n + room) * sizeof *more);
@@ -131,12 +132,11 @@ static int learn_from(struct train_slices_job *j, struct lessons *l, const char 
 	memset(more + l->n, 0, room * sizeof *more);
 	for (size_t i = 0; i < names.n; i++) {
 		ct_progress(&j->env, "examples", i, names.n);
-		if (learn_file(j, l, names.path[i], hash, e))
+		if (learn_file(j, l, names.path[i], &hash, e))
 			goto out;
 	}
-	rc = ct_hash_input(hash, meta, path, e);
+	rc = ct_hash_input(&hash, meta, path, e);
 out:
-	free(hash);
 	train_names_free(&names);
 	return rc;
 }

@@ -45,7 +45,7 @@ static int add(struct train_volumes_job *j, struct shelf *s, const char *path, s
 		return -1;
 	}
 	input = ct_meta_get(&v.meta, CT_META_INPUT);
-	CT_SIMD(ct_hash_add)(hash, input, strlen(input));
+	ct_hash_add(hash, input, strlen(input));
 	if (is_large(j, &v))
 		s->v[s->n++] = v;
 	else {
@@ -59,19 +59,19 @@ static int read_from(struct train_volumes_job *j, struct shelf *s, const char *p
 	struct ct_meta *meta, struct ct_err *e)
 {
 	struct train_names names = {0};
-	struct ct_hash *hash = NULL;
+	struct ct_hash hash;
 	int rc = -1;
 
-	if (train_data_names(&names, path, e) || ct_hash_alloc(&hash, e))
+	ct_hash_begin(&hash);
+	if (train_data_names(&names, path, e))
 		goto out;
 	for (size_t i = 0; i < names.n; i++) {
 		ct_progress(&j->env, "volumes", i, names.n);
-		if (add(j, s, names.path[i], hash, e))
+		if (add(j, s, names.path[i], &hash, e))
 			goto out;
 	}
-	rc = ct_hash_input(hash, meta, path, e);
+	rc = ct_hash_input(&hash, meta, path, e);
 out:
-	free(hash);
 	train_names_free(&names);
 	return rc;
 }
