@@ -6,7 +6,6 @@
 #include "core/vec3.h"
 #include "dicom/image.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,10 +1,9 @@
 /* policy.c: see image.h. */
 #include "config.h"
-#include "shim/dicom-write.h"
+#include "shim/dicom.h"
 #include "dicom/image.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* What PS3.15, table E.1-1, has done to an element. */

@@ -1,7 +1,6 @@
 /* pixels.cc: see pixels.h. */
 #include "config.h"
 #include "shim/pixels.h"
-#include "shim/jpeg2000.h"
 
 #include <vtkDICOMCompiler.h>
 #include <vtkDICOMDictionary.h>
@@ -222,9 +221,6 @@ int PixelFile::decode_jpeg(const ct_slice &s, float *out, ct_err *e)
 
 	if (check_jpeg(raw, coding, s.path, e))
 		return -1;
-	if (coding == Coding::jpeg2000 &&
-		decode_jpeg2000(out, s.columns, s.rows, s.allocated, s.is_signed, raw))
-		return 0;
 	raw.resize(raw.size() + raw.size() % 2);
 	copy = memfd_create("ctsr-dicom", MFD_CLOEXEC);
 	path = "/proc/self/fd/" + std::to_string(copy);
