@@ -167,21 +167,24 @@ static int read_volume(const char *path, struct ct_any *a, struct ct_err *e)
 	return rc;
 }
 
+/* Libraries take what they get no memory for as what the file lacks, or as its fault: only errno
+ * tells. A file is then read once more, since malloc may have found memory elsewhere. */
 int ct_format_read(
 	const struct ct_format *const *list, const char *path, struct ct_any *a, struct ct_err *e)
 {
-	int tries = 2;
-	bool again;
-	int rc;
+	struct stat st;
+	int rc = -1;
 
-	do {
+	for (int tries = 0; tries < 2; tries++) {
 		errno = 0;
 		rc = list ? read_any(list, path, a, e) : read_volume(path, a, e);
-		if (ct_io_starved(&again, path, e)) {
-			ct_any_free(a);
-			rc = -1;
-		}
-	} while (again && --tries);
+		if (errno != ENOMEM)
+			break;
+		ct_any_free(a);
+		rc = ct_fail(e, CT_ENOMEM, "%s: not enough memory to read it", path);
+		if (stat(path, &st) != 0 || !S_ISREG(st.st_mode))
+			break;
+	}
 	return rc;
 }
 

@@ -5,7 +5,6 @@
 #include "formats/headed.h"
 #include "formats/sink.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

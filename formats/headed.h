@@ -11,8 +11,8 @@
  * and a backslash.
  *
  * Refused by name: other dimensions, vectors, text and hex, bzip2, lists and patterns of files,
- * files that do not lie beside the header, units that are not mm, and what is longer than its
- * header says.
+ * files that do not lie beside the header or whose beginning is to be skipped, units that are not
+ * mm, and what is longer than its header says.
  */
 #ifndef CT_FORMATS_HEADED_H
 #define CT_FORMATS_HEADED_H
@@ -26,9 +26,7 @@
 /* What ct_headed_write writes. */
 #define CT_ENDS_HEADED CT_ENDS_METAIMAGE "|" CT_ENDS_NRRD
 /* In one file. */
-#define CT_ENDS_HEADED_ONE                                                                         \
-	"mha"                                                                                      \
-	"|nrrd"
+#define CT_ENDS_HEADED_ONE "mha|nrrd"
 
 /* By the end of the name, one of CT_ENDS_HEADED, LPS; if `packed` compressed. CT_EGEOM for a grid
  * that is sheared; CT_EOUTPUT; CT_ENOMEM. */

@@ -37,19 +37,13 @@ enum { MOST_PROPERTIES = 4096, BLOCK = 1024, FIELDS = CT_GAUSS_COLUMNS };
 static const char *const names[FIELDS] = {"x", "y", "z", "scale_0", "scale_1", "scale_2", "rot_0",
 	"rot_1", "rot_2", "rot_3", "density"};
 
-/* Which element the properties belong to. */
-struct element {
-	enum { NONE, BEFORE, VERTEX, AFTER } kind;
-	uint64_t count, bytes;
-};
-
 struct reader {
 	const unsigned char *data;
-	size_t n, at;         /* bytes; start of the next header line, then of the data */
-	uint64_t count, skip; /* vertices; bytes of elements before them */
+	size_t n, at;    /* bytes; start of the next header line, then of the data */
+	uint64_t count;  /* vertices */
+	size_t elements; /* so far: properties are of the last one */
 	size_t stride;
 	size_t offset[FIELDS], properties;
-	struct element el;
 	struct ct_meta own, *meta;  /* comments of the format, and others of ours */
 	size_t comments;            /* how many */
 	bool format;                /* the line has been seen */
@@ -134,10 +128,8 @@ static int comment(struct reader *d, char *s)
 
 static int property(struct reader *d, const char *s)
 {
-	const bool vertex = d->el.kind == VERTEX;
 	char word[20], name[80];
 	enum ct_voxel type;
-	size_t size;
 
 	if (sscanf(s, "%19s %79s", word, name) != 2)
 		return ct_fail(d->e, CT_EINPUT, "header line 'property %.40s'", s);
@@ -145,52 +137,33 @@ static int property(struct reader *d, const char *s)
 		return ct_fail(d->e, CT_EINPUT,
 			"property %s is of type %s; lists and other types are not read", name,
 			word);
-	for (size_t k = 0; vertex && k < FIELDS; k++)
+	for (size_t k = 0; k < FIELDS; k++)
 		if (strcmp(name, names[k]) == 0) {
 			d->type[k] = type;
 			d->offset[k] = d->stride;
 		}
-	size = ct_voxel_bytes(type);
-	d->stride += vertex ? size : 0;
-	d->el.bytes += size;
+	d->stride += ct_voxel_bytes(type);
 	return ++d->properties > MOST_PROPERTIES
 		       ? ct_fail(d->e, CT_EINPUT, "more than %d properties", MOST_PROPERTIES)
 		       : 0;
 }
 
-/* Bytes of an element that lies before the vertices. */
-static int close_element(struct reader *d)
+/* The first are the vertices; what lies behind them is not read. */
+static int element(struct reader *d, const char *s)
 {
-	uint64_t n;
-
-	if (d->el.kind != BEFORE)
-		return 0;
-	if (__builtin_mul_overflow(d->el.count, d->el.bytes, &n) ||
-		__builtin_add_overflow(d->skip, n, &d->skip))
-		return ct_fail(d->e, CT_EINPUT, "sizes in the header overflow");
-	return 0;
-}
-
-static int open_element(struct reader *d, const char *s)
-{
-	struct element *el = &d->el;
 	char name[40], number[24], *end;
+	bool vertex;
 
-	if (close_element(d))
-		return -1;
 	if (sscanf(s, "%39s %23s", name, number) != 2)
 		return ct_fail(d->e, CT_EINPUT, "header line 'element %.40s'", s);
-	el->count = strtoull(number, &end, 10);
-	if (*end || *number == '-' || el->count > INT64_MAX)
+	vertex = strcmp(name, "vertex") == 0;
+	if (d->elements++ > 0)
+		return vertex ? ct_fail(d->e, CT_EINPUT, "two elements vertex") : 0;
+	if (!vertex)
+		return ct_fail(d->e, CT_EINPUT, "element %s lies before the vertices", name);
+	d->count = strtoull(number, &end, 10);
+	if (*end || *number == '-' || d->count > INT64_MAX)
 		return ct_fail(d->e, CT_EINPUT, "element %s: count '%s'", name, number);
-	el->bytes = 0;
-	if (strcmp(name, "vertex") == 0) {
-		if (el->kind == VERTEX || el->kind == AFTER)
-			return ct_fail(d->e, CT_EINPUT, "two elements vertex");
-		el->kind = VERTEX;
-		d->count = el->count;
-	} else
-		el->kind = el->kind == VERTEX || el->kind == AFTER ? AFTER : BEFORE;
 	return 0;
 }
 
@@ -211,14 +184,14 @@ static int header_line(struct reader *d, char *s)
 					 s + 7);
 	}
 	if (strncmp(s, "element ", 8) == 0)
-		return open_element(d, s + 8);
+		return element(d, s + 8);
 	if (strncmp(s, "property ", 9) == 0) {
-		if (d->el.kind == NONE)
+		if (d->elements == 0)
 			return ct_fail(d->e, CT_EINPUT, "property before any element");
-		return d->el.kind == AFTER ? 0 : property(d, s + 9);
+		return d->elements > 1 ? 0 : property(d, s + 9);
 	}
 	if (strcmp(s, "end_header") == 0)
-		return close_element(d) ? -1 : 1;
+		return 1;
 	return ct_fail(d->e, CT_EINPUT, "header line '%.60s'", s);
 }
 
@@ -244,11 +217,10 @@ static int read_header(struct reader *d)
 			return ct_fail(d->e, CT_EINPUT, "no vertex property %s%s", names[k],
 				k == FIELDS - 1 ? ": a PLY of colours, not of signed densities"
 						: "");
-	if (d->skip > d->n - d->at || d->count > (d->n - d->at - d->skip) / d->stride)
+	if (d->count > (d->n - d->at) / d->stride)
 		return ct_fail(d->e, CT_EINPUT,
 			"%llu Gaussians of %zu bytes do not fit in %zu bytes",
 			(unsigned long long)d->count, d->stride, d->n - d->at);
-	d->at += (size_t)d->skip;
 	return 0;
 }
 

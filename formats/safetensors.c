@@ -4,7 +4,8 @@
  *   header: JSON {"__metadata__": {"key": "value"}, "name": {"dtype", "shape", "data_offsets"}}
  *   data: every tensor in C order, at its offsets from the end of the header
  *
- * The file is a stream: tensors are read in the order of their offsets and never twice.
+ * The file is a stream: tensors are read in the order of their offsets, which leave nothing
+ * between.
  */
 #include "config.h"
 #include "formats/format.h"
@@ -186,41 +187,23 @@ static int read_entries(struct reader *d, struct ct_meta *m)
 		d->n++;
 	}
 	qsort(d->entry, d->n, sizeof *d->entry, by_offset);
-	for (size_t i = 1; i < d->n; i++)
-		if (d->entry[i].begin < d->entry[i - 1].end) {
-			ct_fail(d->e, CT_EINPUT, "overlaps '%.80s'", d->entry[i - 1].name);
+	for (size_t i = 0; i < d->n; i++)
+		if (d->entry[i].begin != (i ? d->entry[i - 1].end : 0)) {
+			ct_fail(d->e, CT_EINPUT, "does not begin where the one before it ends");
 			return blame(d->e, &d->entry[i]);
 		}
-	return 0;
-}
-
-/* Bytes of the stream that no tensor owns. */
-static int skip(struct reader *d, uint64_t n)
-{
-	unsigned char block[BLOCK];
-
-	while (n) {
-		size_t part = n < sizeof block ? (size_t)n : sizeof block;
-
-		if (fread(block, 1, part, d->f) != part)
-			return ct_fail(d->e, CT_EINPUT, "ends before its tensors do");
-		n -= part;
-	}
 	return 0;
 }
 
 static int read_data(struct reader *d, struct ct_tensors *w)
 {
 	_Alignas(8) unsigned char block[BLOCK * 8];
-	uint64_t at = 0;
 
 	for (size_t k = 0; k < d->n; k++) {
 		const struct entry *t = &d->entry[k];
 		const size_t bytes = ct_voxel_bytes(t->type);
 		struct ct_tensor *out;
 
-		if (skip(d, t->begin - at))
-			return -1;
 		if (ct_tensors_add(w, t->name, t->rank, t->dim, &out, d->e))
 			return -1;
 		for (size_t i = 0; i < t->count; i += BLOCK) {
@@ -232,7 +215,6 @@ static int read_data(struct reader *d, struct ct_tensors *w)
 			}
 			ct_voxels_float(n, out->data + i, t->type, block, 1, 0);
 		}
-		at = t->end;
 	}
 	return 0;
 }

@@ -37,7 +37,7 @@ char *ct_text_of_json(const json_t *o, size_t flags)
 	return text;
 }
 
-size_t ct_text_character(const char *s, size_t n)
+size_t ct_text_character(const char *s)
 {
 	static const uint32_t least[] = {0, 0, 0x80, 0x800, 0x10000};
 	const unsigned char *p = (const unsigned char *)s;
@@ -48,7 +48,7 @@ size_t ct_text_character(const char *s, size_t n)
 					       : 0;
 	uint32_t u = bytes > 1 ? p[0] & (0xffu >> (bytes + 1)) : p[0];
 
-	if (bytes == 0 || bytes > n)
+	if (bytes == 0)
 		return 0;
 	for (size_t i = 1; i < bytes; i++) {
 		if (p[i] >> 6 != 2)

@@ -8,8 +8,8 @@
 json_t *ct_text_json(const char *s);
 /* json_dumps, which leaves out what it has no memory for: NULL then. free() it. */
 char *ct_text_of_json(const json_t *o, size_t flags);
-/* Bytes of the UTF-8 character that n bytes, or a string, begin with; 0 for one in error. */
-size_t ct_text_character(const char *s, size_t n);
+/* Bytes of the UTF-8 character that a string begins with; 0 for one in error. */
+size_t ct_text_character(const char *s);
 
 /* Room for the text of n bytes. */
 #define CT_TEXT_BASE64(n) (4 * (((n) + 2) / 3) + 1)

@@ -4,7 +4,7 @@
 #include "formats/format.h"
 #include "formats/hash.h"
 #include "formats/io.h"
-#include "formats/npy.h"
+#include "formats/raw.h"
 #include "xray/geometry.h"
 #include "recon/scan-grid.h"
 #include "tools/convert.h"
@@ -44,7 +44,7 @@ int convert_stack(const struct convert *p, const struct ct_env *env, struct ct_e
 	size_t n[3];
 	int rc = -1;
 
-	if (ct_npy_read(p->in, p->slope, p->inter, n, &data, e) ||
+	if (ct_raw_npy(p->in, p->slope, p->inter, n, &data, e) ||
 		scan_for(&scan, &named, p->scanner, n, e) || ct_geometry_fill(&s, &scan, e))
 		goto out;
 	memcpy(s.data, data, ct_stack_count(&s) * sizeof *s.data);
