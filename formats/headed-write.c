@@ -3,7 +3,7 @@
 #include "core/stream.h"
 #include "formats/ends.h"
 #include "formats/headed.h"
-#include "formats/sink.h"
+#include "formats/source.h"
 
 #include <stdlib.h>
 #include <string.h>

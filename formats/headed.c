@@ -6,6 +6,7 @@
 #include "formats/any.h"
 #include "formats/headed-impl.h"
 #include "formats/io.h"
+#include "formats/text.h"
 
 #include <ctype.h>
 #include <errno.h>
@@ -76,19 +77,6 @@ static char *trim(char *s)
 	return s + strspn(s, " \t");
 }
 
-/* \n and \\ in place. */
-static void unescape(char *s)
-{
-	char *out = s;
-
-	for (; *s; s++)
-		if (*s == '\\' && (s[1] == 'n' || s[1] == '\\'))
-			*out++ = *++s == 'n' ? '\n' : '\\';
-		else
-			*out++ = *s;
-	*out = '\0';
-}
-
 int ct_headed_set(struct ct_headed *h, const char *ours, char *key, char *value, struct ct_err *e)
 {
 	struct ct_meta *m = &h->v->meta;
@@ -108,7 +96,7 @@ int ct_headed_set(struct ct_headed *h, const char *ours, char *key, char *value,
 				key, before, value);
 		return ct_meta_set(&h->field, key, value, e);
 	}
-	unescape(value);
+	ct_text_unescape(value);
 	return ct_meta_set(m, key + n, value, e);
 }
 

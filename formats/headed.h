@@ -7,8 +7,7 @@
  * Values are taken as they are stored; the place is that of the
  * header: MetaImage is LPS, each three numbers of TransformMatrix being the direction of one axis;
  * NRRD is what `space` says. Where the header does not place the volume, "nifti.code" is 0. Of keys
- * that begin with "ct:" (MetaImage: "ct-") the rest is metadata, \n and \\ in the value a new line
- * and a backslash.
+ * that begin with "ct:" (MetaImage: "ct-") the rest is metadata, escaped as in a PLY.
  *
  * Refused by name: other dimensions, vectors, text and hex, bzip2, lists and patterns of files,
  * files that do not lie beside the header or whose beginning is to be skipped, units that are not

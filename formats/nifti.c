@@ -6,7 +6,6 @@
 #include "formats/any.h"
 #include "formats/nifti-impl.h"
 #include "formats/nifti.h"
-#include "formats/sink.h"
 #include "formats/source.h"
 #include "formats/text.h"
 #include "formats/voxels.h"

@@ -14,6 +14,7 @@
 #include "formats/format.h"
 #include "formats/hash.h"
 #include "formats/io.h"
+#include "formats/text.h"
 #include "formats/voxels.h"
 
 #include <math.h>
@@ -89,25 +90,6 @@ static char *next_line(struct reader *d)
 	return line;
 }
 
-static void unescape(char *s)
-{
-	char *to = s;
-
-	for (; *s; s++) {
-		char hex[3] = {0};
-
-		if (s[0] == '\\' && (s[1] == 'n' || s[1] == '\\'))
-			*to++ = *++s == 'n' ? '\n' : '\\';
-		else if (s[0] == '\\' && s[1] == 'x' && s[2] && s[3]) {
-			memcpy(hex, s + 2, 2);
-			*to++ = (char)strtol(hex, NULL, 16);
-			s += 3;
-		} else
-			*to++ = *s;
-	}
-	*to = '\0';
-}
-
 /* "KEY=VALUE". */
 static int comment(struct reader *d, char *s)
 {
@@ -121,8 +103,8 @@ static int comment(struct reader *d, char *s)
 	if (++d->comments > MOST_PROPERTIES)
 		return ct_fail(
 			d->e, CT_EINPUT, "more than %d comments ct:KEY=VALUE", MOST_PROPERTIES);
-	unescape(s);
-	unescape(value);
+	ct_text_unescape(s);
+	ct_text_unescape(value);
 	return *s ? ct_meta_set(to, s, value, d->e) : 0;
 }
 

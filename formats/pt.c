@@ -60,28 +60,13 @@ static const struct ct_zip_member *member(const struct reader *d, const char *su
 	return m;
 }
 
-/* The folder: where the one data.pkl is. */
+/* The folder of the first member is that of all. */
 static int find_folder(struct reader *d)
 {
-	static const char name[] = "data.pkl";
-	const size_t length = sizeof name - 1;
-	size_t found = 0;
+	const char *name = d->zip.n ? d->zip.member->name : "", *slash = strchr(name, '/');
 
-	for (size_t i = 0; i < d->zip.n; i++) {
-		const char *s = d->zip.member[i].name;
-		const size_t n = strlen(s);
-
-		if (n < length || strcmp(s + n - length, name) != 0 ||
-			(n > length && s[n - length - 1] != '/') || found++)
-			continue;
-		d->folder = strndup(s, n - length);
-		if (!d->folder)
-			return ct_fail(d->e, CT_ENOMEM, "no memory for a file name");
-	}
-	return found == 1
-		       ? 0
-		       : ct_fail(d->e, CT_EINPUT,
-				 "a zip with %zu data.pkl in it: no checkpoint of PyTorch", found);
+	d->folder = strndup(name, slash ? (size_t)(slash - name) + 1 : 0);
+	return d->folder ? 0 : ct_fail(d->e, CT_ENOMEM, "no memory for a file name");
 }
 
 static int check_order(struct reader *d)
@@ -238,7 +223,8 @@ static int read_pickle(struct reader *d)
 	int rc;
 
 	if (!m)
-		return ct_fail(d->e, CT_ENOMEM, "no memory for a file name");
+		return ct_fail(d->e, CT_EINPUT,
+			"a zip without %sdata.pkl: no checkpoint of PyTorch", d->folder);
 	if (m->size > MOST_PICKLE)
 		return ct_fail(d->e, CT_EINPUT, "%.100s has %llu bytes, more than %d", m->name,
 			(unsigned long long)m->size, MOST_PICKLE);

@@ -58,6 +58,25 @@ size_t ct_text_character(const char *s)
 	return u >= least[bytes] && u <= 0x10ffff && (u < 0xd800 || u > 0xdfff) ? bytes : 0;
 }
 
+void ct_text_unescape(char *s)
+{
+	char *to = s;
+
+	for (; *s; s++) {
+		char hex[3] = {0};
+
+		if (s[0] == '\\' && (s[1] == 'n' || s[1] == '\\'))
+			*to++ = *++s == 'n' ? '\n' : '\\';
+		else if (s[0] == '\\' && s[1] == 'x' && s[2] && s[3]) {
+			memcpy(hex, s + 2, 2);
+			*to++ = (char)strtol(hex, NULL, 16);
+			s += 3;
+		} else
+			*to++ = *s;
+	}
+	*to = '\0';
+}
+
 static const char alphabet[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
 void ct_text_base64(char *out, const unsigned char *p, size_t n)

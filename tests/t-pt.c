@@ -246,7 +246,7 @@ static void hostile_archives(void)
 	member(&a, "a/data.pkl", "}.", 2);
 	member(&a, "b/data.pkl", "}.", 2);
 	finish(&a);
-	refused("a zip with 2 data.pkl");
+	refused("no dictionary of tensors");
 	a.n = a.b.n = a.dir.n = 0;
 	lie.size = 100;
 	member(&a, "a/data.pkl", "}.", 2);
@@ -256,10 +256,10 @@ static void hostile_archives(void)
 	a.n = a.b.n = a.dir.n = 0;
 	member(&a, "a/xdata.pkl", "}.", 2);
 	finish(&a);
-	refused("a zip with 0 data.pkl");
+	refused("a zip without");
 	a.n = a.b.n = a.dir.n = 0;
 	finish(&a);
-	refused("a zip with 0 data.pkl");
+	refused("a zip without");
 	a.n = a.b.n = a.dir.n = 0;
 	member(&a, "a/data.pkl", "}.", 2);
 	member(&a, "a/byteorder", "big", 3);
