@@ -117,34 +117,24 @@ bool ct_slice_is_type(const struct ct_slice *s, int k, const char *word)
 	return at && strncmp(at, word, n) == 0 && (at[n] == '\\' || at[n] == '\0');
 }
 
-/* Number i of n. */
-static inline uint32_t load(size_t n, size_t i, const unsigned char *in, size_t bytes, bool planes)
-{
-	uint32_t u = 0;
-	uint16_t half;
-
-	if (planes || bytes == 1) {
-		for (size_t k = 0; k < bytes; k++)
-			u = u << 8 | in[k * n + i];
-	} else if (bytes == 2) {
-		memcpy(&half, in + 2 * i, sizeof half);
-		u = half;
-	} else
-		memcpy(&u, in + 4 * i, sizeof u);
-	return u;
-}
-
 /* The bits that do not count go; that of the sign, if it is set, is subtracted twice. */
 static inline void widen(size_t n, float *restrict out, const unsigned char *restrict in,
-	const struct ct_slice_bits *how, size_t bytes, bool planes)
+	const struct ct_slice_bits *how, size_t bytes)
 {
 	const uint32_t mask = UINT32_MAX >> (32 - how->bits),
 		       sign = how->is_signed ? UINT32_C(1) << (how->bits - 1) : 0;
 
 	_Pragma("omp simd") for (size_t i = 0; i < n; i++)
 	{
-		const uint32_t u = (load(n, i, in, bytes, planes) & mask) ^ sign;
+		uint32_t u = in[i];
+		uint16_t half;
 
+		if (bytes == 2) {
+			memcpy(&half, in + 2 * i, sizeof half);
+			u = half;
+		} else if (bytes == 4)
+			memcpy(&u, in + 4 * i, sizeof u);
+		u = (u & mask) ^ sign;
 		out[i] = bytes < 4 ? (float)((int32_t)u - (int32_t)sign)
 				   : (float)((int64_t)u - (int64_t)sign);
 	}
@@ -154,11 +144,11 @@ void ct_slice_widen(
 	size_t n, float *restrict out, const void *restrict in, const struct ct_slice_bits *how)
 {
 	if (how->bytes == 1)
-		widen(n, out, in, how, 1, false);
+		widen(n, out, in, how, 1);
 	else if (how->bytes == 2)
-		how->planes ? widen(n, out, in, how, 2, true) : widen(n, out, in, how, 2, false);
+		widen(n, out, in, how, 2);
 	else
-		how->planes ? widen(n, out, in, how, 4, true) : widen(n, out, in, how, 4, false);
+		widen(n, out, in, how, 4);
 }
 
 void ct_slice_scale(const struct ct_slice *s, float none, float *x)
