@@ -1,7 +1,7 @@
 /* any.h: what a file is, by content, and formats as objects: how to recognise, read and write one.
  *
  * Who reads names the formats in a list, which ends with NULL, and only those are linked: format.c
- * knows those of volumes alone. any.c has a list of all.
+ * knows none. any.c has a list of all.
  */
 #ifndef CT_FORMATS_ANY_H
 #define CT_FORMATS_ANY_H
@@ -73,10 +73,14 @@ int ct_format_read_stream(
 	const struct ct_format *is, FILE *f, const char *name, struct ct_any *a, struct ct_err *e);
 int ct_format_read_bytes(const struct ct_format *is, const unsigned char *data, size_t n,
 	const char *name, struct ct_any *a, struct ct_err *e);
-/* A file of one of these formats, or a volume if there is no list, "-" and pipes too. *a must be
- * zero. CT_EINPUT for another kind of file; codes of the readers. */
+/* A file of one of these formats, "-" and pipes too. *a must be zero. CT_EINPUT for another kind of
+ * file; codes of the readers. */
 int ct_format_read(
 	const struct ct_format *const *list, const char *path, struct ct_any *a, struct ct_err *e);
+/* The same of two that are streams, and known by the first byte: list[1] if that is a letter.
+ * Nothing seeks. */
+int ct_format_read_first(const struct ct_format *const list[static 2], const char *path,
+	struct ct_any *a, struct ct_err *e);
 
 /* Of all that we read, and DICOM and pictures. */
 enum ct_kind ct_any_sniff(const unsigned char *data, size_t n);

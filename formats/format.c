@@ -1,7 +1,6 @@
-/* format.c: volumes, and files of formats that the caller names; see any.h and format.h. */
+/* format.c: files of formats that the caller names; see any.h. */
 #include "config.h"
 #include "formats/any.h"
-#include "formats/format.h"
 #include "formats/io.h"
 
 #include <ctype.h>
@@ -149,9 +148,8 @@ static int read_any(
 	return is && !is->read ? slurp(list, path, a, e) : rc;
 }
 
-/* A volume, which is known by its first byte: nothing seeks, but for voxels at the end of a file.
- * The reader of MetaImage also reads NRRD. */
-static int read_volume(const char *path, struct ct_any *a, struct ct_err *e)
+static int read_first(
+	const struct ct_format *const *list, const char *path, struct ct_any *a, struct ct_err *e)
 {
 	FILE *f;
 	int first, rc;
@@ -161,23 +159,22 @@ static int read_volume(const char *path, struct ct_any *a, struct ct_err *e)
 	first = getc(f);
 	if (first != EOF)
 		ungetc(first, f);
-	rc = ct_format_read_stream(
-		isalpha(first) ? &ct_format_metaimage : &ct_format_nifti, f, path, a, e);
+	rc = ct_format_read_stream(list[isalpha(first) != 0], f, path, a, e);
 	ct_io_close(f);
 	return rc;
 }
 
 /* Libraries take what they get no memory for as what the file lacks, or as its fault: only errno
  * tells. A file is then read once more, since malloc may have found memory elsewhere. */
-int ct_format_read(
-	const struct ct_format *const *list, const char *path, struct ct_any *a, struct ct_err *e)
+static int retry(__typeof__(read_any) *read, const struct ct_format *const *list, const char *path,
+	struct ct_any *a, struct ct_err *e)
 {
 	struct stat st;
 	int rc = -1;
 
 	for (int tries = 0; tries < 2; tries++) {
 		errno = 0;
-		rc = list ? read_any(list, path, a, e) : read_volume(path, a, e);
+		rc = read(list, path, a, e);
 		if (errno != ENOMEM)
 			break;
 		ct_any_free(a);
@@ -188,11 +185,14 @@ int ct_format_read(
 	return rc;
 }
 
-int ct_vol_read(const char *path, struct ct_vol *v, struct ct_err *e)
+int ct_format_read(
+	const struct ct_format *const *list, const char *path, struct ct_any *a, struct ct_err *e)
 {
-	struct ct_any a = {0};
-	int rc = ct_format_read(NULL, path, &a, e);
+	return retry(read_any, list, path, a, e);
+}
 
-	*v = a.vol;
-	return rc;
+int ct_format_read_first(const struct ct_format *const list[static 2], const char *path,
+	struct ct_any *a, struct ct_err *e)
+{
+	return retry(read_first, list, path, a, e);
 }

@@ -4,6 +4,7 @@
 #include "core/mem.h"
 #include "core/vec3.h"
 #include "formats/any.h"
+#include "formats/format.h"
 #include "formats/headed-impl.h"
 #include "formats/io.h"
 #include "formats/text.h"
@@ -311,3 +312,14 @@ const struct ct_format ct_format_nrrd = {.name = "NRRD",
 	.read = read_volume,
 	.write = write_volume,
 	.ends = CT_ENDS_NRRD};
+
+int ct_vol_read(const char *path, struct ct_vol *v, struct ct_err *e)
+{
+	/* the reader of MetaImage also reads NRRD */
+	static const struct ct_format *const list[] = {&ct_format_nifti, &ct_format_metaimage};
+	struct ct_any a = {0};
+	int rc = ct_format_read_first(list, path, &a, e);
+
+	*v = a.vol;
+	return rc;
+}
