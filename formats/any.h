@@ -1,8 +1,7 @@
 /* any.h: what a file is, by content, and formats as objects: how to recognise, read and write one.
  *
- * A program names the formats that it reads in a list, which ends with NULL, and only those are
- * linked: format.c knows none. any.c has a list of all, vol-read.c and tensors-read.c (format.h)
- * have those of their kind.
+ * Who reads names the formats in a list, which ends with NULL, and only those are linked: format.c
+ * knows none. any.c has a list of all.
  */
 #ifndef CT_FORMATS_ANY_H
 #define CT_FORMATS_ANY_H
@@ -78,6 +77,10 @@ int ct_format_read_bytes(const struct ct_format *is, const unsigned char *data, 
  * file; codes of the readers. */
 int ct_format_read(
 	const struct ct_format *const *list, const char *path, struct ct_any *a, struct ct_err *e);
+/* The same of two that are streams, and known by the first byte: list[1] if that is a letter.
+ * Nothing seeks. */
+int ct_format_read_first(const struct ct_format *const list[static 2], const char *path,
+	struct ct_any *a, struct ct_err *e);
 
 /* Of all that we read, and DICOM and pictures. */
 enum ct_kind ct_any_sniff(const unsigned char *data, size_t n);

@@ -1,17 +1,15 @@
 /* beside.c: see beside.h. */
 #include "config.h"
 #include "core/acquired.h"
-#include "core/mem.h"
 #include "formats/beside.h"
 #include "formats/ends.h"
+#include "formats/io.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 enum { MOST_BYTES = 16 << 20 }; /* ct-convert lists every slice */
 
@@ -110,35 +108,24 @@ static char *name_of(const char *path)
 	return name;
 }
 
-/* A regular file that is not too long: 0; 1 if there is none. Never waits for a pipe. */
-static int load(char **data, size_t *n, const char *name, struct ct_err *e)
+/* A regular file that is not too long: 0; 1 if there is none. */
+static int load(unsigned char **data, size_t *n, const char *name, struct ct_err *e)
 {
-	const int fd = open(name, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
 	struct stat st;
-	ssize_t got = 0;
-	int rc = -1;
 
-	if (fd < 0)
+	if (stat(name, &st) != 0)
 		return errno == ENOENT ? 1 : ct_fail_errno(e, CT_EINPUT, name);
-	*n = 0;
-	if (fstat(fd, &st) != 0 || !S_ISREG(st.st_mode))
-		ct_fail(e, CT_EINPUT, "%s: not a file", name);
-	else if (st.st_size > MOST_BYTES)
-		ct_fail(e, CT_EINPUT, "%s: more than %d bytes", name, MOST_BYTES);
-	else if (ct_alloc(data, (size_t)st.st_size, 1, e) == 0) {
-		while (*n < (size_t)st.st_size &&
-			(got = read(fd, *data + *n, (size_t)st.st_size - *n)) > 0)
-			*n += (size_t)got;
-		rc = got < 0 ? ct_fail_errno(e, CT_EINPUT, name) : 0;
-	}
-	close(fd);
-	return rc;
+	if (!S_ISREG(st.st_mode))
+		return ct_fail(e, CT_EINPUT, "%s: not a file", name);
+	if (st.st_size > MOST_BYTES)
+		return ct_fail(e, CT_EINPUT, "%s: more than %d bytes", name, MOST_BYTES);
+	return ct_slurp(name, data, n, e);
 }
 
 int ct_beside_read(struct ct_vol *v, const char *path, const struct ct_env *env, struct ct_err *e)
 {
 	char *name = ct_meta_get(&v->meta, CT_META_DICOM_THICKNESS) ? NULL : name_of(path);
-	char *s = NULL;
+	unsigned char *s = NULL;
 	size_t n = 0;
 	int rc;
 
@@ -146,7 +133,7 @@ int ct_beside_read(struct ct_vol *v, const char *path, const struct ct_env *env,
 		return 0;
 	rc = load(&s, &n, name, e);
 	if (rc == 0) {
-		rc = ct_beside_parse(&v->meta, s, n, e);
+		rc = ct_beside_parse(&v->meta, (const char *)s, n, e);
 		if (rc < 0)
 			ct_blame(e, name);
 	}

@@ -11,22 +11,14 @@
 
 /* What the commands write. */
 #define CT_ENDS_VOLUME "nii|nii.gz"
-#define CT_ENDS_METAIMAGE                                                                          \
-	"mha"                                                                                      \
-	"|mhd"
-#define CT_ENDS_NRRD                                                                               \
-	"nrrd"                                                                                     \
-	"|nhdr"
+#define CT_ENDS_METAIMAGE "mha|mhd"
+#define CT_ENDS_NRRD "nrrd|nhdr"
 #define CT_ENDS_DICOM "dcm"
 #define CT_ENDS_STACK "exr"
 #define CT_ENDS_GAUSS "ply"
 #define CT_ENDS_TENSORS "safetensors"
 /* What PyTorch writes. */
-#define CT_ENDS_TORCH                                                                              \
-	"pt"                                                                                       \
-	"|pth"                                                                                     \
-	"|ckpt"                                                                                    \
-	"|bin"
+#define CT_ENDS_TORCH "pt|pth|ckpt|bin"
 #define CT_ENDS_PICTURE "png"
 #define CT_ENDS_TABLE "csv"
 #define CT_ENDS_REPORT "json"

@@ -1,5 +1,5 @@
 /* exr-read.c: projections from OpenEXR; layout in exr.h. OpenEXRCore, a C library, reads headers
- * and tables, exr-zip.c the chunks.
+ * and tables, exr-write.c has what is in the chunks.
  *
  * Parts may come in any order (the number at the end of the name sorts them), FLOAT or HALF,
  * channel Y or the only one, ZIP, ZIPS or not compressed.
@@ -169,10 +169,6 @@ static int list_parts(struct reader *d)
 /* Size of a part's data window; flat scanlines only. */
 static int part_size(struct reader *d, struct part *p)
 {
-	static const char *const kinds[] = {[EXR_STORAGE_SCANLINE] = "scanlines",
-		[EXR_STORAGE_TILED] = "tiles",
-		[EXR_STORAGE_DEEP_SCANLINE] = "deep scanlines",
-		[EXR_STORAGE_DEEP_TILED] = "deep tiles"};
 	exr_storage_t storage = EXR_STORAGE_SCANLINE;
 	exr_attr_box2i_t box;
 	exr_result_t r = exr_get_storage(d->c, p->index, &storage);
@@ -183,10 +179,8 @@ static int part_size(struct reader *d, struct part *p)
 	if (r != EXR_ERR_SUCCESS)
 		return lib_fail(d, p, r);
 	if (storage != EXR_STORAGE_SCANLINE)
-		return ct_fail(d->e, CT_EINPUT, "%s holds %s; only flat scanlines are read",
-			p->name,
-			(size_t)storage < sizeof kinds / sizeof *kinds ? kinds[storage]
-								       : "something else");
+		return ct_fail(d->e, CT_EINPUT,
+			"%s holds tiles or deep pixels; only flat scanlines are read", p->name);
 	nw = (int64_t)box.max.x - box.min.x + 1;
 	nh = (int64_t)box.max.y - box.min.y + 1;
 	if (nw < 1 || nh < 1 || nw > MOST_SIDE || nh > MOST_SIDE)
@@ -215,20 +209,14 @@ static int get_numbers(
 	struct reader *d, const struct part *p, const char *name, size_t n, double *v)
 {
 	const exr_attribute_t *a = NULL;
-	const char *at;
-	char *end = NULL;
 	bool good = true;
 
 	if (exr_get_attribute_by_name(d->c, p->index, name, &a) != EXR_ERR_SUCCESS || !a)
 		return ct_fail(d->e, CT_EINPUT, "%s has no attribute %s: no projection geometry",
 			p->name, name);
-	if (a->type == EXR_ATTR_STRING && a->string && a->string->str) {
-		at = a->string->str;
-		for (size_t i = 0; i < n && good; i++, at = end + 1) {
-			v[i] = strtod(at, &end);
-			good = end != at && *end == (i + 1 < n ? ',' : '\0');
-		}
-	} else if (n == 1 && a->type == EXR_ATTR_DOUBLE)
+	if (a->type == EXR_ATTR_STRING && a->string && a->string->str)
+		good = ct_words_numbers(a->string->str, ',', n, false, v);
+	else if (n == 1 && a->type == EXR_ATTR_DOUBLE)
 		v[0] = a->d;
 	else if (n == 1 && a->type == EXR_ATTR_FLOAT)
 		v[0] = (double)a->f;

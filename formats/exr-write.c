@@ -1,5 +1,5 @@
 /* exr-write.c: projections to OpenEXR; layout in exr.h. OpenEXRCore, a C library, makes headers
- * and tables, exr-zip.c the chunks, on all threads of the environment. */
+ * and tables, and chunks are made here, on all threads of the environment. */
 #include "config.h"
 #include "formats/exr.h"
 #include "formats/format.h"
@@ -8,6 +8,7 @@
 #include "core/mem.h"
 
 #include <jansson.h>
+#include <libdeflate.h>
 #include <limits.h>
 #include <openexr.h>
 #include <stdio.h>
@@ -15,6 +16,83 @@
 #include <string.h>
 
 enum { ROWS = 16 }; /* of a ZIP chunk */
+
+/* libdeflate's level: projections in float hardly shrink further above it, and it takes less time.
+ */
+enum { LEVEL = 2 };
+enum { BIAS = 128 };
+
+/* Where byte i of a chunk goes: those at even places come first, then those at odd ones. */
+static size_t place(size_t n, size_t i)
+{
+	const size_t even = n - n / 2;
+
+	return i < even ? 2 * i : 2 * (i - even) + 1;
+}
+
+static void split(size_t n, unsigned char *restrict dst, const unsigned char *restrict src)
+{
+	unsigned char last = BIAS;
+
+	for (size_t i = 0; i < n; i++) {
+		const unsigned char b = src[place(n, i)];
+
+		dst[i] = (unsigned char)(b - last + BIAS);
+		last = b;
+	}
+}
+
+static void join(size_t n, unsigned char *restrict dst, const unsigned char *restrict src)
+{
+	unsigned char last = BIAS;
+
+	for (size_t i = 0; i < n; i++) {
+		last = (unsigned char)(last + src[i] - BIAS);
+		dst[place(n, i)] = last;
+	}
+}
+
+size_t ct_exr_zip_room(size_t n)
+{
+	return libdeflate_zlib_compress_bound(NULL, n);
+}
+
+size_t ct_exr_zip(unsigned char *dst, const unsigned char *src, size_t n, unsigned char *scratch)
+{
+	struct libdeflate_compressor *z = libdeflate_alloc_compressor(LEVEL);
+	size_t m;
+
+	if (!z)
+		return 0;
+	split(n, scratch, src);
+	m = libdeflate_zlib_compress(z, scratch, n, dst, ct_exr_zip_room(n));
+	libdeflate_free_compressor(z);
+	if (m > 0 && m < n)
+		return m;
+	memcpy(dst, src, n);
+	return n;
+}
+
+int ct_exr_zip_undo(
+	unsigned char *dst, size_t n, const unsigned char *src, size_t m, unsigned char *scratch)
+{
+	struct libdeflate_decompressor *z;
+	enum libdeflate_result r;
+
+	if (m == n) {
+		memcpy(dst, src, n);
+		return 0;
+	}
+	z = m < n ? libdeflate_alloc_decompressor() : NULL;
+	if (!z)
+		return -1;
+	r = libdeflate_zlib_decompress(z, src, m, scratch, n, NULL);
+	libdeflate_free_decompressor(z);
+	if (r != LIBDEFLATE_SUCCESS)
+		return -1;
+	join(n, dst, scratch);
+	return 0;
+}
 
 /* The library goes back to fill in its tables, so the file is made in memory. */
 struct file {

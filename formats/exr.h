@@ -14,8 +14,6 @@
  */
 #ifndef CT_FORMATS_EXR_H
 #define CT_FORMATS_EXR_H
-#include "core/simd.h"
-
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -37,13 +35,5 @@ size_t ct_exr_zip(unsigned char *dst, const unsigned char *src, size_t n, unsign
  * (not exactly n) or libdeflate has no memory. */
 int ct_exr_zip_undo(
 	unsigned char *dst, size_t n, const unsigned char *src, size_t m, unsigned char *scratch);
-
-/* Kernels (core/simd.h). dst: the bytes of src at even places, then those at odd ones; each but the
- * first then less the one before it, plus 128, modulo 256. n of them. */
-CT_SIMD_DECLARE(void, ct_exr_bytes_split,
-	(size_t n, unsigned char *restrict dst, const unsigned char *restrict src));
-/* The inverse. src is changed. */
-CT_SIMD_DECLARE(void, ct_exr_bytes_join,
-	(size_t n, unsigned char *restrict dst, unsigned char *restrict src));
 
 #endif

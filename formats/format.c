@@ -3,6 +3,7 @@
 #include "formats/any.h"
 #include "formats/io.h"
 
+#include <ctype.h>
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
@@ -147,20 +148,51 @@ static int read_any(
 	return is && !is->read ? slurp(list, path, a, e) : rc;
 }
 
+static int read_first(
+	const struct ct_format *const *list, const char *path, struct ct_any *a, struct ct_err *e)
+{
+	FILE *f;
+	int first, rc;
+
+	if (ct_io_open(path, &f, e))
+		return -1;
+	first = getc(f);
+	if (first != EOF)
+		ungetc(first, f);
+	rc = ct_format_read_stream(list[isalpha(first) != 0], f, path, a, e);
+	ct_io_close(f);
+	return rc;
+}
+
+/* Libraries take what they get no memory for as what the file lacks, or as its fault: only errno
+ * tells. A file is then read once more, since malloc may have found memory elsewhere. */
+static int retry(__typeof__(read_any) *read, const struct ct_format *const *list, const char *path,
+	struct ct_any *a, struct ct_err *e)
+{
+	struct stat st;
+	int rc = -1;
+
+	for (int tries = 0; tries < 2; tries++) {
+		errno = 0;
+		rc = read(list, path, a, e);
+		if (errno != ENOMEM)
+			break;
+		ct_any_free(a);
+		rc = ct_fail(e, CT_ENOMEM, "%s: not enough memory to read it", path);
+		if (stat(path, &st) != 0 || !S_ISREG(st.st_mode))
+			break;
+	}
+	return rc;
+}
+
 int ct_format_read(
 	const struct ct_format *const *list, const char *path, struct ct_any *a, struct ct_err *e)
 {
-	int tries = 2;
-	bool again;
-	int rc;
+	return retry(read_any, list, path, a, e);
+}
 
-	do {
-		errno = 0;
-		rc = read_any(list, path, a, e);
-		if (ct_io_starved(&again, path, e)) {
-			ct_any_free(a);
-			rc = -1;
-		}
-	} while (again && --tries);
-	return rc;
+int ct_format_read_first(const struct ct_format *const list[static 2], const char *path,
+	struct ct_any *a, struct ct_err *e)
+{
+	return retry(read_first, list, path, a, e);
 }

@@ -1,17 +1,43 @@
 /* hash.c: see hash.h. */
 #include "config.h"
-#include "core/mem.h"
-#include "formats/hash-impl.h"
+#define XXH_INLINE_ALL
+#include "formats/hash.h"
 
-#include <stdlib.h>
 #include <string.h>
 
-int ct_hash_alloc(struct ct_hash **h, struct ct_err *e)
+void ct_hash_begin(struct ct_hash *h)
 {
-	if (ct_alloc(h, 1, sizeof **h, e))
-		return -1;
-	XXH3_128bits_reset(&(*h)->state);
-	return 0;
+	XXH3_128bits_reset(&h->state);
+}
+
+void ct_hash_add(struct ct_hash *h, const void *data, size_t bytes)
+{
+	XXH3_128bits_update(&h->state, data, bytes);
+}
+
+void ct_hash_digest(const struct ct_hash *h, uint64_t bits[2])
+{
+	const XXH128_hash_t x = XXH3_128bits_digest(&h->state);
+
+	bits[0] = x.high64;
+	bits[1] = x.low64;
+}
+
+static struct ct_hash hash_of(size_t n, const struct ct_piece *piece)
+{
+	struct ct_hash h;
+
+	ct_hash_begin(&h);
+	for (size_t i = 0; i < n; i++)
+		ct_hash_add(&h, piece[i].data, piece[i].bytes);
+	return h;
+}
+
+void ct_hash_pieces(uint64_t bits[2], size_t n, const struct ct_piece *piece)
+{
+	const struct ct_hash h = hash_of(n, piece);
+
+	ct_hash_digest(&h, bits);
 }
 
 int ct_hash_input(const struct ct_hash *hash, struct ct_meta *m, const char *path, struct ct_err *e)
@@ -28,25 +54,10 @@ int ct_hash_input(const struct ct_hash *hash, struct ct_meta *m, const char *pat
 		path + from, (unsigned long long)bits[0], (unsigned long long)bits[1]);
 }
 
-void ct_hash_digest(const struct ct_hash *hash, uint64_t bits[2])
-{
-	const XXH128_hash_t h = XXH3_128bits_digest(&hash->state);
-
-	bits[0] = h.high64;
-	bits[1] = h.low64;
-}
-
 int ct_meta_input(struct ct_meta *m, const char *path, size_t n, const struct ct_piece *piece,
 	struct ct_err *e)
 {
-	struct ct_hash *h;
-	int rc;
+	const struct ct_hash h = hash_of(n, piece);
 
-	if (ct_hash_alloc(&h, e))
-		return -1;
-	for (size_t i = 0; i < n; i++)
-		CT_SIMD(ct_hash_add)(h, piece[i].data, piece[i].bytes);
-	rc = ct_hash_input(h, m, path, e);
-	free(h);
-	return rc;
+	return ct_hash_input(&h, m, path, e);
 }

@@ -11,9 +11,7 @@ struct ct_headed {
 	bool placed;
 	struct ct_stored stored;
 	bool packed;
-	const char *file;   /* beside the header; NULL: behind it */
-	size_t lines, skip; /* to be passed over, then bytes, of what is packed unpacked ones */
-	bool at_end;        /* the voxels are the end of the file */
+	const char *file; /* beside the header; NULL: behind it */
 };
 
 /* All of a header from `line`, its first, on; f is behind that, then behind the header. CT_EINPUT,

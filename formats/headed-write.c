@@ -3,9 +3,8 @@
 #include "core/stream.h"
 #include "formats/ends.h"
 #include "formats/headed.h"
-#include "formats/sink.h"
+#include "formats/source.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -4,8 +4,10 @@
 #include "core/mem.h"
 #include "core/vec3.h"
 #include "formats/any.h"
+#include "formats/format.h"
 #include "formats/headed-impl.h"
 #include "formats/io.h"
+#include "formats/text.h"
 
 #include <ctype.h>
 #include <errno.h>
@@ -76,19 +78,6 @@ static char *trim(char *s)
 	return s + strspn(s, " \t");
 }
 
-/* \n and \\ in place. */
-static void unescape(char *s)
-{
-	char *out = s;
-
-	for (; *s; s++)
-		if (*s == '\\' && (s[1] == 'n' || s[1] == '\\'))
-			*out++ = *++s == 'n' ? '\n' : '\\';
-		else
-			*out++ = *s;
-	*out = '\0';
-}
-
 int ct_headed_set(struct ct_headed *h, const char *ours, char *key, char *value, struct ct_err *e)
 {
 	struct ct_meta *m = &h->v->meta;
@@ -108,7 +97,7 @@ int ct_headed_set(struct ct_headed *h, const char *ours, char *key, char *value,
 				key, before, value);
 		return ct_meta_set(&h->field, key, value, e);
 	}
-	unescape(value);
+	ct_text_unescape(value);
 	return ct_meta_set(m, key + n, value, e);
 }
 
@@ -231,33 +220,12 @@ static int open_beside(FILE **f, const char *name, const char *file, struct ct_e
 	return rc;
 }
 
-/* Before the voxels of f, or of what is packed before all of it. */
-static int find_voxels(FILE *f, const struct ct_headed *h, struct ct_err *e)
-{
-	const off_t here = ftello(f);
-	size_t bytes;
-	int c = 0;
-
-	for (size_t k = 0; k < h->lines && c != EOF; k++)
-		while ((c = getc(f)) != EOF && c != '\n')
-			;
-	if (!h->at_end)
-		return 0;
-	if (ct_stored_bytes(&h->stored, h->v->n, &bytes, e))
-		return -1;
-	if (fseeko(f, -(off_t)bytes, SEEK_END) != 0 || ftello(f) < here)
-		return ct_fail(e, CT_EINPUT, "truncated file: its voxels need %zu bytes", bytes);
-	return 0;
-}
-
 static int read_voxels(FILE *f, const struct ct_headed *h, const char *name, struct ct_err *e)
 {
 	struct ct_source s = {0};
 	int rc = -1;
 
-	if (find_voxels(f, h, e) == 0 &&
-		ct_source_open(&s, f, h->packed ? CT_PACKING_ZLIB : CT_PACKING_NONE, e) == 0 &&
-		ct_source_skip(&s, h->skip, e) == 0 &&
+	if (ct_source_open(&s, f, h->packed ? CT_PACKING_ZLIB : CT_PACKING_NONE, e) == 0 &&
 		ct_source_volume(&s, &h->stored, name, h->v, e) == 0)
 		rc = h->packed || getc(f) == EOF
 			     ? 0
@@ -344,3 +312,14 @@ const struct ct_format ct_format_nrrd = {.name = "NRRD",
 	.read = read_volume,
 	.write = write_volume,
 	.ends = CT_ENDS_NRRD};
+
+int ct_vol_read(const char *path, struct ct_vol *v, struct ct_err *e)
+{
+	/* the reader of MetaImage also reads NRRD */
+	static const struct ct_format *const list[] = {&ct_format_nifti, &ct_format_metaimage};
+	struct ct_any a = {0};
+	int rc = ct_format_read_first(list, path, &a, e);
+
+	*v = a.vol;
+	return rc;
+}

@@ -7,12 +7,11 @@
  * Values are taken as they are stored; the place is that of the
  * header: MetaImage is LPS, each three numbers of TransformMatrix being the direction of one axis;
  * NRRD is what `space` says. Where the header does not place the volume, "nifti.code" is 0. Of keys
- * that begin with "ct:" (MetaImage: "ct-") the rest is metadata, \n and \\ in the value a new line
- * and a backslash.
+ * that begin with "ct:" (MetaImage: "ct-") the rest is metadata, escaped as in a PLY.
  *
  * Refused by name: other dimensions, vectors, text and hex, bzip2, lists and patterns of files,
- * files that do not lie beside the header, units that are not mm, and what is longer than its
- * header says.
+ * files that do not lie beside the header or whose beginning is to be skipped, units that are not
+ * mm, and what is longer than its header says.
  */
 #ifndef CT_FORMATS_HEADED_H
 #define CT_FORMATS_HEADED_H
@@ -26,9 +25,7 @@
 /* What ct_headed_write writes. */
 #define CT_ENDS_HEADED CT_ENDS_METAIMAGE "|" CT_ENDS_NRRD
 /* In one file. */
-#define CT_ENDS_HEADED_ONE                                                                         \
-	"mha"                                                                                      \
-	"|nrrd"
+#define CT_ENDS_HEADED_ONE "mha|nrrd"
 
 /* By the end of the name, one of CT_ENDS_HEADED, LPS; if `packed` compressed. CT_EGEOM for a grid
  * that is sheared; CT_EOUTPUT; CT_ENOMEM. */

@@ -5,7 +5,6 @@
 #include "formats/temp.h"
 
 #include <assert.h>
-#include <errno.h>
 #include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
@@ -36,18 +35,6 @@ void ct_io_close(FILE *f)
 {
 	if (f && f != stdin)
 		fclose(f);
-}
-
-bool ct_io_starved(bool *again, const char *path, struct ct_err *e)
-{
-	struct stat st;
-
-	*again = false;
-	if (errno != ENOMEM)
-		return false;
-	*again = stat(path, &st) == 0 && S_ISREG(st.st_mode);
-	ct_fail(e, CT_ENOMEM, "%s: not enough memory to read it", path);
-	return true;
 }
 
 int ct_slurp(const char *path, unsigned char **data, size_t *n, struct ct_err *e)
@@ -247,14 +234,6 @@ int ct_put(struct ct_out *o, const void *data, size_t n, struct ct_err *e)
 	return 0;
 }
 
-static int wait_in(struct ct_out_set *s, struct ct_out *o, int lock)
-{
-	assert(s->n < CT_OUT_SET);
-	s->file[s->n++] = (struct ct_out_waiting){o->path, o->tmp, lock};
-	*o = (struct ct_out){0};
-	return 0;
-}
-
 int ct_out_set_commit(struct ct_out_set *s, struct ct_err *e)
 {
 	size_t done = 0;
@@ -297,8 +276,13 @@ int ct_out_commit(struct ct_out *o, struct ct_err *e)
 		bad |= fclose(o->f) != 0;
 		o->f = NULL;
 	}
-	if (!bad && o->tmp && o->together)
-		return wait_in(o->together, o, lock);
+	if (!bad && o->tmp && o->together) {
+		assert(o->together->n < CT_OUT_SET);
+		o->together->file[o->together->n++] =
+			(struct ct_out_waiting){o->path, o->tmp, lock};
+		*o = (struct ct_out){0};
+		return 0;
+	}
 	if (!bad && o->tmp)
 		bad = rename(o->tmp, o->path) != 0;
 	if (bad)

@@ -16,10 +16,6 @@ int ct_slurp(const char *path, unsigned char **data, size_t *n, struct ct_err *e
 /* Open for reading; "-" gives stdin. CT_EINPUT (a directory too). Close with ct_io_close. */
 int ct_io_open(const char *path, FILE **f, struct ct_err *e);
 void ct_io_close(FILE *f);
-/* After a file was read, errno 0 before: did memory fail? Libraries take what they get none for as
- * what the file lacks, or as its fault. Then that is the error, CT_ENOMEM naming the path. *again:
- * can it be read once more? malloc may have found memory elsewhere. */
-bool ct_io_starved(bool *again, const char *path, struct ct_err *e);
 
 /* Outputs that are there together or not at all: of an environment that names a set one that is
  * committed waits in it, whole, under its temporary name. */

@@ -41,16 +41,4 @@ int ct_nii_doubt(char out[static CT_NII_DOUBT], const struct ct_nii *h, const si
  */
 int ct_nii_set_affine(struct ct_nii *h, const struct ct_vol *v, bool shear, struct ct_err *e);
 
-/* Extension number k, `bytes` of content (without the 8 of its head), into the metadata. *pairs
- * counts those of all extensions of a file. */
-int ct_nii_ext_read(struct ct_meta *m, size_t *pairs, size_t k, int ecode, const unsigned char *p,
-	size_t bytes, struct ct_err *e);
-/* What stands before the voxels; p is owned. */
-struct ct_nii_head {
-	unsigned char *p;
-	size_t n, cap;
-};
-/* All extensions of m, each padded to 16 bytes, behind it. */
-int ct_nii_ext_write(struct ct_nii_head *to, const struct ct_meta *m, struct ct_err *e);
-
 #endif

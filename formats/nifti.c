@@ -6,18 +6,23 @@
 #include "formats/any.h"
 #include "formats/nifti-impl.h"
 #include "formats/nifti.h"
-#include "formats/sink.h"
 #include "formats/source.h"
+#include "formats/text.h"
 #include "formats/voxels.h"
 
 #include <assert.h>
+#include <errno.h>
+#include <jansson.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum {
 	MAX_EXT = 1 << 26, /* bytes of all extensions of a file */
 	MAX_EXTS = 1024,
+	COMMENT = 6, /* ecode */
+	MAX_PAIRS = 4096,
 	LENGTH = 4096 /* voxels that are looked at together */
 };
 
@@ -29,6 +34,63 @@ static int read_header(struct ct_source *s, struct ct_nii *h, struct ct_err *e)
 		ct_source_take(s, raw + 4, ct_nii_size(h) - 4, e))
 		return -1;
 	return ct_nii_unpack(h, raw, e);
+}
+
+static const char foreign[] = "nifti.ext.";
+
+/* Our object, or NULL: all keys "ct:...", all values text. */
+static json_t *ours(int ecode, const unsigned char *p, size_t bytes)
+{
+	json_t *o, *value;
+	const char *key;
+	bool all;
+
+	while (bytes && p[bytes - 1] == 0)
+		bytes--;
+	if (ecode != COMMENT || !bytes || p[0] != '{')
+		return NULL;
+	o = json_loadb((const char *)p, bytes, 0, NULL);
+	all = o && json_is_object(o) && json_object_size(o) > 0;
+	if (all)
+		json_object_foreach (o, key, value)
+			all = all && strncmp(key, "ct:", 3) == 0 && key[3] && json_is_string(value);
+	if (!all) {
+		json_decref(o);
+		return NULL;
+	}
+	return o;
+}
+
+/* Extension number k, `bytes` of content (without the 8 of its head), into the metadata. *pairs
+ * counts those of all extensions of a file. */
+static int read_extension(struct ct_meta *m, size_t *pairs, size_t k, int ecode,
+	const unsigned char *p, size_t bytes, struct ct_err *e)
+{
+	json_t *o = ours(ecode, p, bytes), *value;
+	const char *key;
+	char name[40], *text;
+	int rc = 0, head;
+
+	if (o) {
+		*pairs += json_object_size(o);
+		if (*pairs > MAX_PAIRS)
+			rc = ct_fail(e, CT_EINPUT, "more than %d pairs up to extension %zu",
+				MAX_PAIRS, k);
+		else
+			json_object_foreach (o, key, value)
+				if (!rc)
+					rc = ct_meta_set(m, key + 3, json_string_value(value), e);
+		json_decref(o);
+		return rc;
+	}
+	if (ct_alloc(&text, 16 + CT_TEXT_BASE64(bytes), 1, e))
+		return -1;
+	snprintf(name, sizeof name, "%s%zu", foreign, k);
+	head = snprintf(text, 14, "%d ", ecode);
+	ct_text_base64(text + head, p, bytes);
+	rc = ct_meta_set(m, name, text, e);
+	free(text);
+	return rc;
 }
 
 static int32_t int32_at(const unsigned char *p, bool big)
@@ -70,7 +132,7 @@ static int read_extensions(
 		if (ct_alloc(&p, (size_t)size, 1, e))
 			return -1;
 		rc = ct_source_take(s, p, (size_t)size - 8, e) ||
-		     ct_nii_ext_read(m, &pairs, k, code, p, (size_t)size - 8, e);
+		     read_extension(m, &pairs, k, code, p, (size_t)size - 8, e);
 		free(p);
 		if (rc)
 			return -1;
@@ -124,6 +186,124 @@ int ct_nifti_is_i16(const struct ct_vol *v, enum ct_nifti_type type, bool *i16, 
 					     : 0;
 }
 
+/* What stands before the voxels; p is owned. */
+struct head {
+	unsigned char *p;
+	size_t n, cap;
+};
+
+/* A copy of prefix + s in which every byte in error is U+FFFD; NULL without memory. */
+static char *clean(const char *prefix, const char *s)
+{
+	char *text = malloc(strlen(prefix) + 3 * strlen(s) + 1), *out = text;
+
+	if (!text)
+		return NULL;
+	out = stpcpy(out, prefix);
+	while (*s) {
+		size_t n = ct_text_character(s);
+
+		if (n)
+			memcpy(out, s, n);
+		else
+			memcpy(out, "\xef\xbf\xbd", 3);
+		out += n ? n : 3;
+		s += n ? n : 1;
+	}
+	*out = '\0';
+	return text;
+}
+
+static bool is_foreign(const char *key)
+{
+	return strncmp(key, foreign, sizeof foreign - 1) == 0;
+}
+
+/* One extension, padded with NUL to a multiple of 16 bytes. */
+static int append(struct head *to, int ecode, const void *data, size_t bytes, struct ct_err *e)
+{
+	const size_t size = (bytes + 8 + 15) / 16 * 16;
+	const uint32_t head[2] = {(uint32_t)size, (uint32_t)ecode};
+	unsigned char *at;
+
+	if (size > INT32_MAX)
+		return ct_fail(e, CT_EOUTPUT, "metadata of %zu bytes", bytes);
+	if (ct_grow(&to->p, &to->cap, to->n + size, 1, e))
+		return -1;
+	at = to->p + to->n;
+	memset(at, 0, size);
+	memcpy(at, head, sizeof head);
+	memcpy(at + 8, data, bytes);
+	to->n += size;
+	return 0;
+}
+
+static int append_foreign(struct head *to, const struct ct_pair *pair, struct ct_err *e)
+{
+	unsigned char *bytes;
+	size_t count = SIZE_MAX;
+	char *end;
+	long ecode;
+	int rc;
+
+	errno = 0;
+	ecode = strtol(pair->value, &end, 10);
+	if (ct_alloc(&bytes, strlen(pair->value) + 1, 1, e))
+		return -1;
+	if (errno == 0 && *end == ' ' && ecode >= INT32_MIN && ecode <= INT32_MAX)
+		count = ct_text_of_base64(bytes, end + 1);
+	if (count == SIZE_MAX)
+		rc = ct_fail(e, CT_EINPUT, "metadata %s is not \"ECODE BASE64\"", pair->key);
+	else
+		rc = append(to, (int)ecode, bytes, count, e);
+	free(bytes);
+	return rc;
+}
+
+/* The pairs that are ours, as one extension, if there are any. */
+static int append_ours(struct head *to, const struct ct_meta *m, struct ct_err *e)
+{
+	json_t *o = json_object();
+	char *text = NULL;
+	bool bad = !o;
+	int rc = 0;
+
+	for (size_t i = 0; i < m->n && !bad; i++) {
+		const char *key = m->pair[i].key;
+		char *k, *v;
+
+		if (is_foreign(key) || strcmp(key, CT_META_INPUT) == 0 ||
+			strcmp(key, CT_META_NIFTI_CODE) == 0 ||
+			strcmp(key, CT_META_NIFTI_DOUBT) == 0)
+			continue;
+		k = clean("ct:", key);
+		v = clean("", m->pair[i].value);
+		bad = !k || !v || json_object_set_new(o, k, json_string(v)) != 0;
+		free(k);
+		free(v);
+	}
+	if (!bad && json_object_size(o))
+		bad = !(text = ct_text_of_json(o, JSON_COMPACT));
+	if (bad)
+		rc = ct_fail(e, CT_ENOMEM, "no memory for metadata");
+	else if (text)
+		rc = append(to, COMMENT, text, strlen(text), e);
+	free(text);
+	json_decref(o);
+	return rc;
+}
+
+/* All extensions of m, each padded to 16 bytes, behind the header. */
+static int append_extensions(struct head *to, const struct ct_meta *m, struct ct_err *e)
+{
+	int rc = append_ours(to, m, e);
+
+	for (size_t i = 0; i < m->n && !rc; i++)
+		if (is_foreign(m->pair[i].key))
+			rc = append_foreign(to, &m->pair[i], e);
+	return rc;
+}
+
 static void fill_header(struct ct_nii *h, const struct ct_vol *v, bool i16)
 {
 	const char *kept = ct_meta_get(&v->meta, CT_META_NIFTI_CODE);
@@ -143,7 +323,7 @@ static void fill_header(struct ct_nii *h, const struct ct_vol *v, bool i16)
 	h->qform = h->sheared ? 0 : h->sform;
 }
 
-static int make_head(struct ct_nii_head *head, const struct ct_vol *v, bool i16, bool shear,
+static int make_head(struct head *head, const struct ct_vol *v, bool i16, bool shear,
 	const struct ct_env *env, struct ct_err *e)
 {
 	const char *quantity = ct_meta_get(&v->meta, CT_META_QUANTITY);
@@ -160,7 +340,7 @@ static int make_head(struct ct_nii_head *head, const struct ct_vol *v, bool i16,
 	if (ct_grow(&head->p, &head->cap, head->n, 1, e))
 		return -1;
 	memset(head->p, 0, head->n);
-	if (ct_nii_ext_write(head, &v->meta, e))
+	if (append_extensions(head, &v->meta, e))
 		return -1;
 	h.start = (double)head->n;
 	head->p[size] = head->n > size + 4;
@@ -175,7 +355,7 @@ struct ct_nifti_planes {
 	const char *path; /* the caller's */
 	enum ct_nifti_type type;
 	bool shear;
-	struct ct_nii_head head; /* what was written of it */
+	struct head head; /* what was written of it */
 };
 
 int ct_nifti_create(struct ct_nifti_planes **out, const char *path, const struct ct_vol *v,
@@ -216,7 +396,7 @@ int ct_nifti_put(struct ct_nifti_planes *w, size_t n, const float *x, struct ct_
 }
 
 /* In the place of the one that was written. */
-static int put_head_again(struct ct_nifti_planes *w, const struct ct_nii_head *h, struct ct_err *e)
+static int put_head_again(struct ct_nifti_planes *w, const struct head *h, struct ct_err *e)
 {
 	if (w->s.packed)
 		return ct_fail(e, CT_EOUTPUT,
@@ -227,7 +407,7 @@ static int put_head_again(struct ct_nifti_planes *w, const struct ct_nii_head *h
 int ct_nifti_close(struct ct_nifti_planes *w, const struct ct_vol *v, int rc,
 	const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_nii_head h = {0};
+	struct head h = {0};
 
 	if (rc == 0 && make_head(&h, v, w->type != CT_NIFTI_F32, w->shear, env, e))
 		rc = ct_blame(e, w->path);

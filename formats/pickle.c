@@ -3,6 +3,7 @@
 #include "config.h"
 #include "formats/pickle.h"
 #include "core/mem.h"
+#include "core/tensors.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -13,7 +14,7 @@ enum { MOST_VALUES = 1 << 20 };
 struct run {
 	const unsigned char *data;
 	size_t n, at, begin; /* begin: of the instruction */
-	struct ct_pickle_values v;
+	struct ct_pickle *v;
 	size_t *stack, *mark, *memo; /* values; heights of the stack; values + 1 */
 	size_t n_stack, cap_stack, n_mark, cap_mark, n_memo, cap_memo;
 	const char *name; /* of the instruction */
@@ -65,7 +66,7 @@ static int push(struct run *r, size_t value)
 
 static int push_new(struct run *r, struct ct_pickle_value value)
 {
-	struct ct_pickle_values *v = &r->v;
+	struct ct_pickle *v = r->v;
 
 	if (v->n_value == MOST_VALUES)
 		return bad(r, "too many values");
@@ -81,21 +82,21 @@ static size_t height(const struct run *r)
 	return r->n_stack - (r->n_mark ? r->mark[r->n_mark - 1] : 0);
 }
 
-static int peek(struct run *r, size_t *value)
+/* NULL, and the failure, if there is none. */
+static struct ct_pickle_value *peek(struct run *r)
 {
-	*value = 0;
-	if (height(r) == 0)
-		return bad(r, "nothing is on the stack");
-	*value = r->stack[r->n_stack - 1];
-	return 0;
+	if (height(r) > 0)
+		return &r->v->value[r->stack[r->n_stack - 1]];
+	bad(r, "nothing is on the stack");
+	return NULL;
 }
 
-static int pop(struct run *r, size_t *value)
+static struct ct_pickle_value *pop(struct run *r)
 {
-	if (peek(r, value))
-		return -1;
-	r->n_stack--;
-	return 0;
+	struct ct_pickle_value *x = peek(r);
+
+	r->n_stack -= x != NULL;
+	return x;
 }
 
 /* The values that an instruction takes together, `arg` of them or those above the last mark, which
@@ -110,20 +111,6 @@ static int pop_all(struct run *r, size_t *n)
 	r->n_mark -= r->arg == MARKED;
 	r->n_stack -= *n;
 	return 0;
-}
-
-static struct ct_pickle_value *value(const struct run *r, size_t i)
-{
-	return &r->v.value[i];
-}
-
-static int protocol(struct run *r)
-{
-	const unsigned char *p = take(r, 1);
-
-	if (!p)
-		return -1;
-	return *p >= 2 && *p <= 5 ? 0 : bad(r, "not a protocol from 2 to 5");
 }
 
 static int skip(struct run *r)
@@ -177,7 +164,7 @@ static int mark(struct run *r)
 
 static int tuple(struct run *r)
 {
-	struct ct_pickle_values *v = &r->v;
+	struct ct_pickle *v = r->v;
 	const size_t first = v->n_part;
 	size_t n = 0;
 
@@ -196,46 +183,43 @@ static int empty(struct run *r)
 	return push_new(r, (struct ct_pickle_value){.kind = (enum ct_pickle_kind)r->arg});
 }
 
-/* What is on top must be of this kind. */
-static int top(struct run *r, enum ct_pickle_kind kind, const char *why, size_t *it)
-{
-	if (peek(r, it))
-		return -1;
-	return value(r, *it)->kind == kind ? 0 : bad(r, why);
-}
-
 static int append(struct run *r)
 {
-	size_t n = 0, to = 0;
+	const struct ct_pickle_value *to;
+	size_t n = 0;
 
-	return pop_all(r, &n) || top(r, CT_PICKLE_LIST, "not to a list", &to) ? -1 : 0;
+	if (pop_all(r, &n) || !(to = peek(r)))
+		return -1;
+	return to->kind == CT_PICKLE_LIST ? 0 : bad(r, "not to a list");
 }
 
-static int put_pair(struct run *r, size_t to, size_t key, size_t x)
+static int put_pair(struct run *r, struct ct_pickle_value *to, size_t key, size_t x)
 {
-	struct ct_pickle_values *v = &r->v;
-	struct ct_pickle_value *d = value(r, to);
+	struct ct_pickle *v = r->v;
 	const size_t at = v->n_pair ? v->n_pair : 1;
 
 	if (ct_grow(&v->pair, &v->cap_pair, at + 1, sizeof *v->pair, r->e))
 		return -1;
 	v->pair[at] = (struct ct_pickle_pair){key, x, 0};
 	v->n_pair = at + 1;
-	if (d->first)
-		v->pair[d->n].next = at;
+	if (to->first)
+		v->pair[to->n].next = at;
 	else
-		d->first = at;
-	d->n = at;
+		to->first = at;
+	to->n = at;
 	return 0;
 }
 
 /* Pairs; of BUILD one value alone, the attributes of an ordered dictionary: none that matters. */
 static int set_items(struct run *r)
 {
-	size_t n = 0, to = 0;
+	struct ct_pickle_value *to;
+	size_t n = 0;
 
-	if (pop_all(r, &n) || top(r, CT_PICKLE_DICT, "not of a dictionary", &to))
+	if (pop_all(r, &n) || !(to = peek(r)))
 		return -1;
+	if (to->kind != CT_PICKLE_DICT)
+		return bad(r, "not of a dictionary");
 	if (n % 2 && r->arg == MARKED)
 		return bad(r, "a key without a value");
 	for (size_t i = 0; i + 1 < n; i += 2)
@@ -244,87 +228,166 @@ static int set_items(struct run *r)
 	return 0;
 }
 
-static int find_global(struct run *r, const char *module, size_t nm, const char *name, size_t nn)
-{
-	struct ct_pickle_value x;
+/* The functions, and the types of storages. */
+enum { ORDERED_DICT, TENSOR, PARAMETER, STORAGES };
+static const struct {
+	const char *module, *name;
+	enum ct_voxel type;
+} globals[] = {
+	[ORDERED_DICT] = {"collections", "OrderedDict", 0},
+	[TENSOR] = {"torch._utils", "_rebuild_tensor_v2", 0},
+	[PARAMETER] = {"torch._utils", "_rebuild_parameter", 0},
+	[STORAGES] = {"torch", "FloatStorage", CT_V_F32},
+	{"torch", "HalfStorage", CT_V_F16},
+	{"torch", "BFloat16Storage", CT_V_BF16},
+	{"torch", "DoubleStorage", CT_V_F64},
+	{"torch", "LongStorage", CT_V_I64},
+	{"torch", "IntStorage", CT_V_I32},
+	{"torch", "ShortStorage", CT_V_I16},
+	{"torch", "CharStorage", CT_V_I8},
+	{"torch", "ByteStorage", CT_V_U8},
+	{"torch", "BoolStorage", CT_V_BOOL},
+};
+enum { GLOBALS = sizeof globals / sizeof *globals };
 
-	if (ct_pickle_value_global(&x, module, nm, name, nn))
-		return push_new(r, x);
+static int find_global(
+	struct run *r, const struct ct_pickle_value *module, const struct ct_pickle_value *name)
+{
+	for (int i = 0; i < GLOBALS; i++)
+		if (ct_pickle_is_text(module, globals[i].module) &&
+			ct_pickle_is_text(name, globals[i].name))
+			return push_new(r, (struct ct_pickle_value){.kind = CT_PICKLE_GLOBAL,
+						   .number = i,
+						   .type = globals[i].type});
 	return ct_fail(r->e, CT_EINPUT,
 		"%s at byte %zu: %.*s.%.*s is nothing that a dictionary of tensors needs", r->name,
-		r->begin, (int)(nm < 80 ? nm : 80), module, (int)(nn < 80 ? nn : 80), name);
+		r->begin, (int)(module->length < 80 ? module->length : 80), module->text,
+		(int)(name->length < 80 ? name->length : 80), name->text);
 }
 
 /* GLOBAL: two lines. */
 static int global(struct run *r)
 {
-	const unsigned char *line[2], *end;
-	size_t n[2];
+	struct ct_pickle_value line[2];
 
 	for (int i = 0; i < 2; i++) {
-		line[i] = r->data + r->at;
-		end = memchr(line[i], '\n', r->n - r->at);
+		const char *at = (const char *)r->data + r->at,
+			   *end = memchr(at, '\n', r->n - r->at);
+
 		if (!end)
 			return bad(r, "the pickle ends inside it");
-		n[i] = (size_t)(end - line[i]);
-		r->at += n[i] + 1;
+		line[i] = (struct ct_pickle_value){
+			.kind = CT_PICKLE_TEXT, .text = at, .length = (size_t)(end - at)};
+		r->at += line[i].length + 1;
 	}
-	return find_global(r, (const char *)line[0], n[0], (const char *)line[1], n[1]);
+	return find_global(r, &line[0], &line[1]);
 }
 
 static int stack_global(struct run *r)
 {
-	const struct ct_pickle_value *m, *n;
-	size_t module, name;
+	const struct ct_pickle_value *name = pop(r), *module = name ? pop(r) : NULL;
 
-	if (pop(r, &name) || pop(r, &module))
+	if (!module)
 		return -1;
-	m = value(r, module);
-	n = value(r, name);
-	if (m->kind != CT_PICKLE_TEXT || n->kind != CT_PICKLE_TEXT)
+	if (module->kind != CT_PICKLE_TEXT || name->kind != CT_PICKLE_TEXT)
 		return bad(r, "not of two words");
-	return find_global(r, m->text, m->length, n->text, n->length);
+	return find_global(r, module, name);
+}
+
+/* Part i of a tuple if it is of this kind, or NULL. */
+static const struct ct_pickle_value *part(
+	const struct run *r, const struct ct_pickle_value *t, size_t i, enum ct_pickle_kind kind)
+{
+	const struct ct_pickle_value *x;
+
+	if (t->kind != CT_PICKLE_TUPLE || i >= t->n)
+		return NULL;
+	x = &r->v->value[r->v->part[t->first + i]];
+	return x->kind == kind ? x : NULL;
 }
 
 static int storage(struct run *r)
 {
-	struct ct_pickle_value x;
-	const char *why;
-	size_t it;
+	const struct ct_pickle_value *t = pop(r), *word, *type, *name, *n;
 
-	if (pop(r, &it))
+	if (!t)
 		return -1;
-	why = ct_pickle_value_storage(&x, &r->v, value(r, it));
-	return why ? bad(r, why) : push_new(r, x);
+	word = part(r, t, 0, CT_PICKLE_TEXT);
+	type = part(r, t, 1, CT_PICKLE_GLOBAL);
+	name = part(r, t, 2, CT_PICKLE_TEXT);
+	n = part(r, t, 4, CT_PICKLE_INTEGER);
+	if (t->n != 5 || !word || !ct_pickle_is_text(word, "storage") || !type ||
+		type->number < STORAGES || !name || !part(r, t, 3, CT_PICKLE_TEXT) || !n ||
+		n->number < 0)
+		return bad(r, "not a storage with type, name, device and length");
+	return push_new(r, (struct ct_pickle_value){.kind = CT_PICKLE_STORAGE,
+				   .type = type->type,
+				   .text = name->text,
+				   .length = name->length,
+				   .number = n->number});
+}
+
+/* A tuple of sizes. */
+static bool are_sizes(const struct run *r, const struct ct_pickle_value *t)
+{
+	for (size_t i = 0; i < t->n; i++) {
+		const struct ct_pickle_value *x = part(r, t, i, CT_PICKLE_INTEGER);
+
+		if (!x || x->number < 0)
+			return false;
+	}
+	return true;
+}
+
+/* Of (storage, offset, size, stride, whether it has a gradient, hooks). */
+static int tensor(struct run *r, struct ct_pickle_value t)
+{
+	const struct ct_pickle_value *at = part(r, &t, 1, CT_PICKLE_INTEGER),
+				     *size = part(r, &t, 2, CT_PICKLE_TUPLE),
+				     *stride = part(r, &t, 3, CT_PICKLE_TUPLE);
+
+	if (t.n < 6 || !part(r, &t, 0, CT_PICKLE_STORAGE) || !at || at->number < 0 || !size ||
+		!stride || !are_sizes(r, size) || !are_sizes(r, stride))
+		return bad(r, "not a tensor with storage, offset, size and stride");
+	if (size->n != stride->n || size->n > CT_MAX_RANK)
+		return bad(r, "a tensor of too many sizes, or of other strides");
+	t.kind = CT_PICKLE_TENSOR;
+	return push_new(r, t);
 }
 
 static int reduce(struct run *r)
 {
-	struct ct_pickle_value x;
-	size_t function, arguments;
-	const char *why;
+	const struct ct_pickle_value *t = pop(r), *f = t ? pop(r) : NULL, *x;
 
-	if (pop(r, &arguments) || pop(r, &function))
+	if (!f)
 		return -1;
-	why = ct_pickle_value_call(&x, &r->v, value(r, function), value(r, arguments));
-	return why ? bad(r, why) : push_new(r, x);
+	if (f->kind != CT_PICKLE_GLOBAL || f->number >= STORAGES || t->kind != CT_PICKLE_TUPLE)
+		return bad(r, "not a function and its arguments");
+	if (f->number == TENSOR)
+		return tensor(r, *t);
+	if (f->number == ORDERED_DICT)
+		return t->n ? bad(r, "an ordered dictionary of something")
+			    : push_new(r, (struct ct_pickle_value){.kind = CT_PICKLE_DICT});
+	x = part(r, t, 0, CT_PICKLE_TENSOR);
+	return x ? push_new(r, *x) : bad(r, "a parameter that is no tensor");
 }
 
 static int remember(struct run *r, uint64_t at)
 {
-	size_t it = 0, was = r->n_memo;
+	const struct ct_pickle_value *it = peek(r);
+	const size_t was = r->n_memo;
 
+	if (!it)
+		return -1;
 	if (at > r->n)
 		return bad(r, "remembers more than it can have made");
-	if (peek(r, &it))
-		return -1;
 	if (at >= was) {
 		if (ct_grow(&r->memo, &r->cap_memo, (size_t)at + 1, sizeof *r->memo, r->e))
 			return -1;
 		r->n_memo = (size_t)at + 1;
 		memset(r->memo + was, 0, (r->n_memo - was) * sizeof *r->memo);
 	}
-	r->memo[at] = it + 1;
+	r->memo[at] = (size_t)(it - r->v->value) + 1;
 	return 0;
 }
 
@@ -380,7 +443,7 @@ static const struct {
 	['}'] = {"EMPTY_DICT", empty, CT_PICKLE_DICT},
 	[']'] = {"EMPTY_LIST", empty, CT_PICKLE_LIST},
 	[')'] = {"EMPTY_TUPLE", tuple, 0},
-	[0x80] = {"PROTO", protocol, 0},
+	[0x80] = {"PROTO", skip, 1},
 	[0x85] = {"TUPLE1", tuple, 1},
 	[0x86] = {"TUPLE2", tuple, 2},
 	[0x87] = {"TUPLE3", tuple, 3},
@@ -394,7 +457,7 @@ static const struct {
 };
 
 /* To the end, which leaves one value. */
-static int execute(struct run *r, size_t *root)
+static int execute(struct run *r)
 {
 	unsigned char code = 0;
 
@@ -413,22 +476,25 @@ static int execute(struct run *r, size_t *root)
 		return ct_fail(r->e, CT_EINPUT, "ends without STOP");
 	if (r->n_mark || r->n_stack != 1)
 		return ct_fail(r->e, CT_EINPUT, "leaves more or less than one value");
-	*root = r->stack[0];
+	r->v->root = r->stack[0];
 	return 0;
 }
 
 int ct_pickle_read(struct ct_pickle *p, const unsigned char *data, size_t n, struct ct_err *e)
 {
-	struct run r = {.data = data, .n = n, .e = e};
-	size_t root = 0;
-	int rc;
+	struct run r = {.data = data, .n = n, .v = p, .e = e};
+	const int rc = execute(&r);
 
-	rc = execute(&r, &root) || ct_pickle_values_tensors(p, &r.v, root, e) ? -1 : 0;
 	free(r.stack);
 	free(r.mark);
 	free(r.memo);
-	free(r.v.value);
-	free(r.v.part);
-	free(r.v.pair);
 	return rc;
+}
+
+void ct_pickle_free(struct ct_pickle *p)
+{
+	free(p->value);
+	free(p->part);
+	free(p->pair);
+	*p = (struct ct_pickle){0};
 }

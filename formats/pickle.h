@@ -9,37 +9,13 @@
 #ifndef CT_FORMATS_PICKLE_H
 #define CT_FORMATS_PICKLE_H
 #include "core/err.h"
-#include "core/tensors.h"
 #include "formats/voxels.h"
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
-/* Numbers that lie elsewhere: storages are named, and tensors are parts of them. */
-struct ct_pickle_tensor {
-	char *name;    /* its key in the dictionary; owned */
-	char *storage; /* owned */
-	enum ct_voxel type;
-	uint64_t length; /* of the storage, numbers */
-	uint64_t offset; /* of the first number */
-	size_t rank;
-	uint64_t dim[CT_MAX_RANK], stride[CT_MAX_RANK]; /* in numbers */
-};
-
-struct ct_pickle {
-	size_t n;
-	struct ct_pickle_tensor *tensor; /* in the order of the dictionary; names are unique */
-};
-
-/* The tensors of the one dictionary of them: the outermost, or that under "state_dict", "model",
- * "model_state_dict" or "ema" in it, as deep as that goes. *p must be zero, and is to be freed in
- * any case. CT_EINPUT naming the instruction and its place, the function, or the tensor. */
-int ct_pickle_read(struct ct_pickle *p, const unsigned char *data, size_t n, struct ct_err *e);
-void ct_pickle_free(struct ct_pickle *p);
-
-/* The values that a pickle makes; between pickle.c, which runs it, pickle-objects.c, which knows
- * what it may call, and pickle-tensors.c, which looks for the tensors in the result. */
 enum ct_pickle_kind {
 	CT_PICKLE_PLAIN,   /* None, a truth, a real number: no part of a tensor */
 	CT_PICKLE_INTEGER, /* number */
@@ -66,25 +42,24 @@ struct ct_pickle_pair {
 	size_t key, value, next;
 };
 
-/* Pair 0 is none. */
-struct ct_pickle_values {
+/* What a pickle makes; pair 0 is none. */
+struct ct_pickle {
 	struct ct_pickle_value *value;
 	size_t *part;
 	struct ct_pickle_pair *pair;
 	size_t n_value, cap_value, n_part, cap_part, n_pair, cap_pair;
+	size_t root; /* the value that is left at the end */
 };
 
-/* The object of this name, if it is one that a dictionary of tensors needs. */
-bool ct_pickle_value_global(
-	struct ct_pickle_value *out, const char *module, size_t nm, const char *name, size_t nn);
-/* The storage that the tuple t names; and what function f gives of the arguments t. NULL, or why
- * not. */
-const char *ct_pickle_value_storage(struct ct_pickle_value *out, const struct ct_pickle_values *v,
-	const struct ct_pickle_value *t);
-const char *ct_pickle_value_call(struct ct_pickle_value *out, const struct ct_pickle_values *v,
-	const struct ct_pickle_value *f, const struct ct_pickle_value *t);
-/* The tensors under value `root`. */
-int ct_pickle_values_tensors(
-	struct ct_pickle *p, const struct ct_pickle_values *v, size_t root, struct ct_err *e);
+/* *p must be zero, and is to be freed in any case; its texts are in `data`. CT_EINPUT naming the
+ * instruction and its place, or the function. */
+int ct_pickle_read(struct ct_pickle *p, const unsigned char *data, size_t n, struct ct_err *e);
+void ct_pickle_free(struct ct_pickle *p);
+/* Is the value this text? */
+static inline bool ct_pickle_is_text(const struct ct_pickle_value *x, const char *word)
+{
+	return x->kind == CT_PICKLE_TEXT && x->length == strlen(word) &&
+	       memcmp(x->text, word, x->length) == 0;
+}
 
 #endif

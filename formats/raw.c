@@ -1,11 +1,16 @@
 /* raw.c: see raw.h. */
 #include "config.h"
+#include "core/mem.h"
 #include "formats/hash.h"
 #include "formats/io.h"
 #include "formats/raw.h"
 #include "formats/source.h"
 
+#include <errno.h>
+#include <stdbool.h>
+#include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 int ct_raw_type(const char *word, enum ct_voxel *type, bool *big, struct ct_err *e)
@@ -80,5 +85,131 @@ out:
 		ct_vol_free(v);
 		ct_blame(e, path);
 	}
+	return rc;
+}
+
+/* "\x93NUMPY", version, length of the header (2 bytes in version 1, else 4), then a Python dict:
+ * {'descr': '<f4', 'fortran_order': False, 'shape': (100, 64, 64), }, blanks and a newline. */
+enum { LONGEST = 1 << 16 }; /* bytes of a header */
+
+struct header {
+	struct ct_stored stored;
+	size_t n[3];
+};
+
+static int parse_type(struct header *h, const char *s, struct ct_err *e)
+{
+	static const struct ct_voxel_name types[] = {{"f4", CT_V_F32}, {"f8", CT_V_F64},
+		{"u1", CT_V_U8}, {"i1", CT_V_I8}, {"u2", CT_V_U16}, {"i2", CT_V_I16},
+		{"u4", CT_V_U32}, {"i4", CT_V_I32}, {"u8", CT_V_U64}, {"i8", CT_V_I64}, {NULL, 0}};
+	char quote = *s;
+
+	if ((quote == '\'' || quote == '"') && s[1] && strchr("<>|=", s[1]) && strlen(s) > 4 &&
+		s[4] == quote && ct_voxel_named(&h->stored.type, types, s + 2, 2)) {
+		h->stored.big = s[1] == '>';
+		return 0;
+	}
+	return ct_fail(e, CT_EINPUT, "descr %.12s is no type of number that is read here", s);
+}
+
+static int parse_shape(struct header *h, const char *s, struct ct_err *e)
+{
+	size_t dims = 0, n[3];
+	char *end;
+
+	for (s += *s == '('; dims < 3 && *s >= '0' && *s <= '9'; s = end) {
+		errno = 0;
+		n[dims] = strtoull(s, &end, 10);
+		if (errno || n[dims] == 0 || n[dims++] > INT32_MAX)
+			return ct_fail(e, CT_EINPUT, "shape (%.40s", s);
+		end += strspn(end, ", ");
+	}
+	if (dims < 2 || *s != ')')
+		return ct_fail(e, CT_EINPUT, "shape is not of two or three dimensions");
+	h->n[0] = n[0];
+	h->n[1] = dims == 3 ? n[1] : 1;
+	h->n[2] = n[dims - 1];
+	return 0;
+}
+
+/* The text behind 'key': */
+static const char *value(const char *text, const char *key)
+{
+	const char *s = strstr(text, key);
+
+	if (!s)
+		return NULL;
+	s += strlen(key);
+	s += strspn(s, "'\" ");
+	if (*s++ != ':')
+		return NULL;
+	return s + strspn(s, " ");
+}
+
+static int parse(struct header *h, const char *text, struct ct_err *e)
+{
+	const char *type = value(text, "descr"), *order = value(text, "fortran_order");
+	const char *shape = value(text, "shape");
+
+	if (!type || !order || !shape)
+		return ct_fail(e, CT_EINPUT, "header without descr, fortran_order or shape");
+	if (strncmp(order, "False", 5) != 0)
+		return ct_fail(e, CT_EINPUT, "fortran_order is not False: save it in C order");
+	return parse_type(h, type, e) || parse_shape(h, shape, e) ? -1 : 0;
+}
+
+static int read_header(struct header *h, FILE *f, struct ct_err *e)
+{
+	unsigned char start[12];
+	size_t lead = 10, n;
+	char *text = NULL;
+	int rc = -1;
+
+	if (fread(start, 1, lead, f) != lead || memcmp(start, "\x93NUMPY", 6) != 0)
+		return ct_fail(e, CT_EINPUT, "not a numpy array");
+	n = start[8] | (size_t)start[9] << 8;
+	if (start[6] < 1 || start[6] > 3)
+		return ct_fail(e, CT_EINPUT, "numpy format version %d", start[6]);
+	if (start[6] > 1) {
+		if (fread(start + 10, 1, 2, f) != 2)
+			return ct_fail(e, CT_EINPUT, "truncated in its header");
+		n |= (size_t)start[10] << 16 | (size_t)start[11] << 24;
+	}
+	if (n > LONGEST)
+		return ct_fail(e, CT_EINPUT, "header of %zu bytes", n);
+	if (ct_alloc(&text, n + 1, 1, e))
+		return -1;
+	text[n] = '\0';
+	if (fread(text, 1, n, f) != n)
+		ct_fail(e, CT_EINPUT, "truncated in its header");
+	else
+		rc = parse(h, text, e);
+	free(text);
+	return rc;
+}
+
+int ct_raw_npy(const char *path, double slope, double inter, size_t n[static 3], float **data,
+	struct ct_err *e)
+{
+	struct header h = {.stored = {.slope = slope, .inter = inter}};
+	float *out = NULL;
+	size_t total;
+	FILE *f;
+	int rc = -1;
+
+	if (ct_io_open(path, &f, e))
+		return -1;
+	if (read_header(&h, f, e) || ct_size_mul(&total, h.n[0], h.n[1], "shape", e) ||
+		ct_size_mul(&total, total, h.n[2], "shape", e) ||
+		ct_alloc(&out, total, sizeof *out, e) ||
+		ct_source_whole(f, &h.stored, total, out, "its shape says", e)) {
+		free(out);
+		ct_blame(e, path);
+	} else {
+		memcpy(n, h.n, sizeof h.n);
+		*data = out;
+		rc = 0;
+	}
+	ct_io_close(f);
 	return rc;
 }

@@ -1,4 +1,5 @@
-/* raw.h: voxels without a header. */
+/* raw.h: numbers whose file does not say where they lie: voxels without a header, arrays of numpy.
+ */
 #ifndef CT_FORMATS_RAW_H
 #define CT_FORMATS_RAW_H
 #include "core/vol.h"
@@ -36,5 +37,12 @@ void ct_raw_place(struct ct_vol *v, const struct ct_raw *how);
 /* A whole file (or "-"): its size must be exactly that of the voxels. The grid's centre is the
  * world's origin. *v must be zero. CT_EINPUT, CT_ENOMEM. */
 int ct_raw_read(const char *path, const struct ct_raw *how, struct ct_vol *v, struct ct_err *e);
+
+/* An array of numpy, version 1 to 3 of the format, C order, two or three dimensions, any integer or
+ * float type of up to eight bytes in either byte order: *data (free() it) = slope x + inter of the
+ * n[0]*n[1]*n[2] numbers x, the last index fastest; two dimensions (a, b) are n = {a, 1, b}. "-" is
+ * standard input. CT_EINPUT, CT_ENOMEM. */
+int ct_raw_npy(const char *path, double slope, double inter, size_t n[static 3], float **data,
+	struct ct_err *e);
 
 #endif

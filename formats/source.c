@@ -5,7 +5,9 @@
 #include "core/mem.h"
 #include "formats/hash.h"
 
+#include <assert.h>
 #include <errno.h>
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/types.h>
@@ -157,24 +159,15 @@ static int drain(struct ct_source *s, struct ct_err *e)
 	return 0;
 }
 
-int ct_stored_bytes(
-	const struct ct_stored *how, const size_t n[static 3], size_t *bytes, struct ct_err *e)
-{
-	return ct_size_mul(bytes, n[0], n[1], "dimensions", e) ||
-			       ct_size_mul(bytes, *bytes, n[2], "dimensions", e) ||
-			       ct_size_mul(
-				       bytes, *bytes, ct_voxel_bytes((int)how->type), "voxels", e)
-		       ? -1
-		       : 0;
-}
-
-/* CT_EINPUT if the file is too short for them. */
+/* CT_EINPUT if the file is too short for n voxels. */
 static int check_length(
 	const struct ct_source *s, const struct ct_stored *how, const size_t n[3], struct ct_err *e)
 {
 	size_t bytes;
 
-	if (ct_stored_bytes(how, n, &bytes, e))
+	if (ct_size_mul(&bytes, n[0], n[1], "dimensions", e) ||
+		ct_size_mul(&bytes, bytes, n[2], "dimensions", e) ||
+		ct_size_mul(&bytes, bytes, ct_voxel_bytes((int)how->type), "voxels", e))
 		return -1;
 	if (s->left != UINT64_MAX && bytes > s->left - s->at)
 		return ct_fail(e, CT_EINPUT, "truncated file: %zux%zux%zu voxels need %zu bytes",
@@ -183,15 +176,13 @@ static int check_length(
 }
 
 /* What stands before the voxels in the hash: sizes and geometry. */
-static int start_hash(struct ct_hash **hash, const struct ct_vol *v, struct ct_err *e)
+static void start_hash(struct ct_hash *hash, const struct ct_vol *v)
 {
 	const uint64_t n[3] = {v->n[0], v->n[1], v->n[2]};
 
-	if (ct_hash_alloc(hash, e))
-		return -1;
-	CT_SIMD(ct_hash_add)(*hash, n, sizeof n);
-	CT_SIMD(ct_hash_add)(*hash, v->affine, sizeof v->affine);
-	return 0;
+	ct_hash_begin(hash);
+	ct_hash_add(hash, n, sizeof n);
+	ct_hash_add(hash, v->affine, sizeof v->affine);
 }
 
 /* The next n numbers into out, and into the hash, if that is not NULL, while they are in the cache.
@@ -215,7 +206,7 @@ static int take_numbers(struct ct_source *s, const struct ct_stored *how, size_t
 		if (!as_is)
 			ct_voxels_float(some, out, how->type, s->block, how->slope, how->inter);
 		if (hash)
-			CT_SIMD(ct_hash_add)(hash, out, some * sizeof *out);
+			ct_hash_add(hash, out, some * sizeof *out);
 	}
 	return 0;
 }
@@ -224,19 +215,17 @@ int ct_source_volume(struct ct_source *s, const struct ct_stored *how, const cha
 	struct ct_vol *v, struct ct_err *e)
 {
 	const struct ct_vol head = *v;
-	struct ct_hash *hash = NULL;
-	int rc;
+	struct ct_hash hash;
 
 	if (check_length(s, how, head.n, e) || ct_vol_alloc(v, head.n, e))
 		return -1;
 	memcpy(v->affine, head.affine, sizeof v->affine);
-	rc = ct_vol_check_grid(v, e) || start_hash(&hash, v, e) ||
-			     take_numbers(s, how, ct_vol_count(v), v->data, hash, e) ||
-			     drain(s, e) || ct_hash_input(hash, &v->meta, name, e)
-		     ? -1
-		     : 0;
-	free(hash);
-	return rc;
+	start_hash(&hash, v);
+	return ct_vol_check_grid(v, e) ||
+			       take_numbers(s, how, ct_vol_count(v), v->data, &hash, e) ||
+			       drain(s, e) || ct_hash_input(&hash, &v->meta, name, e)
+		       ? -1
+		       : 0;
 }
 
 int ct_source_whole(FILE *f, const struct ct_stored *how, size_t n, float *out, const char *longer,
@@ -249,4 +238,119 @@ int ct_source_whole(FILE *f, const struct ct_stored *how, size_t n, float *out, 
 
 	ct_source_close(&s);
 	return rc == 0 && getc(f) != EOF ? ct_fail(e, CT_EINPUT, "longer than %s", longer) : rc;
+}
+
+int ct_sink_open(struct ct_sink *s, const char *path, const struct ct_env *env, struct ct_err *e)
+{
+	*s = (struct ct_sink){0};
+	return ct_out_open(&s->out, path, env, e);
+}
+
+int ct_sink_pack(struct ct_sink *s, bool gzip, struct ct_err *e)
+{
+	if (ct_alloc(&s->buf, BLOCK, 1, e))
+		return -1;
+	if (deflateInit2(&s->z, 1, Z_DEFLATED, 15 + (gzip ? 16 : 0), 9, Z_DEFAULT_STRATEGY) != Z_OK)
+		return ct_fail(e, CT_ENOMEM, "no memory for zlib");
+	s->packed = true;
+	return 0;
+}
+
+static void end_packing(struct ct_sink *s)
+{
+	if (s->packed)
+		deflateEnd(&s->z);
+	s->packed = false;
+}
+
+static int put(struct ct_sink *s, const void *data, size_t n, struct ct_err *e)
+{
+	s->at += n;
+	return n ? ct_put(&s->out, data, n, e) : 0;
+}
+
+/* The last call says so. */
+static int give(struct ct_sink *s, const void *data, size_t n, bool last, struct ct_err *e)
+{
+	int z = Z_OK;
+
+	assert(n <= UINT_MAX);
+	if (!s->packed)
+		return put(s, data, n, e);
+	s->z.next_in = (z_const Bytef *)(uintptr_t)data;
+	s->z.avail_in = (uInt)n;
+	do {
+		s->z.next_out = s->buf;
+		s->z.avail_out = BLOCK;
+		z = deflate(&s->z, last ? Z_FINISH : Z_NO_FLUSH);
+		if (z == Z_STREAM_ERROR)
+			return ct_fail(e, CT_EOUTPUT, "zlib failed");
+		if (put(s, s->buf, BLOCK - s->z.avail_out, e))
+			return -1;
+	} while (last ? z != Z_STREAM_END : s->z.avail_out == 0);
+	return 0;
+}
+
+int ct_sink_give(struct ct_sink *s, const void *data, size_t n, struct ct_err *e)
+{
+	return give(s, data, n, false, e);
+}
+
+int ct_sink_some(struct ct_sink *s, size_t n, const float *x, bool i16, bool exact, bool *fits,
+	struct ct_err *e)
+{
+	const size_t bytes = i16 ? 2 : 4, step = BLOCK / bytes;
+
+	*fits = true;
+	if (!s->block && ct_alloc(&s->block, BLOCK, 1, e))
+		return -1;
+	for (size_t at = 0, m; at < n; at += m) {
+		m = n - at < step ? n - at : step;
+		if (i16)
+			*fits &= ct_voxels_i16(m, s->block, x + at, exact);
+		else
+			memcpy(s->block, x + at, m * bytes);
+		if (give(s, s->block, m * bytes, false, e))
+			return -1;
+	}
+	return 0;
+}
+
+int ct_sink_end(struct ct_sink *s, struct ct_err *e)
+{
+	return give(s, NULL, 0, true, e);
+}
+
+int ct_sink_voxels(struct ct_sink *s, const struct ct_vol *v, bool i16, const struct ct_env *env,
+	struct ct_err *e)
+{
+	const size_t total = ct_vol_count(v), step = BLOCK / sizeof(int16_t);
+	bool fits;
+
+	for (size_t at = 0; at < total; at += step) {
+		if (ct_check_stop(env, e) || ct_sink_some(s, total - at < step ? total - at : step,
+						     v->data + at, i16, false, &fits, e))
+			return -1;
+	}
+	return 0;
+}
+
+int ct_sink_rewind(struct ct_sink *s, struct ct_err *e)
+{
+	end_packing(s);
+	return fseeko(s->out.f, 0, SEEK_SET) == 0
+		       ? 0
+		       : ct_fail_errno(
+				 e, CT_EOUTPUT, s->out.path ? s->out.path : "standard output");
+}
+
+int ct_sink_close(struct ct_sink *s, int rc, struct ct_err *e)
+{
+	end_packing(s);
+	free(s->buf);
+	free(s->block);
+	if (rc == 0)
+		return ct_out_commit(&s->out, e);
+	ct_out_abandon(&s->out);
+	return rc;
 }

@@ -186,11 +186,6 @@ static void sweep(const char *path)
 		closedir(d);
 }
 
-static int make_folder(char *tmp)
-{
-	return mkdtemp(tmp) ? open(tmp, O_RDONLY | O_DIRECTORY | O_CLOEXEC) : -1;
-}
-
 /* One that nobody swept away before it was locked. */
 static int make(char *tmp, bool folder)
 {
@@ -200,7 +195,10 @@ static int make(char *tmp, bool folder)
 		int fd;
 
 		memcpy(tmp + strlen(tmp) - RANDOM, MARK + MARKED - RANDOM, RANDOM);
-		fd = folder ? make_folder(tmp) : mkostemp(tmp, O_CLOEXEC);
+		if (folder)
+			fd = mkdtemp(tmp) ? open(tmp, O_RDONLY | O_DIRECTORY | O_CLOEXEC) : -1;
+		else
+			fd = mkostemp(tmp, O_CLOEXEC);
 		if (fd < 0)
 			return -1;
 		keep(tmp);
@@ -212,34 +210,6 @@ static int make(char *tmp, bool folder)
 	}
 	errno = EAGAIN;
 	return -1;
-}
-
-static int open_new(const char *path, bool folder, char **tmp, struct ct_err *e)
-{
-	int fd;
-
-	sweep(path);
-	if (asprintf(tmp, "%s" MARK, path) < 0) {
-		*tmp = NULL;
-		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
-	}
-	fd = make(*tmp, folder);
-	if (fd >= 0)
-		return fd;
-	ct_fail_errno(e, CT_EOUTPUT, path);
-	free(*tmp);
-	*tmp = NULL;
-	return -1;
-}
-
-int ct_temp_open(const char *path, char **tmp, struct ct_err *e)
-{
-	return open_new(path, false, tmp, e);
-}
-
-int ct_temp_folder(const char *path, char **tmp, struct ct_err *e)
-{
-	return open_new(path, true, tmp, e);
 }
 
 /* The lock of the file `tmp`, and the file still of that name; else -1, errno EWOULDBLOCK if
@@ -265,20 +235,41 @@ static int claim(const char *tmp)
 	return -1;
 }
 
-int ct_temp_claim(const char *path, char **tmp, struct ct_err *e)
+enum kind { NEW_FILE, NEW_FOLDER, CLAIMED };
+
+static int open_new(const char *path, enum kind kind, char **tmp, struct ct_err *e)
 {
 	int fd;
 
-	if (asprintf(tmp, "%s" CLAIM, path) < 0) {
+	if (kind != CLAIMED)
+		sweep(path);
+	if (asprintf(tmp, "%s%s", path, kind == CLAIMED ? CLAIM : MARK) < 0) {
 		*tmp = NULL;
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
 	}
-	fd = claim(*tmp);
+	fd = kind == CLAIMED ? claim(*tmp) : make(*tmp, kind == NEW_FOLDER);
 	if (fd >= 0)
 		return fd;
-	ct_fail(e, CT_EOUTPUT, "%s: %s", path,
-		errno == EWOULDBLOCK ? "another run is making it" : strerror(errno));
+	if (kind == CLAIMED && errno == EWOULDBLOCK)
+		ct_fail(e, CT_EOUTPUT, "%s: another run is making it", path);
+	else
+		ct_fail_errno(e, CT_EOUTPUT, path);
 	free(*tmp);
 	*tmp = NULL;
 	return -1;
+}
+
+int ct_temp_open(const char *path, char **tmp, struct ct_err *e)
+{
+	return open_new(path, NEW_FILE, tmp, e);
+}
+
+int ct_temp_folder(const char *path, char **tmp, struct ct_err *e)
+{
+	return open_new(path, NEW_FOLDER, tmp, e);
+}
+
+int ct_temp_claim(const char *path, char **tmp, struct ct_err *e)
+{
+	return open_new(path, CLAIMED, tmp, e);
 }

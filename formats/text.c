@@ -37,7 +37,7 @@ char *ct_text_of_json(const json_t *o, size_t flags)
 	return text;
 }
 
-size_t ct_text_character(const char *s, size_t n)
+size_t ct_text_character(const char *s)
 {
 	static const uint32_t least[] = {0, 0, 0x80, 0x800, 0x10000};
 	const unsigned char *p = (const unsigned char *)s;
@@ -48,7 +48,7 @@ size_t ct_text_character(const char *s, size_t n)
 					       : 0;
 	uint32_t u = bytes > 1 ? p[0] & (0xffu >> (bytes + 1)) : p[0];
 
-	if (bytes == 0 || bytes > n)
+	if (bytes == 0)
 		return 0;
 	for (size_t i = 1; i < bytes; i++) {
 		if (p[i] >> 6 != 2)
@@ -56,6 +56,25 @@ size_t ct_text_character(const char *s, size_t n)
 		u = u << 6 | (p[i] & 63u);
 	}
 	return u >= least[bytes] && u <= 0x10ffff && (u < 0xd800 || u > 0xdfff) ? bytes : 0;
+}
+
+void ct_text_unescape(char *s)
+{
+	char *to = s;
+
+	for (; *s; s++) {
+		char hex[3] = {0};
+
+		if (s[0] == '\\' && (s[1] == 'n' || s[1] == '\\'))
+			*to++ = *++s == 'n' ? '\n' : '\\';
+		else if (s[0] == '\\' && s[1] == 'x' && s[2] && s[3]) {
+			memcpy(hex, s + 2, 2);
+			*to++ = (char)strtol(hex, NULL, 16);
+			s += 3;
+		} else
+			*to++ = *s;
+	}
+	*to = '\0';
 }
 
 static const char alphabet[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";

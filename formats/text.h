@@ -1,4 +1,5 @@
-/* text.h: our strings in UTF-8, which JSON and HTML want, and bytes as base64, RFC 4648. */
+/* text.h: our strings in UTF-8, which JSON and HTML want, or on a line of a header, and bytes as
+ * base64, RFC 4648. */
 #ifndef CT_FORMATS_TEXT_H
 #define CT_FORMATS_TEXT_H
 #include <jansson.h>
@@ -8,8 +9,11 @@
 json_t *ct_text_json(const char *s);
 /* json_dumps, which leaves out what it has no memory for: NULL then. free() it. */
 char *ct_text_of_json(const json_t *o, size_t flags);
-/* Bytes of the UTF-8 character that n bytes, or a string, begin with; 0 for one in error. */
-size_t ct_text_character(const char *s, size_t n);
+/* Bytes of the UTF-8 character that a string begins with; 0 for one in error. */
+size_t ct_text_character(const char *s);
+
+/* \n, \\ and \xHH become the bytes that they stand for, in place. */
+void ct_text_unescape(char *s);
 
 /* Room for the text of n bytes. */
 #define CT_TEXT_BASE64(n) (4 * (((n) + 2) / 3) + 1)

@@ -3,8 +3,14 @@
 #include "formats/voxels.h"
 
 #include <assert.h>
-#include <math.h>
+#define IMATH_HALF_NO_LOOKUP_TABLE
+#include <half.h>
 #include <string.h>
+
+uint16_t ct_voxel_half(float x)
+{
+	return imath_float_to_half(x);
+}
 
 bool ct_voxel_named(enum ct_voxel *type, const struct ct_voxel_name *list, const char *s, size_t n)
 {
@@ -49,37 +55,6 @@ void ct_voxels_swap(size_t n, size_t bytes, void *p)
 		swap64(n, p);
 }
 
-/* IEEE binary16: exact, NaN stays NaN. */
-static float from_half(uint16_t h)
-{
-	const int exponent = h >> 10 & 31;
-	const float fraction = (float)(h & 1023), sign = h & 0x8000 ? -1.0f : 1.0f;
-
-	if (exponent == 0) /* zero and denormals: multiples of 2^-24 */
-		return sign * fraction * 0x1p-24f;
-	if (exponent == 31)
-		return fraction > 0 ? NAN : sign * INFINITY;
-	return sign * ldexpf(1024 + fraction, exponent - 25);
-}
-
-uint16_t ct_voxel_half(float x)
-{
-	const uint16_t sign = signbit(x) ? 0x8000 : 0;
-	const float a = fabsf(x);
-	int exponent;
-	float scaled;
-
-	if (isnan(x))
-		return (uint16_t)(sign | 0x7e00);
-	if (a >= 65520) /* half way past the largest half */
-		return (uint16_t)(sign | 0x7c00);
-	if (a < 0x1p-14f) /* rintf rounds ties to even; 1024 carries into the smallest normal */
-		return (uint16_t)(sign | (int)rintf(a * 0x1p24f));
-	frexpf(a, &exponent);                     /* a = m 2^exponent, m in [1/2, 1) */
-	scaled = rintf(ldexpf(a, 11 - exponent)); /* in [1024, 2048] */
-	return (uint16_t)(sign | (((exponent + 14) << 10) + (int)scaled - 1024));
-}
-
 static float from_bfloat(uint16_t b)
 {
 	const uint32_t bits = (uint32_t)b << 16;
@@ -89,24 +64,66 @@ static float from_bfloat(uint16_t b)
 	return x;
 }
 
+/* Without a scale no double is needed, and none of 64-bit integers is rounded twice. */
+#define CONVERT(name, code, type)                                                                  \
+	static void from_##name(size_t n, float *restrict out, const type *restrict in,            \
+		double slope, double inter)                                                        \
+	{                                                                                          \
+		if (slope == 1 && inter == 0) {                                                    \
+			_Pragma("omp simd") for (size_t i = 0; i < n; i++) out[i] = (float)in[i];  \
+		} else {                                                                           \
+			_Pragma("omp simd") for (size_t i = 0; i < n; i++) out[i] =                \
+				(float)(slope * (double)in[i] + inter);                            \
+		}                                                                                  \
+	}
+CT_VOXEL_LIST(CONVERT)
+
 void ct_voxels_float(size_t n, float *restrict out, enum ct_voxel type, const void *restrict in,
 	double slope, double inter)
 {
 	const unsigned char *truth = in;
-	const uint16_t *half = in;
+	const uint16_t *bits = in;
 
-	if (type < CT_V_BOOL) {
-		CT_SIMD(ct_voxels_row_float)(n, out, type, in, slope, inter);
-		return;
+	assert(type < CT_V_BOOL || (slope == 1 && inter == 0));
+	switch (type) {
+#define CASE(name, code, type)                                                                     \
+	case name: from_##name(n, out, in, slope, inter); break;
+		CT_VOXEL_LIST(CASE)
+	case CT_V_BOOL:
+		for (size_t i = 0; i < n; i++)
+			out[i] = truth[i] != 0;
+		break;
+	case CT_V_F16:
+		for (size_t i = 0; i < n; i++)
+			out[i] = imath_half_to_float(bits[i]);
+		break;
+	case CT_V_BF16:
+		for (size_t i = 0; i < n; i++)
+			out[i] = from_bfloat(bits[i]);
 	}
-	assert(slope == 1 && inter == 0);
-	for (size_t i = 0; i < n; i++)
-		out[i] = type == CT_V_BOOL  ? truth[i] != 0
-			 : type == CT_V_F16 ? from_half(half[i])
-					    : from_bfloat(half[i]);
 }
 
+union word {
+	float f;
+	uint32_t u;
+};
+
+/* Adding 1.5*2^23 rounds to a whole number, which then stands in the low bits of the sum. Integer
+ * comparisons only: NaN and infinity are out of range like any other, and the loop is vectors. */
 bool ct_voxels_i16(size_t n, int16_t *restrict out, const float *restrict in, bool exact)
 {
-	return CT_SIMD(ct_voxels_row_i16)(n, out, in, exact);
+	const union word magic = {.f = 12582912.0f};
+	const uint32_t rest = exact ? 0x7fffffff : 0;
+	uint32_t bad = 0;
+
+	_Pragma("omp simd reduction(| : bad)") for (size_t i = 0; i < n; i++)
+	{
+		const union word sum = {.f = in[i] + magic.f};
+		const union word off = {.f = in[i] - (sum.f - magic.f)};
+		const uint32_t whole = sum.u - magic.u;
+
+		bad |= (whole + 32768) >> 16 | (off.u & rest);
+		out[i] = (int16_t)(uint16_t)whole;
+	}
+	return !bad;
 }

@@ -1,8 +1,6 @@
 /* voxels.h: numbers of files to float and back, a block at a time. */
 #ifndef CT_FORMATS_VOXELS_H
 #define CT_FORMATS_VOXELS_H
-#include "core/simd.h"
-
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -47,13 +45,6 @@ void ct_voxels_float(size_t n, float *restrict out, enum ct_voxel type, const vo
 /* Rounded (ties to even) into out; false if a number does not fit or, when `exact`, is not whole.
  */
 bool ct_voxels_i16(size_t n, int16_t *restrict out, const float *restrict in, bool exact);
-/* Their kernels (core/simd.h), not of CT_V_BOOL, F16 and BF16. */
-CT_SIMD_DECLARE(void, ct_voxels_row_float,
-	(size_t n, float *restrict out, enum ct_voxel type, const void *restrict in, double slope,
-		double inter));
-CT_SIMD_DECLARE(bool, ct_voxels_row_i16,
-	(size_t n, int16_t *restrict out, const float *restrict in, bool exact));
-
 /* The nearest IEEE binary16, ties to even; too large becomes infinity, NaN stays NaN. */
 uint16_t ct_voxel_half(float x);
 

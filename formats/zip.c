@@ -8,12 +8,11 @@
 #include <zlib.h>
 
 enum {
-	LOCAL = 30,   /* bytes of a local header, without name and extra */
-	CENTRAL = 46, /* of an entry of the directory */
-	END = 22,     /* of the record at the end, without its comment */
-	LOCATOR = 20, /* of what says where the 64-bit record is */
-	END64 = 56,   /* of that record */
-	COMMENT = 65535,
+	LOCAL = 30,             /* bytes of a local header, without name and extra */
+	CENTRAL = 46,           /* of an entry of the directory */
+	END = 22,               /* of the record at the end */
+	LOCATOR = 20,           /* of what says where the 64-bit record is */
+	END64 = 56,             /* of that record */
 	MOST_MEMBERS = 1 << 17, /* members */
 	MOST_DIR = 1 << 25,     /* bytes of the directory */
 	FLAG_SECRET = 1,
@@ -65,43 +64,29 @@ static int read_end64(struct ct_zip *z, uint64_t at, struct end *d, struct ct_er
 	return 0;
 }
 
-/* The record at the end, before a comment that reaches to the end of the file. */
+/* The record at the end; torch.save writes no comment behind it. */
 static int read_end(struct ct_zip *z, struct end *d, struct ct_err *e)
 {
-	const size_t n = z->size < END + COMMENT ? (size_t)z->size : END + COMMENT;
-	unsigned char *tail;
-	size_t i;
-	int rc = -1;
+	const uint64_t at = z->size < END ? 0 : z->size - END;
+	unsigned char rec[END];
 
-	if (ct_alloc(&tail, n, 1, e))
+	if (get(z, at, rec, sizeof rec, "its end", e))
 		return -1;
-	if (get(z, z->size - n, tail, n, "its end", e))
-		goto out;
-	for (i = n; i-- > 0;)
-		if (n - i >= END && memcmp(tail + i, "PK\5\6", 4) == 0 &&
-			little(tail + i + 20, 2) == n - i - END)
-			break;
-	if (i == (size_t)-1) {
-		ct_fail(e, CT_EINPUT, "zip: no directory at the end: cut short?");
-		goto out;
-	}
-	*d = (struct end){.disk = little(tail + i + 4, 2) | little(tail + i + 6, 2),
-		.here = little(tail + i + 8, 2),
-		.n = little(tail + i + 10, 2),
-		.bytes = little(tail + i + 12, 4),
-		.at = little(tail + i + 16, 4)};
-	if (read_end64(z, z->size - n + i, d, e))
-		goto out;
+	if (memcmp(rec, "PK\5\6", 4) != 0)
+		return ct_fail(e, CT_EINPUT, "zip: no directory at the end: cut short?");
+	*d = (struct end){.disk = little(rec + 4, 2) | little(rec + 6, 2),
+		.here = little(rec + 8, 2),
+		.n = little(rec + 10, 2),
+		.bytes = little(rec + 12, 4),
+		.at = little(rec + 16, 4)};
+	if (read_end64(z, at, d, e))
+		return -1;
 	if (d->disk || d->here != d->n)
-		ct_fail(e, CT_EINPUT, "zip: one of several volumes");
-	else if (d->n > MOST_MEMBERS || d->bytes > MOST_DIR || d->n * CENTRAL > d->bytes)
-		ct_fail(e, CT_EINPUT, "zip: a directory of %llu members in %llu bytes",
+		return ct_fail(e, CT_EINPUT, "zip: one of several volumes");
+	if (d->n > MOST_MEMBERS || d->bytes > MOST_DIR || d->n * CENTRAL > d->bytes)
+		return ct_fail(e, CT_EINPUT, "zip: a directory of %llu members in %llu bytes",
 			(unsigned long long)d->n, (unsigned long long)d->bytes);
-	else
-		rc = 0;
-out:
-	free(tail);
-	return rc;
+	return 0;
 }
 
 /* Fields of an entry that do not fit into 32 bits stand in its extra field of kind 1, in this

@@ -3,7 +3,7 @@
 # make fuzz takes; with `cluster`, what make check-long PARTS=cluster takes.
 set -e
 build='gcc g++ make autoconf automake pkg-config zlib1g-dev libdeflate-dev libxxhash-dev
-	libjansson-dev libopenexr-dev libdnnl-dev libvtk9-dev libvtk-dicom-dev libarchive-dev libopenjp2-7-dev
+	libjansson-dev libopenexr-dev libdnnl-dev libvtk9-dev libvtk-dicom-dev libarchive-dev
 	libopenimageio-dev xz-utils time'
 tests='mandoc python3-numpy python3-nibabel python3-pydicom python3-skimage python3-pil python3-tifffile nifti-bin
 	openimageio-tools openexr plastimatch libgdcm-tools dcmtk dicom3tools dcm2niix clang-format

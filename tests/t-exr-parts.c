@@ -1,7 +1,6 @@
 /* EXR stacks of other programs, byte by byte: names, windows, channels, attributes; the bytes of a
  * ZIP chunk against a plain twin; which attributes are written. */
 #include "config.h"
-#include "core/rng.h"
 #include "formats/exr.h"
 #include "formats/format.h"
 #include "tap.h"
@@ -414,27 +413,6 @@ static void test_meta(const char *path)
 	ct_stack_free(&s);
 }
 
-/* Both directions at any length, the bytes before and behind left alone. */
-static void test_bytes(void)
-{
-	enum { MOST = 150 };
-	unsigned char in[MOST], want[MOST], got[MOST + 2], back[MOST + 2];
-	size_t bad = 0;
-
-	for (size_t i = 0; i < MOST; i++)
-		in[i] = (unsigned char)ct_rng_below(4, 0, i, 256);
-	for (size_t n = 0; n <= MOST; n++) {
-		memset(got, 0xa5, sizeof got);
-		memset(back, 0xa5, sizeof back);
-		split(n, want, in);
-		CT_SIMD(ct_exr_bytes_split)(n, got + 1, in);
-		bad += memcmp(got + 1, want, n) != 0 || got[0] != 0xa5 || got[n + 1] != 0xa5;
-		CT_SIMD(ct_exr_bytes_join)(n, back + 1, want);
-		bad += memcmp(back + 1, in, n) != 0 || back[0] != 0xa5 || back[n + 1] != 0xa5;
-	}
-	OK(bad == 0, "bytes of up to %d are split and joined as they should be", MOST);
-}
-
 static void fill(struct ct_stack *s)
 {
 	*s = (struct ct_stack){0};
@@ -568,7 +546,6 @@ int main(void)
 	if (fd < 0)
 		exit(99);
 	close(fd);
-	test_bytes();
 	test_names(path);
 	test_layouts(path);
 	test_refusals(path);

@@ -71,15 +71,10 @@ static int check(const char *syntax, const Bytes &picture, const char *word = ""
 			one.insert(one.end(), file.begin() + static_cast<ptrdiff_t>(p.from),
 				file.begin() + static_cast<ptrdiff_t>(p.from + p.size));
 		if (coding == Coding::rle) {
-			Bytes planes;
+			Bytes numbers;
 
-			rc = unpack_rle(planes, one, PIXELS, 2, path, &err);
-			one.clear();
-			for (size_t i = 0; rc == 0 && i < PIXELS;
-				i++) { /* upper bytes, then lower */
-				one.push_back(planes[PIXELS + i]);
-				one.push_back(planes[i]);
-			}
+			rc = unpack_rle(numbers, one, PIXELS, 2, path, &err);
+			one = rc ? Bytes() : numbers;
 		} else
 			rc = check_jpeg(one, coding, path, &err);
 		all = all + one;

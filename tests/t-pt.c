@@ -69,7 +69,7 @@ static void types(void)
 	member(&a, "folder/data.pkl", k.data, k.n);
 	member(&a, "folder/byteorder", "little", 6);
 	member(&a, "folder/version", "3\n", 2);
-	finish(&a, "");
+	finish(&a);
 	OK(read_bytes(a.b.data, a.b.n, &w) == 0 && w.n == N, "all types %s", err.msg);
 	for (size_t i = 0; i < N && w.n == N; i++)
 		OK(strcmp(w.t[i].name, is[i].type) == 0 && holds(&w, is[i].type, 2, want[i]), "%s",
@@ -107,7 +107,7 @@ static void strides(void)
 	op(&k, "u.");
 	member(&a, "a/data.pkl", k.data, k.n);
 	member(&a, "a/data/s", x, sizeof x);
-	finish(&a, "a comment");
+	finish(&a);
 	OK(read_bytes(a.b.data, a.b.n, &w) == 0 && w.n == N, "parts of a storage %s", err.msg);
 	for (size_t i = 0; i < N && w.n == N; i++)
 		OK(holds(&w, is[i].name, is[i].n, is[i].want) && w.t[i].rank == is[i].p.rank, "%s",
@@ -123,7 +123,7 @@ static int read_pickle(const struct bytes *pickle, struct ct_tensors *w)
 	a.n = a.b.n = a.dir.n = 0;
 	member(&a, "data.pkl", pickle->data, pickle->n);
 	member(&a, "data/0", x, sizeof x);
-	finish(&a, "");
+	finish(&a);
 	return read_bytes(a.b.data, a.b.n, w);
 }
 
@@ -240,30 +240,30 @@ static void hostile_archives(void)
 	a.n = a.b.n = a.dir.n = 0;
 	member(&a, "a/data.pkl", "}.", 2);
 	member(&a, "a/data.pkl", "}.", 2);
-	finish(&a, "");
+	finish(&a);
 	refused("a/data.pkl: is there twice");
 	a.n = a.b.n = a.dir.n = 0;
 	member(&a, "a/data.pkl", "}.", 2);
 	member(&a, "b/data.pkl", "}.", 2);
-	finish(&a, "");
-	refused("a zip with 2 data.pkl");
+	finish(&a);
+	refused("no dictionary of tensors");
 	a.n = a.b.n = a.dir.n = 0;
 	lie.size = 100;
 	member(&a, "a/data.pkl", "}.", 2);
 	lie.size = 0;
-	finish(&a, "");
+	finish(&a);
 	refused("a/data.pkl: ends behind the end");
 	a.n = a.b.n = a.dir.n = 0;
 	member(&a, "a/xdata.pkl", "}.", 2);
-	finish(&a, "");
-	refused("a zip with 0 data.pkl");
+	finish(&a);
+	refused("a zip without");
 	a.n = a.b.n = a.dir.n = 0;
-	finish(&a, "");
-	refused("a zip with 0 data.pkl");
+	finish(&a);
+	refused("a zip without");
 	a.n = a.b.n = a.dir.n = 0;
 	member(&a, "a/data.pkl", "}.", 2);
 	member(&a, "a/byteorder", "big", 3);
-	finish(&a, "");
+	finish(&a);
 	refused("byteorder");
 	simple(&a, two);
 	put(&a.b, "x", 1);
@@ -328,7 +328,7 @@ static void hostile_tensors(void)
 	a.n = a.b.n = a.dir.n = 0;
 	member(&a, "a/data.pkl", k.data, k.n);
 	member(&a, "a/data/0", many, sizeof many);
-	finish(&a, "");
+	finish(&a);
 	refused("tensor '1': with it the tensors hold more numbers");
 	k.n = 0;
 	op(&k, "\x80\2}");
@@ -348,9 +348,9 @@ static void hostile_pickles(void)
 	static const struct {
 		const char *pickle, *words;
 	} is[] = {{"", "ends without STOP"}, {"\x80\2}", "ends without STOP"},
-		{"\x80\1}.", "PROTO at byte 0: not a protocol"}, {".", "more or less than one"},
-		{"}}.", "more or less than one"}, {"(}.", "more or less than one"},
-		{"}.", "no dictionary of tensors"}, {"N.", "no dictionary of tensors"},
+		{".", "more or less than one"}, {"}}.", "more or less than one"},
+		{"(}.", "more or less than one"}, {"}.", "no dictionary of tensors"},
+		{"N.", "no dictionary of tensors"},
 		{"cos\nsystem\nX\5\0\0\0", "GLOBAL at byte 0: os.system is nothing"},
 		{"cposix\nsystem\n(", "posix.system"}, {"c__builtin__\neval\n", "__builtin__.eval"},
 		{"ctorch\nload\n", "torch.load"}, {"cos\nsystem", "ends inside it"},

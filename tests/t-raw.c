@@ -1,7 +1,6 @@
 /* Numbers of any type and byte order to float and back, voxels without a header, numpy's arrays. */
 #include "config.h"
 #include "core/rng.h"
-#include "formats/npy.h"
 #include "formats/raw.h"
 #include "nifti-make.h"
 #include "tap.h"
@@ -285,7 +284,7 @@ static void test_npy_types(void)
 				quote, orders[k % 4], t->npy, quote, count);
 			save_npy(version, dict, k & 1 ? version > 1 ? 65536 : 777 : 0, t,
 				k % 4 == 1, count * 6);
-			must(ct_npy_read(path, k & 2 ? 0.5 : 1, k & 2 ? 3 : 0, n, &data, &err));
+			must(ct_raw_npy(path, k & 2 ? 0.5 : 1, k & 2 ? 3 : 0, n, &data, &err));
 			for (size_t j = 0; j < count * 6; j++)
 				bad += data[j] !=
 				       (float)(k & 2 ? 0.5 * sample(t, j) + 3 : sample(t, j));
@@ -337,34 +336,33 @@ static void test_npy(void)
 
 	for (size_t i = 0; i < sizeof good / sizeof *good; i++) {
 		save_npy(1, good[i].dict, 118, &types[0], false, 24);
-		must(ct_npy_read(path, 1, 0, n, &data, &err));
+		must(ct_raw_npy(path, 1, 0, n, &data, &err));
 		OK(memcmp(n, good[i].n, sizeof n) == 0, "%s", good[i].dict);
 		free(data);
 	}
 	for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
 		save_npy(1, bad[i].dict, 118, &types[0], false, 24);
-		OK(says(ct_npy_read(path, 1, 0, n, &data, &err), CT_EINPUT, bad[i].words), "no %s",
+		OK(says(ct_raw_npy(path, 1, 0, n, &data, &err), CT_EINPUT, bad[i].words), "no %s",
 			bad[i].dict);
 	}
 	for (int version = 0; version < 5; version++) {
 		save_npy(version, good[0].dict, 118, &types[0], false, 24);
-		OK(version % 4 ? ct_npy_read(path, 1, 0, n, &data, &err) == 0
-			       : says(ct_npy_read(path, 1, 0, n, &data, &err), CT_EINPUT,
-					 "version"),
+		OK(version % 4 ? ct_raw_npy(path, 1, 0, n, &data, &err) == 0
+			       : says(ct_raw_npy(path, 1, 0, n, &data, &err), CT_EINPUT, "version"),
 			"version %d", version);
 		if (version % 4)
 			free(data);
 	}
 	save("NUMPY, or is it not?", 20, &types[0], false, 24);
-	OK(says(ct_npy_read(path, 1, 0, n, &data, &err), CT_EINPUT, "not a numpy array"), "a text");
+	OK(says(ct_raw_npy(path, 1, 0, n, &data, &err), CT_EINPUT, "not a numpy array"), "a text");
 	save_npy(2, good[0].dict, 65537, &types[0], false, 24);
-	OK(says(ct_npy_read(path, 1, 0, n, &data, &err), CT_EINPUT, "header of 65537"), "too long");
+	OK(says(ct_raw_npy(path, 1, 0, n, &data, &err), CT_EINPUT, "header of 65537"), "too long");
 	for (size_t lost = 0, version = 1; version < 3; version++) {
 		save_npy((int)version, good[0].dict, 0, &types[0], false, 24);
 		for (cut = strlen(good[0].dict) + 8 + 2 * version + 23; cut > 0; cut--) {
 			err = (struct ct_err){0};
 			lost += truncate(path, (off_t)cut - 1) != 0 ||
-				ct_npy_read(path, 1, 0, n, &data, &err) != -1 ||
+				ct_raw_npy(path, 1, 0, n, &data, &err) != -1 ||
 				strncmp(err.msg, path, strlen(path)) != 0 ||
 				!(strstr(err.msg, ": truncated") || strstr(err.msg, ": not a"));
 		}

@@ -244,7 +244,8 @@ static void test_hostile(void)
 	refused(ONE("F32", "[1]", "[9223372036854775804,9223372036854775807]"), 4, "need 4 bytes");
 	refused("{\"x\":{\"dtype\":\"F32\",\"shape\":[2],\"data_offsets\":[0,8]},"
 		"\"y\":{\"dtype\":\"F32\",\"shape\":[1],\"data_offsets\":[4,8]}}",
-		8, "overlaps");
+		8, "tensor 'y': does not begin where");
+	refused(ONE("F32", "[1]", "[4,8]"), 8, "does not begin where");
 	refused("{\"x\":{},\"x\":{}}", 8, "duplicate");
 }
 
@@ -257,17 +258,17 @@ static int read_stream(FILE *f, struct ct_tensors *w, struct ct_err *e)
 	return rc;
 }
 
-/* Tensors in any order, with bytes between them that none owns; from a file and from a stream. */
+/* Tensors in any order; from a file and from a stream. */
 static void test_order(void)
 {
 	static const char header[] =
-		"{\"late\":{\"dtype\":\"F32\",\"shape\":[2],\"data_offsets\":[20000,20008]},"
+		"{\"late\":{\"dtype\":\"F32\",\"shape\":[2],\"data_offsets\":[5,13]},"
 		"\"first\":{\"dtype\":\"U8\",\"shape\":[3],\"data_offsets\":[0,3]},"
 		"\"none\":{\"dtype\":\"F32\",\"shape\":[0],\"data_offsets\":[0,0]},"
 		"\"also\":{\"dtype\":\"F32\",\"shape\":[4,0],\"data_offsets\":[0,0]},"
 		"\"cube\":{\"dtype\":\"U8\",\"shape\":[1,1,1,1,1,1,1,2],\"data_offsets\":[3,5]}}";
 	static const char *const names[] = {"none", "also", "first", "cube", "late"};
-	unsigned char data[20008] = {1, 2, 3, 4, 5};
+	unsigned char data[13] = {1, 2, 3, 4, 5};
 	struct ct_err e = {0};
 	struct ct_tensors w;
 	size_t n, bad = 0;
@@ -276,7 +277,7 @@ static void test_order(void)
 	FILE *f;
 	int rc;
 
-	memcpy(data + 20000, &(float[2]){6, 7}, 8);
+	memcpy(data + 5, &(float[2]){6, 7}, 8);
 	save(header, data, sizeof data);
 	p = load(&n);
 	snprintf(cat, sizeof cat, "cat %s", path);
@@ -300,9 +301,10 @@ static void test_order(void)
 			pclose(f);
 	}
 	for (size_t cut = 0; cut < 3; cut++) {
-		static const size_t lost[] = {1, 9, 20008};
+		static const size_t lost[] = {1, 9, 12};
 		static const char *const words[] = {"x: tensor 'late': the file ends inside",
-			"x: ends before its tensors do", "x: tensor 'first': the file ends inside"};
+			"x: tensor 'cube': the file ends inside",
+			"x: tensor 'first': the file ends inside"};
 
 		f = fmemopen(p, n - lost[cut], "rb");
 		OK(read_stream(f, &w, &e) == -1 && e.code == CT_EINPUT &&

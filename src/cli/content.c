@@ -21,7 +21,7 @@ static int add_file(struct ct_hash *h, char *block, const char *path, const stru
 	int rc = 0;
 
 	while (f && rc == 0 && (n = fread(block, 1, BLOCK, f)) > 0) {
-		CT_SIMD(ct_hash_add)(h, block, n);
+		ct_hash_add(h, block, n);
 		rc = ct_check_stop(env, e);
 	}
 	if (f)
@@ -38,7 +38,7 @@ int ct_content_read(
 	char hex[CT_CONTENT_HEX], const char *path, const struct ct_env *env, struct ct_err *e)
 {
 	char *own, *block = NULL;
-	struct ct_hash *h = NULL;
+	struct ct_hash h;
 	uint64_t bits[2];
 	struct stat st;
 	FTS *walk;
@@ -49,18 +49,19 @@ int ct_content_read(
 	if (strcmp(path, "-") == 0 || stat(path, &st) != 0 ||
 		!(S_ISREG(st.st_mode) || S_ISDIR(st.st_mode)))
 		return 0;
+	ct_hash_begin(&h);
 	own = strdup(path);
 	walk = own ? fts_open((char *const[]){own, NULL}, FTS_LOGICAL | FTS_NOCHDIR, by_name)
 		   : NULL;
-	rc = walk ? ct_hash_alloc(&h, e) || ct_alloc(&block, BLOCK, 1, e)
+	rc = walk ? ct_alloc(&block, BLOCK, 1, e)
 		  : ct_fail(e, CT_ENOMEM, "no memory for a file name");
 	while (rc == 0 && (x = fts_read(walk)))
 		if (x->fts_info == FTS_F)
-			rc = add_file(h, block, x->fts_accpath, env, e);
+			rc = add_file(&h, block, x->fts_accpath, env, e);
 	if (rc == 0 && errno)
 		rc = ct_fail_errno(e, CT_ENOMEM, path);
 	if (rc == 0) {
-		ct_hash_digest(h, bits);
+		ct_hash_digest(&h, bits);
 		snprintf(hex, CT_CONTENT_HEX, "%016llx%016llx", (unsigned long long)bits[0],
 			(unsigned long long)bits[1]);
 	}
@@ -68,6 +69,5 @@ int ct_content_read(
 		fts_close(walk);
 	free(own);
 	free(block);
-	free(h);
 	return rc ? -1 : 0;
 }

@@ -2,12 +2,10 @@
 #include "config.h"
 #include "dicom/image.h"
 #include "core/vec3.h"
-#include "formats/hash.h"
 
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* Widen the box by the corners of a picture. */
@@ -55,23 +53,18 @@ int derive_check(const struct image *im, struct ct_err *e)
 	return 0;
 }
 
-int derive_space(char out[static DERIVE_SPACE], const struct ct_slice *s, struct ct_err *e)
+void derive_space(char out[static DERIVE_SPACE], const struct ct_slice *s)
 {
 	const char *uid = *s->space ? s->space : s->study;
-	struct ct_hash *h;
 	uint64_t bits[2];
 
 	*out = '\0';
 	if (!*uid && !*s->patient)
-		return 0;
-	if (ct_hash_alloc(&h, e))
-		return -1;
-	CT_SIMD(ct_hash_add)(h, s->patient, strlen(s->patient) + 1);
-	CT_SIMD(ct_hash_add)(h, uid, strlen(uid));
-	ct_hash_digest(h, bits);
-	free(h);
+		return;
+	ct_hash_pieces(bits, 2,
+		(const struct ct_piece[]){
+			{s->patient, strlen(s->patient) + 1}, {uid, strlen(uid)}});
 	snprintf(out, DERIVE_SPACE, "%016" PRIx64 "%016" PRIx64, bits[0], bits[1]);
-	return 0;
 }
 
 int derive_check_space(const struct image *im, struct ct_err *e)
@@ -79,8 +72,7 @@ int derive_check_space(const struct image *im, struct ct_err *e)
 	const char *own = ct_meta_get(&im->v->meta, CT_META_SPACE);
 	char theirs[DERIVE_SPACE];
 
-	if (derive_space(theirs, im->source, e))
-		return -1;
+	derive_space(theirs, im->source);
 	return !own || strcmp(own, theirs) == 0
 		       ? 0
 		       : ct_fail(e, CT_EGEOM,

@@ -6,7 +6,6 @@
 #include "core/vec3.h"
 #include "dicom/image.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -103,12 +102,11 @@ static const char *unit(const struct image *im)
 }
 
 /* What a hash of `what`, k and the content says. */
-static void new_uid(struct ct_header *h, char out[CT_UID_TEXT], const struct image *im,
-	const char *what, size_t k)
+static void new_uid(char out[CT_UID_TEXT], const struct image *im, const char *what, size_t k)
 {
 	const uint64_t place = k;
 
-	policy_uid(h, out, 3,
+	policy_uid(out, 3,
 		(const struct ct_piece[]){{im->content, sizeof im->content}, {what, strlen(what)},
 			{&place, sizeof place}});
 }
@@ -117,7 +115,7 @@ static void put_uid(struct ct_header *h, const struct image *im, const char *key
 {
 	char uid[CT_UID_TEXT];
 
-	new_uid(h, uid, im, keyword, k);
+	new_uid(uid, im, keyword, k);
 	ct_header_put(h, "", keyword, "%s", uid);
 }
 
@@ -267,7 +265,7 @@ static void put_head(struct ct_header *h, const struct image *im)
 
 static void add_text(struct ct_hash *h, const char *text)
 {
-	CT_SIMD(ct_hash_add)(h, text, strlen(text) + 1);
+	ct_hash_add(h, text, strlen(text) + 1);
 }
 
 /* Where the voxels lie, what they are, what is said of them and what they come from. */
@@ -275,30 +273,27 @@ static int hash_content(struct image *im, struct ct_err *e)
 {
 	const struct ct_vol *v = im->v;
 	const size_t area = v->n[0] * v->n[1];
-	struct ct_hash *h = NULL;
-	int16_t *px = NULL;
-	int rc = -1;
+	struct ct_hash h;
+	int16_t *px;
 
-	if (ct_hash_alloc(&h, e) || ct_alloc(&px, area, sizeof *px, e))
-		goto out;
-	CT_SIMD(ct_hash_add)(h, v->n, sizeof v->n);
-	CT_SIMD(ct_hash_add)(h, v->affine, sizeof v->affine);
+	if (ct_alloc(&px, area, sizeof *px, e))
+		return -1;
+	ct_hash_begin(&h);
+	ct_hash_add(&h, v->n, sizeof v->n);
+	ct_hash_add(&h, v->affine, sizeof v->affine);
 	for (size_t k = 0; k < v->n[2]; k++) {
 		ct_voxels_i16(area, px, v->data + k * area, false);
-		CT_SIMD(ct_hash_add)(h, px, area * sizeof *px);
+		ct_hash_add(&h, px, area * sizeof *px);
 	}
 	for (size_t i = 0; i < im->head.n; i++) {
-		add_text(h, im->head.element[i].path);
-		add_text(h, im->head.element[i].text);
+		add_text(&h, im->head.element[i].path);
+		add_text(&h, im->head.element[i].text);
 	}
 	for (size_t i = 0; i < im->n; i++)
-		add_text(h, im->source[i].object);
-	ct_hash_digest(h, im->content);
-	rc = 0;
-out:
-	free(h);
+		add_text(&h, im->source[i].object);
+	ct_hash_digest(&h, im->content);
 	free(px);
-	return rc;
+	return 0;
 }
 
 /* The UIDs that all files share. All pictures are of one event, whichever that was. */
@@ -314,10 +309,10 @@ static void put_uids(struct ct_header *h, const struct image *im)
 	put_uid(h, im, "SeriesInstanceUID", 0);
 	if (!im->frames)
 		return;
-	new_uid(h, uid, im, "IrradiationEventUID", 0);
+	new_uid(uid, im, "IrradiationEventUID", 0);
 	policy_put_uid(h, SHARED "IrradiationEventIdentificationSequence.0.", "IrradiationEventUID",
 		event ? event : uid, event && im->deid);
-	new_uid(h, uid, im, "DimensionOrganizationUID", 0);
+	new_uid(uid, im, "DimensionOrganizationUID", 0);
 	ct_header_put(h, "DimensionOrganizationSequence.0.", "DimensionOrganizationUID", "%s", uid);
 	ct_header_put(h, "DimensionIndexSequence.0.", "DimensionOrganizationUID", "%s", uid);
 }
@@ -330,7 +325,7 @@ int image_head(struct image *im, struct ct_err *e)
 	if (hash_content(im, e))
 		return -1;
 	put_uids(&im->head, im);
-	new_uid(&im->head, im->program, &none, "ctsr", 0);
+	new_uid(im->program, &none, "ctsr", 0);
 	return ct_header_check(&im->head, e);
 }
 

@@ -37,9 +37,9 @@ void image_free(struct image *im);
 int derive_check(const struct image *im, struct ct_err *e);
 /* Whose CT a series is, and in which space: XXH3 of PatientID and FrameOfReferenceUID (without one,
  * StudyInstanceUID) in hexadecimal; "" if the slice says none. The UID keeps the ID from being
- * guessed. CT_ENOMEM. */
+ * guessed. */
 enum { DERIVE_SPACE = 33 };
-int derive_space(char out[static DERIVE_SPACE], const struct ct_slice *s, struct ct_err *e);
+void derive_space(char out[static DERIVE_SPACE], const struct ct_slice *s);
 /* CT_EGEOM if the volume says that it is of another patient or space than the slices. */
 int derive_check_space(const struct image *im, struct ct_err *e);
 /* Are there other voxels than in the slices, as far as is known? */
@@ -66,8 +66,8 @@ void policy_take(struct ct_header *out, const struct ct_header *from, bool deid,
 /* The machine that made them, as an item `in` of a sequence: is anything known? */
 bool policy_take_machine(
 	struct ct_header *out, const struct ct_header *from, const char *in, bool deid);
-/* The UID that a hash of n pieces says; without memory h has failed. */
-void policy_uid(struct ct_header *h, char out[CT_UID_TEXT], size_t n, const struct ct_piece *piece);
+/* The UID that a hash of n pieces says. */
+void policy_uid(char out[CT_UID_TEXT], size_t n, const struct ct_piece *piece);
 /* Append a UID; with deid the one that stands for it. */
 void policy_put_uid(
 	struct ct_header *h, const char *in, const char *keyword, const char *uid, bool deid);

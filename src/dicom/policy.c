@@ -1,10 +1,9 @@
 /* policy.c: see image.h. */
 #include "config.h"
-#include "shim/dicom-write.h"
+#include "shim/dicom.h"
 #include "dicom/image.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* What PS3.15, table E.1-1, has done to an element. */
@@ -136,30 +135,20 @@ int policy_read(struct ct_header *h, const struct ct_slice *s, size_t n, struct 
 	return ct_header_check(h, e);
 }
 
-void policy_uid(struct ct_header *h, char out[CT_UID_TEXT], size_t n, const struct ct_piece *piece)
+void policy_uid(char out[CT_UID_TEXT], size_t n, const struct ct_piece *piece)
 {
-	struct ct_hash *hash;
-	struct ct_err why;
 	uint64_t bits[2];
 
-	*out = '\0';
-	if (ct_hash_alloc(&hash, &why)) {
-		h->failed = true;
-		return;
-	}
-	for (size_t i = 0; i < n; i++)
-		CT_SIMD(ct_hash_add)(hash, piece[i].data, piece[i].bytes);
-	ct_hash_digest(hash, bits);
-	free(hash);
+	ct_hash_pieces(bits, n, piece);
 	ct_header_uid(out, bits);
 }
 
 /* What stands for a UID. */
-static void stand_in(struct ct_header *h, char out[CT_UID_TEXT], const char *uid)
+static void stand_in(char out[CT_UID_TEXT], const char *uid)
 {
 	static const char what[] = "de-identified";
 
-	policy_uid(h, out, 2, (const struct ct_piece[]){{what, sizeof what}, {uid, strlen(uid)}});
+	policy_uid(out, 2, (const struct ct_piece[]){{what, sizeof what}, {uid, strlen(uid)}});
 }
 
 void policy_put_uid(
@@ -168,14 +157,14 @@ void policy_put_uid(
 	char other[CT_UID_TEXT];
 
 	if (deid)
-		stand_in(h, other, uid);
+		stand_in(other, uid);
 	ct_header_put(h, in, keyword, "%.64s", deid ? other : uid);
 }
 
 /* What is left of the text of a row, NULL: nothing; `room` may be used for it. The name goes with
  * the study: a number of the patient would soon be guessed from its hash. */
-static const char *leave(struct ct_header *h, char room[CT_UID_TEXT], const char *text,
-	const struct row *r, const char *study)
+static const char *leave(
+	char room[CT_UID_TEXT], const char *text, const struct row *r, const char *study)
 {
 	switch (r->deid) {
 	case KEPT: return text;
@@ -184,11 +173,11 @@ static const char *leave(struct ct_header *h, char room[CT_UID_TEXT], const char
 	case UID:
 		if (!text)
 			return NULL;
-		stand_in(h, room, text);
+		stand_in(room, text);
 		break;
 	case NAMED:
 	case NUMBERED:
-		stand_in(h, room, study ? study : "");
+		stand_in(room, study ? study : "");
 		memcpy(room, r->deid == NAMED ? "ANON^" : "ANON-", 5); /* over the "2.25." */
 		room[5 + 12] = '\0';
 		break;
@@ -203,7 +192,7 @@ static void take(struct ct_header *out, const struct ct_header *from, const stru
 	char room[CT_UID_TEXT];
 
 	if (deid)
-		text = leave(out, room, text, r, ct_header_get(from, "StudyInstanceUID"));
+		text = leave(room, text, r, ct_header_get(from, "StudyInstanceUID"));
 	if (text || needed)
 		ct_header_put(out, in, r->keyword, "%s", text ? text : "");
 }

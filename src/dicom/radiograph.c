@@ -1,7 +1,6 @@
 /* radiograph.c: the one picture of X rays on a detector that a file holds; see dicom.h. */
 #include "config.h"
 #include "series/header.h"
-#include "shim/dicom-write.h"
 #include "shim/dicom.h"
 #include "dicom/module.h"
 #include "dicom/series.h"

@@ -22,7 +22,7 @@ struct reader {
 	const struct ct_slice *s;
 	struct ct_dicom_source *from;
 	const struct ct_vol *to; /* what they make, */
-	struct ct_hash *hash;    /* and of it */
+	struct ct_hash hash;     /* and of it */
 	const struct ct_dicom_in *in;
 	const struct ct_dicom_taker *taker; /* who takes it, or NULL */
 	float none;
@@ -42,10 +42,10 @@ static int read_slice(void *ctx, size_t k, float *px, struct ct_err *e)
 
 static int take(void *ctx, size_t k, const float *x, struct ct_err *e)
 {
-	const struct reader *r = ctx;
+	struct reader *r = ctx;
 	const size_t area = r->to->n[0] * r->to->n[1];
 
-	CT_SIMD(ct_hash_add)(r->hash, x, area * sizeof *x);
+	ct_hash_add(&r->hash, x, area * sizeof *x);
 	if (ct_vol_check_plane(r->to, k, x, e))
 		return ct_blame(e, r->in->name);
 	return r->taker ? r->taker->plane(r->taker->ctx, x, area, e) : 0;
@@ -239,10 +239,10 @@ static int describe(
 	const bool hu = r->in->units != CT_UNITS_OTHER;
 	char space[DERIVE_SPACE];
 
-	return derive_space(space, r->s, e) ||
-			       (*space && ct_meta_set(&v->meta, CT_META_SPACE, space, e)) ||
-			       mark(v, r->s, l, e) || note_scanner(v, r->s, l, e) ||
-			       ct_hash_input(r->hash, &v->meta, r->in->name, e) ||
+	derive_space(space, r->s);
+	return (*space && ct_meta_set(&v->meta, CT_META_SPACE, space, e)) || mark(v, r->s, l, e) ||
+			       note_scanner(v, r->s, l, e) ||
+			       ct_hash_input(&r->hash, &v->meta, r->in->name, e) ||
 			       ct_meta_set(&v->meta, CT_META_QUANTITY,
 				       hu ? CT_QUANTITY_HU : CT_QUANTITY_OTHER, e)
 		       ? -1
@@ -268,7 +268,8 @@ static int begin(struct ct_vol *v, struct reader *r, const struct ct_layout *l, 
 
 	memcpy(v->n, l->n, sizeof v->n);
 	memcpy(v->affine, l->affine, sizeof v->affine);
-	CT_SIMD(ct_hash_add)(r->hash, v->affine, sizeof v->affine);
+	ct_hash_begin(&r->hash);
+	ct_hash_add(&r->hash, v->affine, sizeof v->affine);
 	if (t) {
 		rc = describe(v, r, l, e) ? -1 : t->begin(t->ctx, v, is_whole(r->s, l), e);
 		r->taker = rc == 0 ? t : NULL;
@@ -293,7 +294,7 @@ static int assemble(struct ct_vol *v, struct ct_slice *s, size_t n, const struct
 
 	*failed = n;
 	if (ct_layout_survey(&l, s, n, e) || ct_layout_grid(&l, s, in->tilt, in->gaps, e) ||
-		ct_hash_alloc(&r.hash, e) || begin(v, &r, &l, e) ||
+		begin(v, &r, &l, e) ||
 		ct_dicom_source_open(&r.from, s, n, ct_par_threads(env->par), e))
 		goto out;
 	rc = ct_layout_fill(v->data, &l, s, r.none, &from, env, e);
@@ -307,7 +308,6 @@ static int assemble(struct ct_vol *v, struct ct_slice *s, size_t n, const struct
 	rc = describe(v, &r, &l, e) || (in->about && sidecar_series(in->about, s, &l, e)) ? -1 : 0;
 out:
 	ct_dicom_source_close(r.from);
-	free(r.hash);
 	ct_layout_free(&l);
 	return rc;
 }

@@ -4,7 +4,7 @@
 #include "formats/io.h"
 #include "formats/out-folder.h"
 #include "formats/voxels.h"
-#include "shim/dicom-write.h"
+#include "shim/dicom.h"
 #include "dicom/form.h"
 #include "dicom/image.h"
 #include "dicom/series.h"
@@ -13,7 +13,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include <time.h>
 
 enum { LONGEST_SIDE = 65535 };

@@ -11,7 +11,7 @@
 static void put_text(FILE *f, const char *s)
 {
 	for (size_t n; *s; s += n ? n : 1) {
-		n = ct_text_character(s, 4); /* its longest; the end of the text is none */
+		n = ct_text_character(s);
 		if (n == 0 || ((unsigned char)*s < ' ' && *s != '\n' && *s != '\t') || *s == 127)
 			fputs("\xef\xbf\xbd", f);
 		else if (strchr("<>&\"'", *s))

@@ -1,4 +1,4 @@
-/* layout.h: from the places of slices to a grid, by geometry alone, and its planes (restack.c).
+/* layout.h: from the places of slices to a grid, by geometry alone, and its planes.
  *
  * The grid is RAS+: i along a row, j down the columns, k along the normal of the slices, which are
  * put in that order. Its axes are at right angles, unless a tilted stack is kept as it is.

@@ -1,7 +1,5 @@
 # Slices of DICOM series: files, groups, order, grids; no DICOM in here.
 libct_a_SOURCES += src/series/slice.c src/series/slice.h
-SIMD_SOURCES += src/series/slice-row.c src/series/slice-row.h
 libct_a_SOURCES += src/series/header.c src/series/header.h
 libct_a_SOURCES += src/series/series.c src/series/series.h
 libct_a_SOURCES += src/series/layout.c src/series/layout.h
-libct_a_SOURCES += src/series/restack.c

@@ -1,9 +1,10 @@
 /* slice.c: see slice.h. */
 #include "config.h"
 #include "core/vec3.h"
-#include "series/slice-row.h"
+#include "series/slice.h"
 
 #include <math.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -116,17 +117,53 @@ bool ct_slice_is_type(const struct ct_slice *s, int k, const char *word)
 	return at && strncmp(at, word, n) == 0 && (at[n] == '\\' || at[n] == '\0');
 }
 
-void ct_slice_widen(size_t n, float *out, const void *in, const struct ct_slice_bits *how)
+/* The bits that do not count go; that of the sign, if it is set, is subtracted twice. */
+static inline void widen(size_t n, float *restrict out, const unsigned char *restrict in,
+	const struct ct_slice_bits *how, size_t bytes)
 {
-	CT_SIMD(ct_slice_row_widen)(n, out, in, how);
+	const uint32_t mask = UINT32_MAX >> (32 - how->bits),
+		       sign = how->is_signed ? UINT32_C(1) << (how->bits - 1) : 0;
+
+	_Pragma("omp simd") for (size_t i = 0; i < n; i++)
+	{
+		uint32_t u = in[i];
+		uint16_t half;
+
+		if (bytes == 2) {
+			memcpy(&half, in + 2 * i, sizeof half);
+			u = half;
+		} else if (bytes == 4)
+			memcpy(&u, in + 4 * i, sizeof u);
+		u = (u & mask) ^ sign;
+		out[i] = bytes < 4 ? (float)((int32_t)u - (int32_t)sign)
+				   : (float)((int64_t)u - (int64_t)sign);
+	}
+}
+
+void ct_slice_widen(
+	size_t n, float *restrict out, const void *restrict in, const struct ct_slice_bits *how)
+{
+	if (how->bytes == 1)
+		widen(n, out, in, how, 1);
+	else if (how->bytes == 2)
+		widen(n, out, in, how, 2);
+	else
+		widen(n, out, in, how, 4);
 }
 
 void ct_slice_scale(const struct ct_slice *s, float none, float *x)
 {
+	const size_t n = s->columns * s->rows;
 	const double lo = s->padded ? fmin(s->padding[0], s->padding[1]) : (double)INFINITY;
 	const double hi = s->padded ? fmax(s->padding[0], s->padding[1]) : -(double)INFINITY;
 
-	CT_SIMD(ct_slice_row_scale)(s->columns * s->rows, x, s->slope, s->intercept, lo, hi, none);
+	_Pragma("omp simd") for (size_t i = 0; i < n; i++)
+	{
+		const double v = (double)x[i];
+		const float y = (float)(s->slope * v + s->intercept);
+
+		x[i] = v >= lo && v <= hi ? none : y;
+	}
 }
 
 bool ct_slice_is_radiograph(const struct ct_slice *s)

@@ -60,13 +60,12 @@ struct ct_slice {
 	double at;         /* set before it is called; from is filled in */
 };
 
-/* How numbers are stored: in 1, 2 or 4 bytes each, in the host's order, of which the lower `bits`
- * count; what lies above them, in old files, is something else. `planes`: all their highest bytes
- * come first, the lowest last. */
+/* How numbers are stored: in 1, 2 or 4 bytes each, little-endian, of which the lower `bits` count;
+ * what lies above them, in old files, is something else. */
 struct ct_slice_bits {
 	size_t bytes;
 	int bits;
-	bool is_signed, planes;
+	bool is_signed;
 };
 
 /* Where plane k of a grid lies: position, axes and pitch, i along a row and j down the columns. The

@@ -86,6 +86,14 @@ int wait_for(pid_t child)
 	return TEMP_FAILURE_RETRY(waitpid(child, &status, 0)) < 0 ? -1 : status;
 }
 
+/* Memory that children share, or nullptr. */
+void *share(size_t bytes)
+{
+	void *p = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+
+	return p == MAP_FAILED ? nullptr : p;
+}
+
 /* A byte; false at the end. */
 bool receive(int end, char *c)
 {
@@ -99,12 +107,10 @@ int apart(float *out, size_t n, const char *what, ct_err *e,
 {
 	const size_t bytes = sizeof(Result) + n * sizeof *out;
 	const pid_t parent = getpid();
-	void *room =
-		mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
-	Result *r = static_cast<Result *>(room);
+	Result *r = static_cast<Result *>(share(bytes));
 	int status, rc;
 
-	if (room == MAP_FAILED)
+	if (!r)
 		return ct_fail(e, CT_ENOMEM, "%s: no memory to decode it", what);
 	r->rc = died;
 	const pid_t child = fork();
@@ -131,7 +137,7 @@ int apart(float *out, size_t n, const char *what, ct_err *e,
 		*e = r->err;
 	else
 		std::memcpy(out, r->out, n * sizeof *out);
-	munmap(room, bytes);
+	munmap(r, bytes);
 	return rc;
 }
 
@@ -139,11 +145,10 @@ std::vector<bool> deadly(size_t n, const std::function<void(size_t)> &f)
 {
 	const pid_t parent = getpid();
 	std::vector<bool> is(n);
-	void *room = mmap(
-		nullptr, sizeof(size_t), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+	void *room = share(sizeof(size_t));
 	volatile size_t *at = static_cast<volatile size_t *>(room); /* the one at work */
 
-	if (room == MAP_FAILED)
+	if (!room)
 		return {};
 	for (size_t begin = 0; begin < n;) {
 		const size_t end = std::min(begin + AWAY, n); /* in a minute of the processor */
@@ -232,14 +237,11 @@ void Ahead::make(size_t count, size_t n, size_t processes, size_t kept,
 		room = nullptr;
 	}
 	if (!room) {
-		room = mmap(
-			nullptr, need, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+		room = share(need);
 		bytes = need;
 	}
-	if (room == MAP_FAILED) {
-		room = nullptr;
+	if (!room)
 		return;
-	}
 	size = n;
 	most = count;
 	each = kept / processes;

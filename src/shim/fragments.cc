@@ -73,26 +73,26 @@ int tile_parts(const Bytes &b, uint64_t end, uint64_t *psot)
 	return *psot > 0 && at + 2 == end && be(b, at, 2) == EOC ? 0 : -1;
 }
 
-/* The n bytes of a run-length coded segment; false if it makes fewer. */
-bool unpack(const unsigned char *p, const unsigned char *end, size_t n, unsigned char *out)
+/* The n bytes of a run-length coded segment, each `step` behind the one before; false if it makes
+ * fewer. */
+bool unpack(
+	const unsigned char *p, const unsigned char *end, size_t n, unsigned char *out, size_t step)
 {
-	while (n > 0 && p < end) {
+	size_t at = 0;
+
+	while (at < n && p < end) {
 		const size_t code = *p++, bytes = code < 128 ? code + 1 : 1,
-			     made = std::min(code < 128 ? bytes : 257 - code, n);
+			     made = std::min(code < 128 ? bytes : 257 - code, n - at);
 
 		if (code == 128)
 			continue;
 		if (bytes > static_cast<size_t>(end - p))
 			return false;
-		if (code < 128)
-			std::copy_n(p, made, out);
-		else
-			std::fill_n(out, made, *p);
-		out += made;
-		n -= made;
+		for (size_t i = 0; i < made; i++)
+			out[step * at++] = p[code < 128 ? i : 0];
 		p += bytes;
 	}
-	return n == 0;
+	return at == n;
 }
 
 } // namespace
@@ -165,7 +165,8 @@ int unpack_rle(Bytes &out, const Bytes &b, size_t pixels, size_t bytes, const ch
 			       next = k + 1 < bytes ? le(&b[8 + 4 * k], 4) : b.size();
 
 		whole = from >= 64 && next >= from && next <= b.size() &&
-			unpack(b.data() + from, b.data() + next, pixels, &out[k * pixels]);
+			unpack(b.data() + from, b.data() + next, pixels, &out[bytes - 1 - k],
+				bytes);
 	}
 	if (!whole)
 		return ct_fail(e, CT_EINPUT,

@@ -30,8 +30,8 @@ using Parts = std::vector<Part>;
 int list_pictures(std::vector<Parts> &list, int fd, uint64_t offset, Coding coding, size_t frames,
 	const char *what, ct_err *e);
 /* Numbers of so many bytes, at most 15, from a run-length coded picture (RLE: a header of 64 bytes,
- * then a segment for each byte of a number, the highest first): the highest bytes of all, then the
- * next. 0, or -1 with CT_EINPUT if it does not make all of them. */
+ * then a segment for each byte of a number, the highest first), little-endian. 0, or -1 with
+ * CT_EINPUT if it does not make all of them. */
 int unpack_rle(
 	Bytes &out, const Bytes &b, size_t pixels, size_t bytes, const char *what, ct_err *e);
 /* Is that the whole stream of a picture in JPEG or JPEG 2000? 0, or -1 with CT_EINPUT.

@@ -6,9 +6,8 @@ libctshim_a_SOURCES = src/shim/guard.h
 libctshim_a_CPPFLAGS = $(AM_CPPFLAGS) $(OIIO_CFLAGS) $(VTK_CPPFLAGS)
 SHIM_OIIO = src/shim/image.h src/shim/image.cc
 SHIM_VTK = src/shim/dicom.h src/shim/dicom.cc src/shim/dicom-scan.cc src/shim/dicom-tags.h src/shim/dicom-tags.cc \
-	src/shim/held.h src/shim/held.cc src/shim/dicom-write.h src/shim/dicom-write.cc src/shim/fragments.h \
-	src/shim/fragments.cc src/shim/apart.h src/shim/apart.cc src/shim/pixels.h src/shim/pixels.cc \
-	src/shim/jpeg2000.h src/shim/jpeg2000.cc
+	src/shim/held.h src/shim/held.cc src/shim/dicom-write.cc src/shim/fragments.h \
+	src/shim/fragments.cc src/shim/apart.h src/shim/apart.cc src/shim/pixels.h src/shim/pixels.cc
 EXTRA_DIST += $(SHIM_OIIO) $(SHIM_VTK)
 if HAVE_OIIO
 libctshim_a_SOURCES += $(SHIM_OIIO)

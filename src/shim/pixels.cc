@@ -1,7 +1,6 @@
 /* pixels.cc: see pixels.h. */
 #include "config.h"
 #include "shim/pixels.h"
-#include "shim/jpeg2000.h"
 
 #include <vtkDICOMCompiler.h>
 #include <vtkDICOMDictionary.h>
@@ -72,7 +71,7 @@ int decode(const char *path, const ct_slice &s, float *out, ct_err *e)
 			s.rows);
 	const size_t bytes = static_cast<size_t>(image->GetScalarSize());
 	const ct_slice_bits how = {
-		bytes, static_cast<int>(8 * bytes), image->GetScalarTypeMin() < 0, false};
+		bytes, static_cast<int>(8 * bytes), image->GetScalarTypeMin() < 0};
 	if (bytes > 4 || image->GetScalarType() == VTK_FLOAT)
 		return ct_fail(e, CT_EINPUT, "%s: pixels of an unknown type", s.path);
 	ct_slice_widen(s.columns * s.rows, out, image->GetScalarPointer(), &how);
@@ -85,11 +84,9 @@ int bits_of(const ct_slice &s)
 	return s.stored < 1 || s.stored > s.allocated ? s.allocated : s.stored;
 }
 
-/* To the host's order, from that or the other one. */
-void order(Bytes &b, size_t bytes, bool big)
+/* The bytes of each number. */
+void reverse(Bytes &b, size_t bytes)
 {
-	if (big == (__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__))
-		return;
 	for (auto p = b.begin(); p < b.end(); p += static_cast<ptrdiff_t>(bytes))
 		std::reverse(p, p + static_cast<ptrdiff_t>(bytes));
 }
@@ -222,9 +219,6 @@ int PixelFile::decode_jpeg(const ct_slice &s, float *out, ct_err *e)
 
 	if (check_jpeg(raw, coding, s.path, e))
 		return -1;
-	if (coding == Coding::jpeg2000 &&
-		decode_jpeg2000(out, s.columns, s.rows, s.allocated, s.is_signed, raw))
-		return 0;
 	raw.resize(raw.size() + raw.size() % 2);
 	copy = memfd_create("ctsr-dicom", MFD_CLOEXEC);
 	path = "/proc/self/fd/" + std::to_string(copy);
@@ -242,7 +236,7 @@ int PixelFile::read(const ct_slice &s, float *out, ct_err *e)
 {
 	const size_t n = s.rows * s.columns, bytes = static_cast<size_t>(s.allocated) / 8;
 	const uint64_t offset = static_cast<uint64_t>(s.pixels);
-	const ct_slice_bits how = {bytes, bits_of(s), s.is_signed, coding == Coding::rle};
+	const ct_slice_bits how = {bytes, bits_of(s), s.is_signed};
 
 	if (get(pictures.empty() ? Parts{{offset + s.frame * n * bytes, n * bytes}}
 				 : pictures[s.frame],
@@ -250,10 +244,13 @@ int PixelFile::read(const ct_slice &s, float *out, ct_err *e)
 		return -1;
 	if (foreign())
 		return decode_jpeg(s, out, e);
-	if (how.planes && unpack_rle(unpacked, raw, n, bytes, s.path, e))
-		return -1;
-	if (!how.planes)
-		order(raw, bytes, coding == Coding::big_endian);
-	ct_slice_widen(n, out, (how.planes ? unpacked : raw).data(), &how);
+	if (coding == Coding::rle) {
+		if (unpack_rle(unpacked, raw, n, bytes, s.path, e))
+			return -1;
+		raw.swap(unpacked);
+	}
+	if (coding == Coding::big_endian)
+		reverse(raw, bytes);
+	ct_slice_widen(n, out, raw.data(), &how);
 	return 0;
 }

@@ -11,7 +11,6 @@
 #include "formats/headed.h"
 #include "formats/io.h"
 #include "formats/nifti.h"
-#include "formats/npy.h"
 #include "formats/raw.h"
 #include "recon/scan-grid.h"
 #include "resolution/regrid.h"
@@ -189,7 +188,7 @@ static int make_stack(const struct convert *p, const struct ct_env *env, struct 
 	size_t n[3];
 	int rc = -1;
 
-	if (ct_npy_read(p->in, p->slope, p->inter, n, &data, e) ||
+	if (ct_raw_npy(p->in, p->slope, p->inter, n, &data, e) ||
 		scan_for(&scan, &named, p->scanner, n, e) || ct_geometry_fill(&s, &scan, e))
 		goto out;
 	memcpy(s.data, data, ct_stack_count(&s) * sizeof *s.data);

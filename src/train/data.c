@@ -19,18 +19,6 @@
 #include <string.h>
 #include <sys/stat.h>
 
-int train_data_hash(uint64_t bits[2], const void *data, size_t bytes, struct ct_err *e)
-{
-	struct ct_hash *hash;
-
-	if (ct_hash_alloc(&hash, e))
-		return -1;
-	CT_SIMD(ct_hash_add)(hash, data, bytes);
-	ct_hash_digest(hash, bits);
-	free(hash);
-	return 0;
-}
-
 static int read_stack(struct ct_pictures *s, const char *path, struct ct_err *e)
 {
 	struct ct_stack stack = {0};
@@ -148,7 +136,7 @@ int train_data_read(struct ct_pictures *s, const char *path, struct ct_meta *met
 {
 	const size_t first = s->n;
 	struct names names = {0};
-	struct ct_hash *hash;
+	struct ct_hash hash;
 	int rc = names_of(&names, path, e);
 
 	for (size_t i = 0; rc == 0 && i < names.n; i++)
@@ -158,16 +146,13 @@ int train_data_read(struct ct_pictures *s, const char *path, struct ct_meta *met
 		return -1;
 	if (s->n == first)
 		return ct_fail(e, CT_EINPUT, "%s: no pictures in it", path);
-	if (ct_hash_alloc(&hash, e))
-		return -1;
+	ct_hash_begin(&hash);
 	for (size_t i = first; i < s->n; i++) {
 		const struct ct_picture *p = &s->picture[i];
 
-		CT_SIMD(ct_hash_add)(hash, p->px, p->h * p->w * sizeof *p->px);
+		ct_hash_add(&hash, p->px, p->h * p->w * sizeof *p->px);
 	}
-	rc = ct_hash_input(hash, meta, path, e);
-	free(hash);
-	return rc;
+	return ct_hash_input(&hash, meta, path, e);
 }
 
 /* Maps a volume of bytes to HU: 0 and 255 are map[0] and map[1], unless that is NaN. */
@@ -205,7 +190,7 @@ static int read_volume(struct ct_vol *v, const char *path, const double bytes[st
 		to_hu(v, path, bytes, e))
 		return -1;
 	input = ct_meta_get(&v->meta, CT_META_INPUT);
-	CT_SIMD(ct_hash_add)(hash, input, strlen(input));
+	ct_hash_add(hash, input, strlen(input));
 	return 0;
 }
 
@@ -222,21 +207,21 @@ static int read_volumes(const struct reading *r, const char *path, bool held, st
 	struct ct_err *e)
 {
 	struct names names = {0};
-	struct ct_hash *hash = NULL;
-	int rc = names_of(&names, path, e) || ct_hash_alloc(&hash, e) ? -1 : 0;
+	struct ct_hash hash;
+	int rc = names_of(&names, path, e);
 
+	ct_hash_begin(&hash);
 	for (size_t i = 0; i < names.n && rc == 0; i++) {
 		struct ct_vol v = {0};
 
 		ct_progress(r->env, r->what, i, names.n);
-		if (read_volume(&v, names.path[i], r->bytes, hash, e) ||
+		if (read_volume(&v, names.path[i], r->bytes, &hash, e) ||
 			r->take(r->ctx, held, &v, names.path[i], e))
 			rc = -1;
 		ct_vol_free(&v);
 	}
 	if (rc == 0)
-		rc = ct_hash_input(hash, meta, path, e);
-	free(hash);
+		rc = ct_hash_input(&hash, meta, path, e);
 	names_free(&names);
 	return rc;
 }

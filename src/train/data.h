@@ -22,7 +22,4 @@ int train_data_volumes(const struct train_files *files, struct train_data *data,
 	const double bytes[static 2], train_volume_fn *take, void *ctx, const char *what,
 	const struct ct_env *env, struct ct_err *e);
 
-/* The 128 bits of a hash. CT_ENOMEM. */
-int train_data_hash(uint64_t bits[2], const void *data, size_t bytes, struct ct_err *e);
-
 #endif

@@ -3,6 +3,7 @@
 #include "core/mem.h"
 #include "core/vol.h"
 #include "formats/format.h"
+#include "formats/hash.h"
 #include "restore/example.h"
 #include "restore/learn.h"
 #include "restore/restore.h"
@@ -62,8 +63,7 @@ static int name_of(char **key, char **path, const struct group *g, const struct 
 		*key = NULL;
 		return ct_fail(e, CT_ENOMEM, "no memory");
 	}
-	if (train_data_hash(bits, *key, strlen(*key), e))
-		return -1;
+	ct_hash_pieces(bits, 1, &(const struct ct_piece){*key, strlen(*key)});
 	if (asprintf(path, "%s/%016llx%016llx.safetensors", g->j->p->cache,
 		    (unsigned long long)bits[0], (unsigned long long)bits[1]) >= 0)
 		return 0;
@@ -184,8 +184,9 @@ static int take(void *ctx, bool held, struct ct_vol *v, const char *path, struct
 	int rc = -1;
 
 	(void)path;
-	if (train_data_hash(bits, v->data, ct_vol_count(v) * sizeof *v->data, e) ||
-		ct_grow(&l->example, &l->cap, l->n + n, sizeof *l->example, e) ||
+	ct_hash_pieces(
+		bits, 1, &(const struct ct_piece){v->data, ct_vol_count(v) * sizeof *v->data});
+	if (ct_grow(&l->example, &l->cap, l->n + n, sizeof *l->example, e) ||
 		ct_alloc0(&g.rc, n, sizeof *g.rc, e) || ct_alloc0(&g.e, n, sizeof *g.e, e))
 		goto out;
 	g.first = bits[0] >> 32 << 20;

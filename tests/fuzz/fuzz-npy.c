@@ -1,7 +1,7 @@
 /* Hostile numpy arrays: the reader must refuse or give all numbers, and leave nothing behind. */
 #include "config.h"
 #include "driver.h"
-#include "formats/npy.h"
+#include "formats/raw.h"
 #include "mem-file.h"
 
 const int fuzz_rounds = 1500;
@@ -12,7 +12,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 	float *x = NULL, sum = 0;
 	size_t n[3];
 
-	if (ct_npy_read(mem_file(data, size, 0), 2, -1, n, &x, &e) == 0)
+	if (ct_raw_npy(mem_file(data, size, 0), 2, -1, n, &x, &e) == 0)
 		for (size_t i = 0; i < n[0] * n[1] * n[2]; i++)
 			sum += x[i];
 	else if (x || e.code == CT_OK || e.msg[0] == '\0')

@@ -16,7 +16,7 @@ static void pickle(const uint8_t *data, size_t size)
 	made.n = made.b.n = made.dir.n = 0;
 	member(&made, "data.pkl", data, size);
 	member(&made, "data/0", x, sizeof x);
-	finish(&made, "");
+	finish(&made);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

@@ -1,11 +1,21 @@
-/* ply-read.c: PLY to Gaussians; see ply.h. */
+/* ply.c: Gaussians as PLY, binary little-endian, so that 3-D Gaussian splatting viewers open them.
+ *
+ * Properties, all float: x y z nx ny nz f_dc_0..2 opacity scale_0..2 rot_0..3 density. Position in
+ * mm, scale is ln of the standard deviation in mm, rot the quaternion w x y z, density the
+ * raw signed value that the activation maps. nx..nz are 0; f_dc and opacity are for viewers
+ * only: warm for positive and cold for negative density, as opaque as it is strong. What else
+ * a set has stands in lines "comment ct:KEY=VALUE", with \n, \\ and \xHH for bytes that a line
+ * cannot hold.
+ */
 #include "config.h"
-#include "formats/format.h"
-#include "formats/any.h"
-#include "formats/hash.h"
-#include "formats/ply.h"
-#include "formats/voxels.h"
 #include "core/mem.h"
+#include "core/stream.h"
+#include "formats/any.h"
+#include "formats/format.h"
+#include "formats/hash.h"
+#include "formats/io.h"
+#include "formats/text.h"
+#include "formats/voxels.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -13,25 +23,28 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define COMMENT "comment ct:"
+/* Keys of comments that are of the format, not metadata. */
+#define UNITS "units"
+#define ACTIVATION "activation"
+#define GAMMA "gamma"
+#define STEP "step"
+#define GRID "grid"
+#define AFFINE "affine"
+
 enum { MOST_PROPERTIES = 4096, BLOCK = 1024, FIELDS = CT_GAUSS_COLUMNS };
 
 /* The properties that are read, in the order of the columns of a set. */
 static const char *const names[FIELDS] = {"x", "y", "z", "scale_0", "scale_1", "scale_2", "rot_0",
 	"rot_1", "rot_2", "rot_3", "density"};
 
-/* Which element the properties belong to. */
-struct element {
-	enum { NONE, BEFORE, VERTEX, AFTER } kind;
-	uint64_t count, bytes;
-};
-
 struct reader {
 	const unsigned char *data;
-	size_t n, at;         /* bytes; start of the next header line, then of the data */
-	uint64_t count, skip; /* vertices; bytes of elements before them */
+	size_t n, at;    /* bytes; start of the next header line, then of the data */
+	uint64_t count;  /* vertices */
+	size_t elements; /* so far: properties are of the last one */
 	size_t stride;
 	size_t offset[FIELDS], properties;
-	struct element el;
 	struct ct_meta own, *meta;  /* comments of the format, and others of ours */
 	size_t comments;            /* how many */
 	bool format;                /* the line has been seen */
@@ -45,10 +58,10 @@ static const struct ct_voxel_name types[] = {{"char", CT_V_I8}, {"int8", CT_V_I8
 	{"uint", CT_V_U32}, {"uint32", CT_V_U32}, {"float", CT_V_F32}, {"float32", CT_V_F32},
 	{"double", CT_V_F64}, {"float64", CT_V_F64}, {NULL, 0}};
 
-bool ct_ply_own(const char *key)
+/* Is it a key of the format, not of metadata? */
+static bool is_own(const char *key)
 {
-	static const char *const own[] = {CT_PLY_UNITS, CT_PLY_ACTIVATION, CT_PLY_GAMMA,
-		CT_PLY_STEP, CT_PLY_GRID, CT_PLY_AFFINE};
+	static const char *const own[] = {UNITS, ACTIVATION, GAMMA, STEP, GRID, AFFINE};
 
 	for (size_t i = 0; i < sizeof own / sizeof *own; i++)
 		if (strcmp(own[i], key) == 0)
@@ -77,25 +90,6 @@ static char *next_line(struct reader *d)
 	return line;
 }
 
-static void unescape(char *s)
-{
-	char *to = s;
-
-	for (; *s; s++) {
-		char hex[3] = {0};
-
-		if (s[0] == '\\' && (s[1] == 'n' || s[1] == '\\'))
-			*to++ = *++s == 'n' ? '\n' : '\\';
-		else if (s[0] == '\\' && s[1] == 'x' && s[2] && s[3]) {
-			memcpy(hex, s + 2, 2);
-			*to++ = (char)strtol(hex, NULL, 16);
-			s += 3;
-		} else
-			*to++ = *s;
-	}
-	*to = '\0';
-}
-
 /* "KEY=VALUE". */
 static int comment(struct reader *d, char *s)
 {
@@ -105,21 +99,19 @@ static int comment(struct reader *d, char *s)
 	if (!value || value == s)
 		return 0;
 	*value++ = '\0';
-	to = ct_ply_own(s) ? &d->own : d->meta;
+	to = is_own(s) ? &d->own : d->meta;
 	if (++d->comments > MOST_PROPERTIES)
 		return ct_fail(
 			d->e, CT_EINPUT, "more than %d comments ct:KEY=VALUE", MOST_PROPERTIES);
-	unescape(s);
-	unescape(value);
+	ct_text_unescape(s);
+	ct_text_unescape(value);
 	return *s ? ct_meta_set(to, s, value, d->e) : 0;
 }
 
 static int property(struct reader *d, const char *s)
 {
-	const bool vertex = d->el.kind == VERTEX;
 	char word[20], name[80];
 	enum ct_voxel type;
-	size_t size;
 
 	if (sscanf(s, "%19s %79s", word, name) != 2)
 		return ct_fail(d->e, CT_EINPUT, "header line 'property %.40s'", s);
@@ -127,60 +119,41 @@ static int property(struct reader *d, const char *s)
 		return ct_fail(d->e, CT_EINPUT,
 			"property %s is of type %s; lists and other types are not read", name,
 			word);
-	for (size_t k = 0; vertex && k < FIELDS; k++)
+	for (size_t k = 0; k < FIELDS; k++)
 		if (strcmp(name, names[k]) == 0) {
 			d->type[k] = type;
 			d->offset[k] = d->stride;
 		}
-	size = ct_voxel_bytes(type);
-	d->stride += vertex ? size : 0;
-	d->el.bytes += size;
+	d->stride += ct_voxel_bytes(type);
 	return ++d->properties > MOST_PROPERTIES
 		       ? ct_fail(d->e, CT_EINPUT, "more than %d properties", MOST_PROPERTIES)
 		       : 0;
 }
 
-/* Bytes of an element that lies before the vertices. */
-static int close_element(struct reader *d)
+/* The first are the vertices; what lies behind them is not read. */
+static int element(struct reader *d, const char *s)
 {
-	uint64_t n;
-
-	if (d->el.kind != BEFORE)
-		return 0;
-	if (__builtin_mul_overflow(d->el.count, d->el.bytes, &n) ||
-		__builtin_add_overflow(d->skip, n, &d->skip))
-		return ct_fail(d->e, CT_EINPUT, "sizes in the header overflow");
-	return 0;
-}
-
-static int open_element(struct reader *d, const char *s)
-{
-	struct element *el = &d->el;
 	char name[40], number[24], *end;
+	bool vertex;
 
-	if (close_element(d))
-		return -1;
 	if (sscanf(s, "%39s %23s", name, number) != 2)
 		return ct_fail(d->e, CT_EINPUT, "header line 'element %.40s'", s);
-	el->count = strtoull(number, &end, 10);
-	if (*end || *number == '-' || el->count > INT64_MAX)
+	vertex = strcmp(name, "vertex") == 0;
+	if (d->elements++ > 0)
+		return vertex ? ct_fail(d->e, CT_EINPUT, "two elements vertex") : 0;
+	if (!vertex)
+		return ct_fail(d->e, CT_EINPUT, "element %s lies before the vertices", name);
+	d->count = strtoull(number, &end, 10);
+	if (*end || *number == '-' || d->count > INT64_MAX)
 		return ct_fail(d->e, CT_EINPUT, "element %s: count '%s'", name, number);
-	el->bytes = 0;
-	if (strcmp(name, "vertex") == 0) {
-		if (el->kind == VERTEX || el->kind == AFTER)
-			return ct_fail(d->e, CT_EINPUT, "two elements vertex");
-		el->kind = VERTEX;
-		d->count = el->count;
-	} else
-		el->kind = el->kind == VERTEX || el->kind == AFTER ? AFTER : BEFORE;
 	return 0;
 }
 
 /* One line; 1 at the end of the header. */
 static int header_line(struct reader *d, char *s)
 {
-	if (strncmp(s, CT_PLY_COMMENT, sizeof CT_PLY_COMMENT - 1) == 0)
-		return comment(d, s + sizeof CT_PLY_COMMENT - 1);
+	if (strncmp(s, COMMENT, sizeof COMMENT - 1) == 0)
+		return comment(d, s + sizeof COMMENT - 1);
 	if (strcmp(s, "comment") == 0 || strncmp(s, "comment ", 8) == 0 ||
 		strncmp(s, "obj_info", 8) == 0)
 		return 0;
@@ -193,14 +166,14 @@ static int header_line(struct reader *d, char *s)
 					 s + 7);
 	}
 	if (strncmp(s, "element ", 8) == 0)
-		return open_element(d, s + 8);
+		return element(d, s + 8);
 	if (strncmp(s, "property ", 9) == 0) {
-		if (d->el.kind == NONE)
+		if (d->elements == 0)
 			return ct_fail(d->e, CT_EINPUT, "property before any element");
-		return d->el.kind == AFTER ? 0 : property(d, s + 9);
+		return d->elements > 1 ? 0 : property(d, s + 9);
 	}
 	if (strcmp(s, "end_header") == 0)
-		return close_element(d) ? -1 : 1;
+		return 1;
 	return ct_fail(d->e, CT_EINPUT, "header line '%.60s'", s);
 }
 
@@ -226,11 +199,10 @@ static int read_header(struct reader *d)
 			return ct_fail(d->e, CT_EINPUT, "no vertex property %s%s", names[k],
 				k == FIELDS - 1 ? ": a PLY of colours, not of signed densities"
 						: "");
-	if (d->skip > d->n - d->at || d->count > (d->n - d->at - d->skip) / d->stride)
+	if (d->count > (d->n - d->at) / d->stride)
 		return ct_fail(d->e, CT_EINPUT,
 			"%llu Gaussians of %zu bytes do not fit in %zu bytes",
 			(unsigned long long)d->count, d->stride, d->n - d->at);
-	d->at += (size_t)d->skip;
 	return 0;
 }
 
@@ -259,32 +231,31 @@ static int whole(const char *key, double x, size_t *out, struct ct_err *e)
 
 static int read_own(const struct ct_meta *keys, struct ct_gauss *g, struct ct_err *e)
 {
-	const char *activation = ct_meta_get(keys, CT_PLY_ACTIVATION),
-		   *units = ct_meta_get(keys, CT_PLY_UNITS);
+	const char *activation = ct_meta_get(keys, ACTIVATION), *units = ct_meta_get(keys, UNITS);
 	double x = 0, v[12];
 	int rc, word;
 
 	if (!activation)
 		return ct_fail(e, CT_EINPUT, "no comment ct:activation");
-	if (ct_words_take(&word, CT_WORDS(CT_ACTIVATION_LIST), CT_PLY_ACTIVATION, activation, e))
+	if (ct_words_take(&word, CT_WORDS(CT_ACTIVATION_LIST), ACTIVATION, activation, e))
 		return -1;
 	g->activation = (enum ct_activation)word;
 	if (units && strcmp(units, "mm") != 0)
 		return ct_fail(e, CT_EINPUT, "units are '%.20s', not mm", units);
 	g->gamma = 1;
-	rc = ct_meta_numbers(keys, CT_PLY_GAMMA, 1, &g->gamma, e);
+	rc = ct_meta_numbers(keys, GAMMA, 1, &g->gamma, e);
 	if (rc < 0)
 		return -1;
 	if ((rc && g->activation == CT_PRELU) || !(g->gamma > 0))
 		return ct_fail(e, CT_EINPUT, "comment ct:gamma is not a positive number");
-	if (ct_meta_numbers(keys, CT_PLY_STEP, 1, &x, e) < 0 || whole(CT_PLY_STEP, x, &g->step, e))
+	if (ct_meta_numbers(keys, STEP, 1, &x, e) < 0 || whole(STEP, x, &g->step, e))
 		return -1;
-	rc = ct_meta_numbers(keys, CT_PLY_GRID, 3, v, e);
+	rc = ct_meta_numbers(keys, GRID, 3, v, e);
 	for (int a = 0; rc == 0 && a < 3; a++)
-		rc = whole(CT_PLY_GRID, v[a], &g->grid[a], e);
+		rc = whole(GRID, v[a], &g->grid[a], e);
 	if (rc < 0)
 		return -1;
-	rc = ct_meta_numbers(keys, CT_PLY_AFFINE, 12, v, e);
+	rc = ct_meta_numbers(keys, AFFINE, 12, v, e);
 	for (int i = 0; rc == 0 && i < 12; i++)
 		g->affine[i / 4][i % 4] = v[i];
 	return rc < 0 ? -1 : 0;
@@ -335,5 +306,117 @@ int ct_gauss_read(const char *path, struct ct_gauss *g, struct ct_err *e)
 	int rc = ct_format_read(list, path, &a, e);
 
 	*g = a.gauss;
+	return rc;
+}
+
+enum { COLUMNS = 18 }; /* that are written */
+
+static void put_escaped(FILE *f, const char *s, bool key)
+{
+	const bool clash = key && is_own(s);
+
+	for (const char *p = s; *p; p++) {
+		unsigned char c = (unsigned char)*p;
+
+		if (c == '\n')
+			fprintf(f, "\\n");
+		else if (c == '\\')
+			fprintf(f, "\\\\");
+		else if (c < ' ' || c == 127 || (key && (c == '=' || (clash && p == s))))
+			fprintf(f, "\\x%02x", c);
+		else
+			fputc(c, f);
+	}
+}
+
+static int make_header(char **text, size_t *length, const struct ct_gauss *g, struct ct_err *e)
+{
+	static const char *const columns[COLUMNS] = {"x", "y", "z", "nx", "ny", "nz", "f_dc_0",
+		"f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1",
+		"rot_2", "rot_3", "density"};
+	FILE *f;
+
+	if (ct_stream_open(&f, text, length, e))
+		return -1;
+	fprintf(f, "ply\nformat binary_little_endian 1.0\n" COMMENT "units=mm\n");
+	fprintf(f, COMMENT "activation=%s\n" COMMENT "gamma=%.17g\n" COMMENT "step=%zu\n",
+		CT_WORD(CT_ACTIVATION_LIST, g->activation), g->gamma, g->step);
+	if (g->grid[0]) {
+		fprintf(f, COMMENT "grid=%zu,%zu,%zu\n" COMMENT "affine=", g->grid[0], g->grid[1],
+			g->grid[2]);
+		for (int i = 0; i < 12; i++)
+			fprintf(f, "%.17g%c", g->affine[i / 4][i % 4], i < 11 ? ',' : '\n');
+	}
+	for (size_t i = 0; i < g->meta.n; i++) {
+		if (strcmp(g->meta.pair[i].key, CT_META_INPUT) == 0) /* of the file that was read */
+			continue;
+		fprintf(f, COMMENT);
+		put_escaped(f, g->meta.pair[i].key, true);
+		fputc('=', f);
+		put_escaped(f, g->meta.pair[i].value, false);
+		fputc('\n', f);
+	}
+	fprintf(f, "element vertex %zu\n", g->n);
+	for (int i = 0; i < COLUMNS; i++)
+		fprintf(f, "property float %s\n", columns[i]);
+	fprintf(f, "end_header\n");
+	return ct_stream_close(f, text, e);
+}
+
+static float density(const struct ct_gauss *g, size_t i)
+{
+	return (float)ct_activation_apply(g->activation, g->gamma, (double)g->raw[i]);
+}
+
+static void make_row(float row[COLUMNS], const struct ct_gauss *g, size_t i, float most)
+{
+	/* colour = 0.5 + f_dc times the constant spherical harmonic */
+	static const float warm[3] = {0.98f, 0.62f, 0.25f}, cold[3] = {0.25f, 0.55f, 0.98f};
+	const float rho = density(g, i), *colour = rho < 0 ? cold : warm;
+	float strength = most > 0 ? fabsf(rho) / most : 0;
+
+	strength = fminf(fmaxf(strength, 0.001f), 0.999f);
+	for (int a = 0; a < 3; a++) {
+		row[a] = g->pos[a][i];
+		row[3 + a] = 0;
+		row[6 + a] = (colour[a] - 0.5f) / 0.28209479f;
+		row[10 + a] = g->scale[a][i];
+	}
+	row[9] = logf(strength / (1 - strength));
+	for (int a = 0; a < 4; a++)
+		row[13 + a] = g->rot[a][i];
+	row[17] = g->raw[i];
+}
+
+int ct_gauss_write(
+	const char *path, const struct ct_gauss *g, const struct ct_env *env, struct ct_err *e)
+{
+	static const size_t row = COLUMNS;
+	struct ct_out out = {0};
+	float *block = NULL, most = 0;
+	size_t n = 0;
+	char *header;
+	int rc = -1;
+
+	if (make_header(&header, &n, g, e))
+		return ct_blame(e, path);
+	if (ct_alloc(&block, BLOCK, row * sizeof *block, e) || ct_out_open(&out, path, env, e))
+		goto done;
+	for (size_t i = 0; i < g->n; i++)
+		most = fmaxf(most, fabsf(density(g, i)));
+	rc = ct_put(&out, header, n, e);
+	for (size_t i = 0; i < g->n && rc == 0; i += BLOCK) {
+		const size_t rows = g->n - i < BLOCK ? g->n - i : BLOCK;
+
+		for (size_t k = 0; k < rows; k++)
+			make_row(block + k * row, g, i + k, most);
+		rc = ct_put(&out, block, rows * row * sizeof *block, e);
+	}
+	if (rc == 0)
+		rc = ct_out_commit(&out, e);
+done:
+	ct_out_abandon(&out);
+	free(block);
+	free(header);
 	return rc;
 }
