@@ -11,7 +11,9 @@ struct ct_headed {
 	bool placed;
 	struct ct_stored stored;
 	bool packed;
-	const char *file; /* beside the header; NULL: behind it */
+	const char *file;   /* beside the header; NULL: behind it */
+	size_t lines, skip; /* to be passed over, then bytes, of what is packed unpacked ones */
+	bool at_end;        /* the voxels are the end of the file */
 };
 
 /* All of a header from `line`, its first, on; f is behind that, then behind the header. CT_EINPUT,

@@ -127,8 +127,16 @@ static int parse_dims(struct ct_headed *h, size_t *dims, struct ct_err *e)
 static int parse_file(struct ct_headed *h, struct ct_err *e)
 {
 	const char *file = ct_headed_get(h, "ElementDataFile");
+	double skip = 0;
 
+	if (ct_headed_numbers(h, "HeaderSize", 1, &skip, e) < 0)
+		return -1;
 	h->packed = is_true(h, "CompressedData");
+	h->at_end = skip == -1;
+	if ((skip < 0 && !h->at_end) || skip > 1e15 || (skip != 0 && h->packed))
+		return ct_fail(e, CT_EINPUT, "HeaderSize: %g%s", skip,
+			h->packed ? " of compressed data" : "");
+	h->skip = h->at_end ? 0 : (size_t)skip;
 	if (strcmp(file, "LOCAL") == 0 || strcmp(file, "Local") == 0 || strcmp(file, "local") == 0)
 		return 0;
 	return ct_headed_file(h, "ElementDataFile", file, e);
@@ -142,7 +150,7 @@ int ct_headed_mha(FILE *f, char *line, struct ct_headed *h, struct ct_err *e)
 		{"MET_FLOAT", CT_V_F32}, {"MET_DOUBLE", CT_V_F64}, {NULL, 0}};
 	static const char *const only[][2] = {{"ObjectType", "Image"}, {"BinaryData", "True"},
 		{"ElementNumberOfChannels", "1"}, {"ElementToIntensityFunctionSlope", "1"},
-		{"ElementToIntensityFunctionOffset", "0"}, {"HeaderSize", "0"}};
+		{"ElementToIntensityFunctionOffset", "0"}};
 	const char *units;
 	size_t dims = 0;
 

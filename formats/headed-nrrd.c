@@ -253,9 +253,9 @@ static int parse_order(struct ct_headed *h, struct ct_err *e)
 
 static int parse_file(struct ct_headed *h, struct ct_err *e)
 {
-	static const char *const skips[] = {"lineskip", "byteskip"};
 	const char *encoding = ct_headed_get(h, "encoding");
 	const char *file = ct_headed_get(h, "datafile");
+	double lines = 0, skip = 0;
 
 	if (!encoding)
 		return ct_fail(e, CT_EINPUT, "has no encoding");
@@ -263,15 +263,14 @@ static int parse_file(struct ct_headed *h, struct ct_err *e)
 	if (!h->packed && strcmp(encoding, "raw") != 0)
 		return ct_fail(e, CT_EINPUT,
 			"encoding: '%.20s' is not read here, only raw and gzip", encoding);
-	for (size_t i = 0; i < 2; i++) {
-		double skip = 0;
-
-		if (ct_headed_numbers(h, skips[i], 1, &skip, e) < 0)
-			return -1;
-		if (skip != 0)
-			return ct_fail(
-				e, CT_EINPUT, "%s: %g is not read here, only 0", skips[i], skip);
-	}
+	if (ct_headed_numbers(h, "lineskip", 1, &lines, e) < 0 ||
+		ct_headed_numbers(h, "byteskip", 1, &skip, e) < 0)
+		return -1;
+	h->at_end = skip == -1 && !h->packed;
+	if ((skip < 0 && !h->at_end) || skip > 1e15 || lines < 0 || lines > 1e9)
+		return ct_fail(e, CT_EINPUT, "line skip: %g, byte skip: %g", lines, skip);
+	h->lines = (size_t)lines;
+	h->skip = h->at_end ? 0 : (size_t)skip;
 	return file ? ct_headed_file(h, "data file", file, e) : 0;
 }
 

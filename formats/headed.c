@@ -220,12 +220,33 @@ static int open_beside(FILE **f, const char *name, const char *file, struct ct_e
 	return rc;
 }
 
+/* Before the voxels of f, or of what is packed before all of it. */
+static int find_voxels(FILE *f, const struct ct_headed *h, struct ct_err *e)
+{
+	const off_t here = ftello(f);
+	size_t bytes;
+	int c = 0;
+
+	for (size_t k = 0; k < h->lines && c != EOF; k++)
+		while ((c = getc(f)) != EOF && c != '\n')
+			;
+	if (!h->at_end)
+		return 0;
+	if (ct_stored_bytes(&h->stored, h->v->n, &bytes, e))
+		return -1;
+	if (fseeko(f, -(off_t)bytes, SEEK_END) != 0 || ftello(f) < here)
+		return ct_fail(e, CT_EINPUT, "truncated file: its voxels need %zu bytes", bytes);
+	return 0;
+}
+
 static int read_voxels(FILE *f, const struct ct_headed *h, const char *name, struct ct_err *e)
 {
 	struct ct_source s = {0};
 	int rc = -1;
 
-	if (ct_source_open(&s, f, h->packed ? CT_PACKING_ZLIB : CT_PACKING_NONE, e) == 0 &&
+	if (find_voxels(f, h, e) == 0 &&
+		ct_source_open(&s, f, h->packed ? CT_PACKING_ZLIB : CT_PACKING_NONE, e) == 0 &&
+		ct_source_skip(&s, h->skip, e) == 0 &&
 		ct_source_volume(&s, &h->stored, name, h->v, e) == 0)
 		rc = h->packed || getc(f) == EOF
 			     ? 0

@@ -159,15 +159,24 @@ static int drain(struct ct_source *s, struct ct_err *e)
 	return 0;
 }
 
+int ct_stored_bytes(
+	const struct ct_stored *how, const size_t n[static 3], size_t *bytes, struct ct_err *e)
+{
+	return ct_size_mul(bytes, n[0], n[1], "dimensions", e) ||
+			       ct_size_mul(bytes, *bytes, n[2], "dimensions", e) ||
+			       ct_size_mul(
+				       bytes, *bytes, ct_voxel_bytes((int)how->type), "voxels", e)
+		       ? -1
+		       : 0;
+}
+
 /* CT_EINPUT if the file is too short for n voxels. */
 static int check_length(
 	const struct ct_source *s, const struct ct_stored *how, const size_t n[3], struct ct_err *e)
 {
 	size_t bytes;
 
-	if (ct_size_mul(&bytes, n[0], n[1], "dimensions", e) ||
-		ct_size_mul(&bytes, bytes, n[2], "dimensions", e) ||
-		ct_size_mul(&bytes, bytes, ct_voxel_bytes((int)how->type), "voxels", e))
+	if (ct_stored_bytes(how, n, &bytes, e))
 		return -1;
 	if (s->left != UINT64_MAX && bytes > s->left - s->at)
 		return ct_fail(e, CT_EINPUT, "truncated file: %zux%zux%zu voxels need %zu bytes",

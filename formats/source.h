@@ -49,6 +49,9 @@ struct ct_stored {
 	bool big;            /* big-endian */
 	double slope, inter; /* HU = slope*stored + inter */
 };
+/* Those of n voxels are so many bytes. CT_EINPUT. */
+int ct_stored_bytes(
+	const struct ct_stored *how, const size_t n[static 3], size_t *bytes, struct ct_err *e);
 /* The rest as the data of v, of whose grid this is, and its key "input", NAME and a hash of sizes,
  * affine and voxels; behind the voxels only the check sum of what is compressed is looked at.
  * CT_EGEOM for a grid that is none; CT_EINPUT before anything is allocated if the file is too

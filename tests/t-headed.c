@@ -161,7 +161,14 @@ static void test_refused(void)
 		{MHB "TransformMatrix = 1 0 0 0 1 0 0 0 0\n" HERE, "", CT_EGEOM},
 		{MHB "TransformMatrix = 1 .5 0 0 1 0 0 0 1\n" HERE, "", CT_EGEOM},
 		{MHB "Offset = 0 0 inf\n" HERE, "Offset: '0 0 inf'", CT_EINPUT},
-		{MHB "HeaderSize = -2\n" HERE, "HeaderSize: '-2' is not read here", CT_EINPUT},
+		{MHB "HeaderSize = -2\n" HERE, "HeaderSize: -2", CT_EINPUT},
+		{MHB "HeaderSize = 4\nCompressedData = True\n" HERE, "of compressed data",
+			CT_EINPUT},
+		{MHB "HeaderSize = 1e300\n" HERE, "HeaderSize: 1e+300", CT_EINPUT},
+		{MHB "HeaderSize = -1\nDimSize = 8 5 2\n" HERE, "truncated file", CT_EINPUT},
+		{NRA "spacings: 1 1 1\nencoding: gzip\nbyte skip: -1\n\n", "byte skip: -1",
+			CT_EINPUT},
+		{NRB "byte skip: 1e300\n\n", "byte skip: 1e+300", CT_EINPUT},
 		{NRB "data file: a:=b\n\n", "a:=b: No such file", CT_EINPUT},
 		{MHB "ElementType = MET_LONG\n" HERE, "ElementType: MET_LONG is no number",
 			CT_EINPUT},
@@ -181,6 +188,10 @@ static void test_refused(void)
 		{MHB "ElementDataFile = folder\n", "folder: is no file of voxels", CT_EINPUT},
 		{MHB "ElementDataFile = pipe\n", "pipe: is no file of voxels", CT_EINPUT},
 		{MHB "ElementDataFile = short.raw\n", "short.raw: truncated file", CT_EINPUT},
+		{MHB "HeaderSize = -1\nElementDataFile = short.raw\n", "short.raw: truncated file",
+			CT_EINPUT},
+		{MHB "HeaderSize = 20\nElementDataFile = long.raw\n", "long.raw: truncated file",
+			CT_EINPUT},
 		{MHB "ElementDataFile = long.raw\n", "longer than its header says", CT_EINPUT},
 		{MHB, "has no ElementDataFile", CT_EINPUT},
 		{MHB "nonsense\n" HERE, "'nonsense' is no field", CT_EINPUT},
@@ -222,8 +233,8 @@ static void test_refused(void)
 		{NRB "space: LPS\nspace directions: (1,0,0) (0,1,0) (0,1,0)\n\n", "", CT_EGEOM},
 		{NRB "type: block\n\n", "type: block is no number", CT_EINPUT},
 		{NRB "type: short\n\n", "endian: '' is neither", CT_EINPUT},
-		{NRB "byte skip: -2\n\n", "byteskip: -2 is not read here", CT_EINPUT},
-		{NRB "line skip: -1\n\n", "lineskip: -1 is not read here", CT_EINPUT},
+		{NRB "byte skip: -2\n\n", "byte skip: -2", CT_EINPUT},
+		{NRB "line skip: -1\n\n", "line skip: -1", CT_EINPUT},
 		{NRB "data file: LIST\n\n", "data file: LIST", CT_EINPUT},
 		{NRB "datafile: x%d.raw 1 2 1\n\n", "a pattern", CT_EINPUT},
 		{NRB "data file: a/b\n\n", "is no file beside the header", CT_EINPUT},
@@ -273,7 +284,7 @@ static void test_taken(void)
 	struct ct_vol v = {0};
 
 	mkdir("far", 0700);
-	put_text("beside.raw", "abcdefghijklmnopqrstuvwx");
+	put_text("beside.raw", "a\nb\n12abcdefghijklmnopqrstuvwx");
 	OK(taken(MHB HERE, 24), "without a place");
 	OK(taken(MHB
 		   "Comment = = :\nDistanceUnits = ?\nElementToIntensityFunctionSlope = 1.0\n" HERE,
@@ -285,7 +296,11 @@ static void test_taken(void)
 		 "spacings: 1 1 1\r\n\r\n",
 		   24),
 		"with the line ends of other systems");
-	OK(taken(MHB "HeaderSize = 0\nElementDataFile = beside.raw\n", 0), "a file beside it");
+	OK(taken(MHB "HeaderSize = 6\nElementDataFile = beside.raw\n", 0),
+		"a file beside it, and what to skip");
+	OK(taken(MHB "HeaderSize = -1\nElementDataFile = beside.raw\n", 0), "all but its end");
+	OK(taken(NRB "line skip: 2\nbyte skip: 2\ndata file: beside.raw\n", 0), "lines and bytes");
+	OK(taken(NRB "byte skip: -1\ndata file: beside.raw\n\n", 0), "also its end");
 	e = (struct ct_err){0};
 	OK(parse(MHB "ElementDataFile = beside.raw\n", strlen(MHB) + 29, "-", &v) == -1 &&
 			strstr(e.msg, "nothing is beside standard input"),
