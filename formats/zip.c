@@ -68,9 +68,9 @@ static int read_end64(struct ct_zip *z, uint64_t at, struct end *d, struct ct_er
 static int read_end(struct ct_zip *z, struct end *d, struct ct_err *e)
 {
 	const uint64_t at = z->size < END ? 0 : z->size - END;
-	unsigned char rec[END];
+	unsigned char rec[END] = {0};
 
-	if (get(z, at, rec, sizeof rec, "its end", e))
+	if (z->size >= END && get(z, at, rec, sizeof rec, "its end", e))
 		return -1;
 	if (memcmp(rec, "PK\5\6", 4) != 0)
 		return ct_fail(e, CT_EINPUT, "zip: no directory at the end: cut short?");
