@@ -233,7 +233,7 @@ static void test_temporary(void)
 	OK(strcmp(ct_keep_folder(), "/tmp") == 0, "where temporary files go");
 	unsetenv("TMPDIR");
 	OK(ct_chain_open(&c, NULL, true, &e) == 0 && !c.kept && c.lock == -1 &&
-			strcmp(c.folder, "/tmp/ct-sr.XXXXXX") == 0,
+			strcmp(c.folder, "/tmp/ct-sr.ct-XXXXXX") == 0,
 		"a dry one is named");
 	ct_chain_close(&c);
 	if (mkdir("tmp", 0777) || mkdir("tmp/ct-sr.ct-stale0", 0777) ||

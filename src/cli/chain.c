@@ -59,7 +59,7 @@ int ct_chain_open(struct ct_chain *c, const char *folder, bool dry, struct ct_er
 	c->tools[slash ? slash + 1 - c->tools : 0] = '\0';
 	if (asprintf(&name, "%s%s", folder ? folder : ct_keep_folder(),
 		    folder ? ""
-		    : dry  ? "/ct-sr.XXXXXX"
+		    : dry  ? "/ct-sr.ct-XXXXXX"
 			   : "/ct-sr") < 0)
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
 	if (!folder && !dry) {
