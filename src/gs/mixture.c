@@ -422,7 +422,7 @@ static void sum_slices(double s[static 10], const struct mixture_job *j,
 	const struct ct_block *k = &j->v->block;
 	const size_t slice = ct_mixture_slice(k), left = (size_t)b->slice[1] - first;
 	const size_t n = left < WAIT ? left : WAIT;
-	struct ct_pixel_gaussian d[WAIT];
+	struct ct_pixel_gaussian d[WAIT] = {0};
 	double sums[6][WAIT];
 
 	for (size_t i = 0; i < n; i++)
