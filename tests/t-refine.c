@@ -5,6 +5,7 @@
 #include "core/rng.h"
 #include "refine/refine.h"
 #include "refine/slabs.h"
+#include "refine/texture.h"
 #include "tests/tap.h"
 #include "slice-network.h"
 #include "texture.h"
@@ -214,6 +215,50 @@ static void reports(const struct ct_vol *lo, const struct ct_vol *mute)
 		"%s", r.why_not);
 }
 
+/* A volume of side 48: within `side` voxels of the middle 90 HU of noise, else a zigzag of 40 HU
+ * along each axis (`textured`) or nothing. */
+static void around(struct ct_vol *v, double side, bool textured)
+{
+	static const float zigzag[4] = {0, 20, 40, 20};
+
+	*v = (struct ct_vol){0};
+	must(ct_vol_alloc(v, (const size_t[]){48, 48, 48}, &err));
+	ct_rng_normals(ct_vol_count(v), v->data, 3, 5, 0);
+	for (size_t i = 0; i < ct_vol_count(v); i++) {
+		const size_t at[3] = {i % 48, i / 48 % 48, i / 48 / 48};
+		double far = 0;
+
+		for (int a = 0; a < 3; a++)
+			far = fmax(far, fabs((double)at[a] - 23.5));
+		v->data[i] *= 90;
+		if (far > side)
+			v->data[i] =
+				textured ? zigzag[at[0] % 4] + zigzag[at[1] % 4] + zigzag[at[2] % 4]
+					 : 0;
+	}
+}
+
+/* Texture counts whether it is noise or a small zigzag. What is flat does not. */
+static void textures(void)
+{
+	static const double by[3] = {4, 4, 4}, thick[3] = {1, 1, 4};
+	const double voxels = 3 * 48 * 48 * 48, near = 26. / 48;
+	struct ct_vol v;
+
+	around(&v, 24, true);
+	NEAR(ct_texture_cells(&v, by, 3) / voxels, 1, .001, "noise is texture");
+	NEAR(ct_texture_cells(&v, thick, 3) / voxels, 1. / 16, .001,
+		"in cells of 4 x 4 of a slice");
+	ct_vol_free(&v);
+	around(&v, 12, true);
+	NEAR(ct_texture_cells(&v, by, 3) / voxels, 1, .001, "so is a zigzag");
+	ct_vol_free(&v);
+	around(&v, 12, false);
+	NEAR(ct_texture_cells(&v, by, 3) / voxels, near * near / 2, .002,
+		"what is constant is not");
+	ct_vol_free(&v);
+}
+
 int main(void)
 {
 	struct ct_vol lo, mute;
@@ -223,6 +268,7 @@ int main(void)
 	random_network(&prior.r[0]);
 	make(&lo, true);
 	make(&mute, false);
+	textures();
 	cuts();
 	reports(&lo, &mute);
 	at_once(&lo);

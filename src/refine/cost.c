@@ -11,6 +11,7 @@
 #include "core/mem.h"
 #include "refine/refine.h"
 #include "refine/slabs.h"
+#include "refine/texture.h"
 #include "resolution/crop.h"
 #include "resolution/pilot.h"
 
@@ -26,7 +27,6 @@ enum {
 	MIDDLE = CT_CROP_PLACES / 2
 };
 #define CELLS 36000.0 /* of slices of the piece on which the prior is tried */
-#define LOOKS 1e5     /* cells at which texture is looked for */
 
 /* The coarse voxels that make `fine` voxels along each axis, or fewer, at a place of crop.h. */
 static int cut(struct ct_vol *piece, const struct ct_vol *in, const double factor[3], double fine,
@@ -135,59 +135,6 @@ static size_t patch_cells(const struct ct_slice_prior *prior, const struct ct_de
 	return 1;
 }
 
-/* The index `by` on along an axis of n, or the last before the border. */
-static size_t on(size_t at, ptrdiff_t by, size_t n)
-{
-	const ptrdiff_t to = (ptrdiff_t)at + by;
-
-	return to < 0 ? 0 : (size_t)to < n ? (size_t)to : n - 1;
-}
-
-/* Does v vary in the square of w x w cells, `step` voxels each, of the slice across the axis? */
-static bool is_uneven(
-	const struct ct_vol *v, const size_t at[3], const size_t step[3], int axis, ptrdiff_t w)
-{
-	const int a = axis == 0 ? 1 : 0, b = axis == 2 ? 1 : 2;
-	const double count = (double)(w * w);
-	const double first = (double)v->data[(at[2] * v->n[1] + at[1]) * v->n[0] + at[0]];
-	double sum = 0, square = 0;
-	size_t p[3] = {at[0], at[1], at[2]};
-
-	for (ptrdiff_t q = 0; q < w * w; q++) {
-		double d;
-
-		p[a] = on(at[a], (q % w - w / 2) * (ptrdiff_t)step[a], v->n[a]);
-		p[b] = on(at[b], (q / w - w / 2) * (ptrdiff_t)step[b], v->n[b]);
-		d = (double)v->data[(p[2] * v->n[1] + p[1]) * v->n[0] + p[0]] - first;
-		sum += d;
-		square += d * d;
-	}
-	return square / count - sum / count * (sum / count) >
-	       (double)(CT_PATCH_FLAT * CT_PATCH_FLAT);
-}
-
-/* Cells of slices across the three axes that are textured once v is refined, nearly: those about
- * which v, in a square of w x w cells of the slice, varies. Of a large scan from some of them. */
-static double count_uneven(const struct ct_vol *v, const double factor[3], size_t w)
-{
-	const double most = largest(factor);
-	size_t step[3], skip, count = 0, seen = 0;
-	double cells = 1;
-
-	for (int a = 0; a < 3; a++) {
-		step[a] = factor[a] > 1 ? 1 : (size_t)fmax(nearbyint(most), 1);
-		cells *= (double)v->n[a] / (double)step[a];
-	}
-	skip = (size_t)fmax(ceil(cbrt(cells / LOOKS)), 1);
-	for (size_t k = 0; k < v->n[2]; k += skip * step[2])
-		for (size_t j = 0; j < v->n[1]; j += skip * step[1])
-			for (size_t i = 0; i < v->n[0]; i += skip * step[0])
-				for (int axis = 0; axis < 3; axis++, seen++)
-					count += is_uneven(v, (const size_t[3]){i, j, k}, step,
-						axis, (ptrdiff_t)w);
-	return 3 * cells * (double)count / (double)seen;
-}
-
 /* CPU seconds of what the prior adds to a piece. */
 static int try_prior(double *cpu, const struct ct_vol *piece, const struct ct_refine *r,
 	const struct ct_env *env, struct ct_err *e)
@@ -222,7 +169,7 @@ static int find_uneven(struct ct_vol *piece, double *uneven, const struct ct_vol
 
 		if (cut(&here, in, factor, side, i, e))
 			return -1;
-		its = count_uneven(&here, factor, cells);
+		its = ct_texture_cells(&here, factor, cells);
 		if (its > *uneven) {
 			ct_vol_free(piece);
 			*piece = here;
@@ -250,7 +197,8 @@ static int prior(double *cpu, const struct ct_refine *r, const struct ct_vol *in
 	if (try_prior(&flat, &piece, r, env, e))
 		goto out;
 	each = fmax(most - flat, 0) / fmax(uneven, 1);
-	*cpu += work_of(r, in) / voxels * (flat / share + each * count_uneven(in, factor, cells));
+	*cpu += work_of(r, in) / voxels *
+		(flat / share + each * ct_texture_cells(in, factor, cells));
 	rc = 0;
 out:
 	ct_vol_free(&piece);
