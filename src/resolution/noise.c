@@ -11,15 +11,16 @@
 enum {
 	BLOCK = 3, /* its side, voxels */
 	MOST_BLOCKS = 1 << 16,
-	LEAST_BLOCKS = 16, /* of which something is said */
-	LEAST_SURE = 250,  /* of tissue, of which something is sure */
-	FLATTEST = 50,     /* one in so many */
+	LEAST_BLOCKS = 128, /* of which something is said */
+	LEAST_SURE = 2000,  /* of tissue, of which something is sure */
+	FLATTEST = 50,      /* one in so many */
 	TENTH = 10,
+	REST = 15, /* free values of a block without the parts */
 };
 
 static const double air = -850, clipped_air = -1024;      /* HU */
 static const double least_power = 0.03;                   /* of noise at any frequency */
-static const double texture = 6;                          /* HU */
+static const double texture = 7;                          /* HU */
 static const double even = 1.4, uneven = 1.8, inside = 2; /* inside a body, of what is outside */
 static const size_t bodies = 3;                           /* one in so many blocks is no bone */
 
@@ -205,37 +206,51 @@ static enum kind kind_of(const struct block *b, const struct voids *v)
 	return !b->mixed && b->sd > 0 ? TISSUE : NEITHER;
 }
 
-/* Deviations of blocks of tissue from the begin of an array, of air from its end; the number of
- * those that are as constant as the highest value; and, of those that show no more than `level`,
- * sums of what neighbours differ by. */
-struct seen {
-	float *sd, *end;
-	size_t tissue, air, highest;
-	double level, differ[3][2];
+/* Of a block of tissue the squares of eight parts that see no linear function and little of
+ * anatomy: 1 -2 1 (even) or 1 0 -1 (odd) along each axis, each of norm 1; the sum of all, of those
+ * that are even along an axis, and of what is left of the block. In white noise one part tells
+ * nothing of another. */
+struct parts {
+	double all, even[3], rest;
 };
 
-/* Of the 27 values x of a block, from their best linear function, the squares of what they differ
- * from the next along each axis, and from the one after it, means. */
-static void add_variogram(double sums[3][2], const float *x, const size_t stride[3])
+static struct parts parts_of(const float *x, const size_t stride[3], const struct block *b)
 {
-	double r[27], slope[3] = {0};
+	static const double w[2][3] = {{M_SQRT1_2, 0, -M_SQRT1_2},
+		{0.40824829046386302, -0.81649658092772603, 0.40824829046386302}};
+	struct parts r = {0};
 
-	for (int p = 0; p < 27; p++) {
-		const int at[3] = {p % 3, p / 3 % 3, p / 9};
+	for (int part = 0; part < 8; part++) {
+		double sum = 0;
 
-		r[p] = (double)
-			x[(size_t)at[0] + (size_t)at[1] * stride[1] + (size_t)at[2] * stride[2]];
+		for (size_t p = 0; p < 27; p++) {
+			const size_t i = p % 3, j = p / 3 % 3, k = p / 9;
+
+			sum += w[part & 1][i] * w[part >> 1 & 1][j] * w[part >> 2][k] *
+			       (double)x[i + j * stride[1] + k * stride[2]];
+		}
+		r.all += sum * sum;
 		for (int a = 0; a < 3; a++)
-			slope[a] += (at[a] - 1) * r[p] / 18;
+			r.even[a] += (part >> a & 1) * sum * sum;
 	}
-	for (int a = 0, step = 1; a < 3; a++, step *= 3)
-		for (int p = 0; p < 27; p++)
-			for (int d = 1; d < 3 - p / step % 3; d++) {
-				const double by = r[p + d * step] - r[p] - d * slope[a];
-
-				sums[a][d - 1] += by * by / (d == 1 ? 18 : 9);
-			}
+	r.rest = 23 * b->sd * b->sd - r.all;
+	return r;
 }
+
+static int by_rest(const void *a, const void *b)
+{
+	const double x = ((const struct parts *)a)->rest, y = ((const struct parts *)b)->rest;
+
+	return (x > y) - (x < y);
+}
+
+/* Deviations of blocks of tissue from the begin of an array, of air from its end; the number of
+ * those that are as constant as the highest value; and of those of tissue the parts. */
+struct seen {
+	float *sd, *end;
+	struct parts *parts; /* NULL of blocks of fewer than 27 values */
+	size_t tissue, air, highest;
+};
 
 /* Sums of the products of an axis's 3 places, of noise that is so much alike. */
 static double axis_sum(double alike)
@@ -248,16 +263,26 @@ static double others(const double alike[3], int a)
 	return axis_sum(alike[(a + 1) % 3]) * axis_sum(alike[(a + 2) % 3]);
 }
 
-/* How much alike, of the ratios of an axis, when the product over the others is t. */
-static double alike_of(double ratio, double t)
+/* What even and odd parts show of noise that is so much alike, of 1 of white noise. */
+static double even_of(double alike)
 {
-	const double want = ratio * (1 - t / 81) + t / 324;
+	return (3 - 4 * alike + pow(alike, 4)) / 3;
+}
+
+static double odd_of(double alike)
+{
+	return 1 - pow(alike, 4);
+}
+
+/* How much alike, if even parts show so much of what odd parts do. */
+static double alike_of(double ratio)
+{
 	double lo = 0, hi = CT_NOISE_ALIKE;
 
 	for (int i = 0; i < 30; i++) {
 		const double mid = (lo + hi) / 2;
 
-		if (1 / ((1 + mid) * (1 + mid * mid)) > want)
+		if (even_of(mid) > ratio * odd_of(mid))
 			lo = mid;
 		else
 			hi = mid;
@@ -265,22 +290,33 @@ static double alike_of(double ratio, double t)
 	return lo;
 }
 
-/* `alike` and the level: they are of noise that blocks show in part. */
-static void correlate(struct ct_noise *n, double sums[3][2])
+/* `alike` and the level of what the parts of the flattest of n blocks show: of a tenth at most, and
+ * of those whose rest shows no more than the level `most`. No more than blocks do, whose deviation
+ * is `white` if the noise is. */
+static void correlate(
+	struct ct_noise *out, struct parts *parts, size_t n, double most, double white)
 {
-	double shown = 27, all = 1;
+	size_t flat = 0;
+	double all = 0, along[3] = {0}, product = 1, shown = 27, level;
 
-	for (int round = 0; round < 20; round++)
+	qsort(parts, n, sizeof *parts, by_rest);
+	while (flat == 0 || (flat < n / TENTH && parts[flat].rest <= REST * most * most)) {
+		all += parts[flat].all;
 		for (int a = 0; a < 3; a++)
-			n->alike[a] = sums[a][1] > 0 ? alike_of(sums[a][0] / sums[a][1],
-							       others(n->alike, a))
-						     : 0;
-	for (int a = 0; a < 3; a++) {
-		all *= axis_sum(n->alike[a]);
-		shown -= (1 - pow(n->alike[a], 4)) * others(n->alike, a) / 9;
+			along[a] += parts[flat].even[a];
+		flat++;
 	}
-	shown -= all / 27;
-	n->sure *= sqrt(23 / shown);
+	level = all / (double)flat;
+	for (int a = 0; a < 3; a++) {
+		out->alike[a] = all > along[a] ? alike_of(along[a] / (all - along[a])) : 0;
+		level /= even_of(out->alike[a]) + odd_of(out->alike[a]);
+	}
+	for (int a = 0; a < 3; a++) {
+		product *= axis_sum(out->alike[a]);
+		shown -= (1 - pow(out->alike[a], 4)) * others(out->alike, a) / 9;
+	}
+	shown -= product / 27;
+	out->sure = fmin(white * sqrt(23 / shown), sqrt(level));
 }
 
 void ct_noise_powers(double *power, size_t m, double alike)
@@ -297,17 +333,6 @@ void ct_noise_powers(double *power, size_t m, double alike)
 		power[k] *= (double)m / sum;
 }
 
-static void sort_in(struct seen *s, const struct block *b, enum kind kind)
-{
-	if (kind == TISSUE)
-		s->sd[s->tissue++] = (float)b->sd;
-	else if (kind == AIR)
-		s->end[-1 - (ptrdiff_t)s->air++] = (float)b->sd;
-	else if (kind == HIGHEST)
-		s->highest++;
-}
-
-/* All blocks: the first time into the arrays, then those that show no more than the level. */
 static void see(struct seen *s, const struct ct_vol *v, const struct voids *voids,
 	const size_t m[3], size_t step)
 {
@@ -320,18 +345,24 @@ static void see(struct seen *s, const struct ct_vol *v, const struct voids *void
 				const struct block b = look(x, m, stride);
 				const enum kind kind = kind_of(&b, voids);
 
-				if (!(s->level > 0))
-					sort_in(s, &b, kind);
-				else if ((kind == TISSUE || kind == AIR) && b.sd <= s->level)
-					add_variogram(s->differ, x, stride);
+				if (kind == TISSUE && s->parts)
+					s->parts[s->tissue] = parts_of(x, stride, &b);
+				if (kind == TISSUE)
+					s->sd[s->tissue++] = (float)b.sd;
+				else if (kind == AIR)
+					s->end[-1 - (ptrdiff_t)s->air++] = (float)b.sd;
+				else if (kind == HIGHEST)
+					s->highest++;
 			}
 }
 
 int ct_noise_measure(struct ct_noise *out, const struct ct_vol *v, struct ct_err *e)
 {
-	size_t m[3], step = 2, all;
+	size_t m[3], step = 1, all, tissue;
 	struct seen s = {0};
 	struct voids voids;
+	double level;
+	int rc = -1;
 
 	*out = (struct ct_noise){0};
 	if (ct_vol_check_finite(v, e))
@@ -343,25 +374,27 @@ int ct_noise_measure(struct ct_noise *out, const struct ct_vol *v, struct ct_err
 	while (places(v, m, step) > MOST_BLOCKS)
 		step++;
 	all = places(v, m, step);
-	if (ct_alloc(&s.sd, all, sizeof *s.sd, e))
-		return -1;
+	if (ct_alloc(&s.sd, all, sizeof *s.sd, e) ||
+		(m[0] * m[1] * m[2] == BLOCK * BLOCK * BLOCK &&
+			ct_alloc(&s.parts, all, sizeof *s.parts, e)))
+		goto out;
 	s.end = s.sd + all;
 	voids = voids_of(v);
 	see(&s, v, &voids, m, step);
+	tissue = s.tissue;
 	if (bodies * s.highest > s.highest + s.tissue)
 		while (s.highest-- > 0)
 			s.sd[s.tissue++] = 0;
 	qsort(s.sd, s.tissue, sizeof *s.sd, by_value);
 	qsort(s.end - s.air, s.air, sizeof *s.sd, by_value);
 	out->common = common_sd(s.sd, s.tissue);
-	s.level = sure_sd(s.sd, s.tissue, s.end - s.air, s.air, free_values(m), out->common);
+	level = sure_sd(s.sd, s.tissue, s.end - s.air, s.air, free_values(m), out->common);
+	out->sure = level > texture ? sqrt(level * level - texture * texture) : 0;
+	if (out->sure > 0 && s.parts)
+		correlate(out, s.parts, tissue, level, out->sure);
+	rc = 0;
+out:
 	free(s.sd);
-	if (!(s.level > texture))
-		return 0;
-	out->sure = sqrt(s.level * s.level - texture * texture);
-	if (m[0] * m[1] * m[2] < BLOCK * BLOCK * BLOCK) /* of one slice nothing more is said */
-		return 0;
-	see(&s, v, &voids, m, step);
-	correlate(out, s.differ);
-	return 0;
+	free(s.parts);
+	return rc;
 }

@@ -7,25 +7,28 @@
  * - There is no more of it than the flattest 2 % of tissue show. Tissue that is constant shows that
  *   there is none; what is constant because it was clipped or masked does not: at the lowest value
  *   of the volume or that of one of its corners, or at the highest, unless a third of the blocks
- * are (no bone, but a body).
+ *   are (no bone, but a body).
  * - Where tissue is flat its blocks show about the same. If the tenth in a hundred shows 1.4 times
  *   what the second does, all may still be; from 1.8 times on even the flattest may be texture:
  *   then there is no more noise than the flattest air shows, and before, no more than twice that
  *   (noise is lower outside a body than in it). If no air is seen, nothing is sure then.
  *   Air that was clipped, a block with a voxel of -1024 HU or of the lowest value, is not looked
- * at.
- * - 6 HU of what is shown may be texture and ringing, and fewer than 250 blocks of tissue say
+ *   at.
+ * - 7 HU of what is shown may be texture and ringing, and fewer than 2000 blocks of tissue say
  *   nothing.
  *
- * Noise of neighbours is alike after a soft kernel. Along axis a the values of the blocks that show
- * no more than what is sure, from their linear functions, differ by var_1 from their next, by var_2
- * from the one after that. Noise whose correlation over l voxels is rho^(l^2), which is white noise
- * under a Gaussian, has after the fit, T the product over the other axes of 3 + 4 rho + 2 rho^4,
+ * Anatomy hardly varies along three axes at once. So eight parts of each block are looked at: along
+ * each axis 1 -2 1 (even) or 1 0 -1 (odd). The tenth of the blocks counts of which the rest is
+ * flattest; in white noise rest and parts have nothing to do with one another. Noise of neighbours
+ * is alike after a soft kernel. Noise whose correlation over l voxels is rho^(l^2), which is white
+ * noise under a Gaussian, shows along an axis
  *
- *   var_1/var_2 = (1/((1 + rho) (1 + rho^2)) - T/324) / (1 - T/81),
+ *   even: 1 - 4/3 rho + 1/3 rho^4,   odd: 1 - rho^4
  *
- * from which `alike` comes. `sure` is the level of such noise: a block shows less of it than of
- * white noise, 27 - (product of all T_a)/27 - sum (1 - rho_a^4) T/9 instead of 23 parts.
+ * of what white noise does. Sums of four parts have the ratio of the two, from which `alike` comes,
+ * and the sum of all eight is the square of the level times the product of even + odd. `sure` is no
+ * more than that, and than blocks show: of such noise 27 - T/27 - sum (1 - rho_a^4) T_a/9 instead
+ * of 23 parts; T is the product of 3 + 4 rho + 2 rho^4 over all axes, T_a over all but a.
  *
  * Noise of longer scale than a block is in neither. Below -1100 HU is padding. Where the constants
  * come from: doc/blur-estimate.md.
