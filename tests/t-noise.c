@@ -120,6 +120,18 @@ static void test_anatomy(void)
 	NEAR(measure(&v).sure, 20, 0.7, "texture that lies along the axes is not noise");
 	for (int a = 0; a < 3; a++)
 		OK(measure(&v).alike[a] < 0.05, "nor alike");
+	fill(&v, 40, 150, 0.7);
+	for (size_t i = 0; i < ct_vol_count(&v); i++)
+		if (i % N < 12 || i / N / N < 4)
+			v.data[i] = (i % N < 12 ? -980 : 40) + 20 * ct_rng_normal(8, 0, i);
+	NEAR(measure(&v).sure, sqrt(20 * 20 - 7 * 7), 1.5, "what is flat counts, if it is little");
+	for (int a = 0; a < 3; a++)
+		OK(measure(&v).alike[a] < 0.1, "and alone");
+	fill(&v, 40, 30, 0.6);
+	for (size_t i = 0; i < ct_vol_count(&v); i++)
+		v.data[i] = (i / N / N < 7 ? 40 : v.data[i]) + 20 * ct_rng_normal(8, 0, i);
+	OK(measure(&v).alike[0] < 0.07, "a tenth of the blocks is enough: %.3g",
+		measure(&v).alike[0]);
 	ct_vol_free(&v);
 }
 
