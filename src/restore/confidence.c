@@ -5,13 +5,29 @@
 
 #include <math.h>
 
-/* HU: what a second pass adds below this is texture of its own. It adds up to .04 HU to the error
- * inside soft tissue of point-sampled, aliased scans (eight scans). PSNR changes by -.03 to +.02
- * dB. */
-#define SECOND_GATE 10
 /* HU, of thick slices and of others: doc/results.md, "Where the network looks". */
 #define LEAST_THICK 3
 #define LEAST 10
+
+struct trust {
+	double doubt, gate, second_gate;
+};
+
+/* Of a scan with noise; `most`: the largest factor, `coarse` axes are refined. */
+static struct trust trust_noisy(bool points, double most, int coarse)
+{
+	return (struct trust){points || coarse == 1 || most < 4 ? 0 : 0.5, 0, 10};
+}
+
+/* Of one without. */
+static struct trust trust_plain(enum ct_decimate by, bool aliases, int coarse)
+{
+	if (coarse == 1)
+		return (struct trust){0.6, aliases ? 0 : 4, 10};
+	if (by == CT_DECIMATE_POINT)
+		return (struct trust){aliases ? 0 : 1.2, 4, 4};
+	return aliases ? (struct trust){0.6, 0, 10} : (struct trust){1.2, 15, 10};
+}
 
 /* The operator on the grid of the networks: the same blur, in LR voxels. */
 static struct ct_degrade as_seen(const struct ct_degrade *d, double cell)
@@ -31,6 +47,7 @@ int ct_restore_confidence(struct ct_restore_rule *rule, bool *little, size_t cel
 	const size_t n[static 3], struct ct_err *e)
 {
 	const struct ct_degrade seen = as_seen(&rule->by, (double)cell), *d = &seen;
+	struct trust trust;
 	double aliasing, most = 1;
 	bool aliases, points;
 	size_t fine[3];
@@ -46,15 +63,17 @@ int ct_restore_confidence(struct ct_restore_rule *rule, bool *little, size_t cel
 	aliases = aliasing > CT_UPSAMPLE_ALIAS;
 	points = aliases && d->decimate == CT_DECIMATE_POINT;
 	rule->weight = 1;
-	rule->doubt = points || rule->noise > 0 ? 0 : aliases ? 0.6 : 1.2;
-	rule->gate = aliases || rule->noise > 0 ? 0 : 15;
+	trust = rule->noise > 0 ? trust_noisy(points, most, coarse)
+				: trust_plain(d->decimate, aliases, coarse);
+	rule->doubt = trust.doubt;
+	rule->gate = trust.gate;
+	rule->second_gate = trust.second_gate;
 	rule->steps = aliases ? 0 : 0.05;
 	rule->cap = aliases ? 0 : 125 * most;
-	rule->second_gate = SECOND_GATE;
 	rule->second_cap = aliases ? 0 : 20 * most; /* more spoils plastic, where nothing aliases */
 	rule->least = coarse == 1 ? LEAST_THICK : LEAST;
 	rule->flat = points && !(rule->noise > 0);
-	rule->passes = rule->noise > 0 && !points ? 1 : 2; /* the most that gain */
+	rule->passes = 2;
 	/* thick slices that are well sampled */
 	*little = coarse == 1 && !aliases && d->decimate == CT_DECIMATE_SINC;
 	return 0;
