@@ -79,8 +79,8 @@ exits 0 'a dash before all names' ct-sr -q -x 4 $few --keep=-k -- -marks.nii -p.
 (cd / && sh "$dir_/-k/commands.sh") >/dev/null 2>&1; ok $? 'and its script'
 
 # One run a folder; what a run starts ends with it.
-fits() { # until ct-nabgs is at work, or the run has ended
-	until grep -q 'ct-nabgs: iteration 1:\|ct-nabgs: .*continuing' err1 2>/dev/null; do
+fits() { # until ct-nabgs has made iterations, or the run has ended
+	until grep -q 'ct-nabgs: iteration [0-9]*:' err1 2>/dev/null; do
 		kill -0 $1 2>/dev/null || return
 		sleep 0.1
 	done

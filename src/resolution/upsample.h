@@ -21,7 +21,7 @@
  * last three begins with the volume and the dual of the one before, and makes half of the
  * iterations of the first.
  *
- * With noise > 0 (HU, of y) TV and HTV ask for |D x - y| <= 0.7 noise sqrt(M) instead of equality;
+ * With noise > 0 (HU, of y) TV and HTV ask for |D x - y| <= 0.8 noise sqrt(M) instead of equality;
  * DC shows it.
  */
 #ifndef CT_RESOLUTION_UPSAMPLE_H
