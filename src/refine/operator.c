@@ -300,9 +300,6 @@ static int estimate_operator(struct ct_operator *r, const struct ct_vol *in,
 	return 0;
 }
 
-/* White noise shows correlations that sum up to less. */
-#define LEAST_CORRELATION 0.3
-
 /* Only what is certainly noise: the rest may be texture. */
 static int measure_noise(
 	struct ct_operator *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
@@ -313,7 +310,7 @@ static int measure_noise(
 		return -1;
 	r->noise = got.sure;
 	memcpy(r->alike, got.alike, sizeof r->alike);
-	r->correlated = r->alike[0] + r->alike[1] + r->alike[2] > LEAST_CORRELATION;
+	r->correlated = r->alike[0] + r->alike[1] + r->alike[2] > 0;
 	r->noise_from = CT_BY_MEASURE;
 	ct_log(env, CT_INFO, "noise or texture %.3g HU, assumed %.3g", got.common, r->noise);
 	if (r->correlated)

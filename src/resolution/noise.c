@@ -290,6 +290,13 @@ static double alike_of(double ratio)
 	return lo;
 }
 
+/* White noise over anatomy shows as much. */
+static void forget_little(double alike[3])
+{
+	if (fmax(alike[0], fmax(alike[1], alike[2])) < 0.3)
+		alike[0] = alike[1] = alike[2] = 0;
+}
+
 /* `alike` and the level of what the parts of the flattest of n blocks show: of a tenth at most, and
  * of those whose rest shows no more than the level `most`. No more than blocks do, whose deviation
  * is `white` if the noise is. */
@@ -307,11 +314,11 @@ static void correlate(
 		flat++;
 	}
 	level = all / (double)flat;
-	for (int a = 0; a < 3; a++) {
+	for (int a = 0; a < 3; a++)
 		out->alike[a] = all > along[a] ? alike_of(along[a] / (all - along[a])) : 0;
-		level /= even_of(out->alike[a]) + odd_of(out->alike[a]);
-	}
+	forget_little(out->alike);
 	for (int a = 0; a < 3; a++) {
+		level /= even_of(out->alike[a]) + odd_of(out->alike[a]);
 		product *= axis_sum(out->alike[a]);
 		shown -= (1 - pow(out->alike[a], 4)) * others(out->alike, a) / 9;
 	}

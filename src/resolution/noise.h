@@ -25,10 +25,11 @@
  *
  *   even: 1 - 4/3 rho + 1/3 rho^4,   odd: 1 - rho^4
  *
- * of what white noise does. Sums of four parts have the ratio of the two, from which `alike` comes,
- * and the sum of all eight is the square of the level times the product of even + odd. `sure` is no
- * more than that, and than blocks show: of such noise 27 - T/27 - sum (1 - rho_a^4) T_a/9 instead
- * of 23 parts; T is the product of 3 + 4 rho + 2 rho^4 over all axes, T_a over all but a.
+ * of what white noise does. Sums of four parts have the ratio of the two, from which `alike` comes.
+ * Less than 0.3 along each axis is none: anatomy shows it. The sum of all eight is the square of
+ * the level times the product of even + odd. `sure` is no more than that, and than blocks show: of
+ * such noise 27 - T/27 - sum (1 - rho_a^4) T_a/9 instead of 23 parts; T is the product of 3 + 4 rho
+ * + 2 rho^4 over all axes, T_a over all but a.
  *
  * Noise of longer scale than a block is in neither. Below -1100 HU is padding. Where the constants
  * come from: doc/blur-estimate.md.
