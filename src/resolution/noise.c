@@ -20,7 +20,7 @@ enum {
 
 static const double air = -850, clipped_air = -1024;      /* HU */
 static const double least_power = 0.03;                   /* of noise at any frequency */
-static const double texture = 7;                          /* HU */
+static const double texture = 8;                          /* HU */
 static const double even = 1.4, uneven = 1.8, inside = 2; /* inside a body, of what is outside */
 static const size_t bodies = 3;                           /* one in so many blocks is no bone */
 

@@ -14,7 +14,7 @@
  *   (noise is lower outside a body than in it). If no air is seen, nothing is sure then.
  *   Air that was clipped, a block with a voxel of -1024 HU or of the lowest value, is not looked
  *   at.
- * - 7 HU of what is shown may be texture and ringing, and fewer than 2000 blocks of tissue say
+ * - 8 HU of what is shown may be texture and ringing, and fewer than 2000 blocks of tissue say
  *   nothing.
  *
  * Anatomy hardly varies along three axes at once. So eight parts of each block are looked at: along
