@@ -239,9 +239,10 @@ static struct parts parts_of(const float *x, const size_t stride[3], const struc
 
 static int by_rest(const void *a, const void *b)
 {
-	const double x = ((const struct parts *)a)->rest, y = ((const struct parts *)b)->rest;
+	const struct parts *x = a, *y = b;
 
-	return (x > y) - (x < y);
+	return x->rest != y->rest ? (x->rest > y->rest) - (x->rest < y->rest)
+				  : (x->all > y->all) - (x->all < y->all);
 }
 
 /* Deviations of blocks of tissue from the begin of an array, of air from its end; the number of
