@@ -652,7 +652,7 @@ static void examples(void)
 			was = reduced(&p, 1, &d, &m);
 			if (p.regime.noise > 0)
 				ct_degrade_noise(was, m, p.regime.noise, rule.seed + index, NULL);
-			apart_by = fmax(apart_by, rms(m, is, was) / (0.71 * p.regime.noise + 0.01));
+			apart_by = fmax(apart_by, rms(m, is, was) / (0.81 * p.regime.noise + 0.01));
 			free(is);
 			free(was);
 			for (size_t i = 0; i < n; i++)
