@@ -171,7 +171,8 @@ fi
 ct-degrade -q -x 4 --noise 15 truth.nii noisy.nii; ct-upsample -q noisy.nii up-noisy.nii
 noisy() { out=$1 by=$2; shift 2; ct-upsample -m prior -v -f -p "$by" --start up-noisy.nii "$@" noisy.nii $out.nii 2>err; }
 noisy n1 p.safetensors; noisy n2 r.safetensors; ! cmp_ n1 n2; ok $? 'of noise, too'
-ct-degrade -q -f -x 4 -p P3 truth.nii noisy.nii; noisy n2 r.safetensors
+ct-degrade -q -f -x 4 -p P3n truth.nii noisy.nii
+noisy n1 p.safetensors; noisy n2 r.safetensors; ! cmp_ n1 n2; ok $? 'as where what is sampled by points aliases'
 noisy g0 r.safetensors --expert=gate=0; ! cmp_ n2 g0; ok $? 'with a gate then'
 noisy w2 r.safetensors --expert=weight=1; cmp_ g0 w2; ok $? 'but for a weight'
 ct-sr --prior r.safetensors lo.nii passes.nii 2>err; has err 'then the prior in two passes' 'ct-sr says so'

@@ -341,6 +341,7 @@ void ct_noise_powers(double *power, size_t m, double alike)
 		power[k] *= (double)m / sum;
 }
 
+/* All blocks. */
 static void see(struct seen *s, const struct ct_vol *v, const struct voids *voids,
 	const size_t m[3], size_t step)
 {

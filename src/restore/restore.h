@@ -64,8 +64,8 @@ struct ct_restore_rule {
 };
 
 /* The weight of a scan of n voxels that rule->by made, with rule->noise, where networks of that
- * cell see it, its confidence weights, and the most passes that gain. *little: what the prior could
- * add is not worth what it may spoil. CT_ENOMEM. */
+ * cell see it, its confidence weights, and two passes. *little: what the prior could add is not
+ * worth what it may spoil. CT_ENOMEM. */
 int ct_restore_confidence(struct ct_restore_rule *rule, bool *little, size_t cell,
 	const size_t n[static 3], struct ct_err *e);
 
