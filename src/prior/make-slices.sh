@@ -15,11 +15,11 @@ net() { # net NAME KEYS ct-train options: trains one more network and adds it to
 		"$@" "$work/$name.safetensors" "$ct"
 	with=$work/$name.safetensors
 }
-net 4 cubes=48,cube=80,slices=4,depth=8,components=448,width=1024 -x 4 -n 20000
-net 2 cubes=32,cube=64,slices=2,depth=6,components=320,width=768 -x 2 -p 12 -n 12000
+net 4 cubes=64,cube=80,slices=4,depth=8,components=448,width=1024,decay=.2 -x 4 -p 12 -n 40000
+net 2 cubes=40,cube=64,slices=2,depth=6,components=320,width=768,decay=.3 -x 2 -p 12 -n 16000
 net 3 cubes=32,cube=72,depth=5,components=240,width=768 -x 3 -p 13 -n 10000
-net 8 cubes=10,cube=96,depth=3,components=240,width=512 -x 8 -n 5000
-net thick-4 thick=yes,cubes=32,cube=80,depth=5,components=240,width=768 -x 4 -p 12 -n 8000
+net 8 cubes=24,cube=96,slices=2,depth=4,components=320,width=768,decay=.3 -x 8 -p 24 -n 8000
+net thick-4 thick=yes,cubes=48,cube=80,depth=5,components=240,width=768,decay=.3 -x 4 -p 12 -n 20000
 # the network of the second pass
-net again-4 again=yes,cubes=32,cube=80,slices=4,depth=8,components=448,width=768 -x 4 -p 16 -n 12000
+net again-4 again=yes,cubes=32,cube=80,slices=4,depth=8,components=448,width=768,decay=.3 -x 4 -p 16 -n 12000
 cp "$with" "$out"
