@@ -35,37 +35,39 @@ static void weights(void)
 {
 	static const struct {
 		struct ct_degrade by;
-		double noise, doubt, gate, second_gate, steps, cap;
+		double noise, doubt, gate, second_gate, steps, cap, second_cap;
 		int passes;
 		bool little;
 	} want[] = {
-		{{{4, 4, 4}, {1.7, 1.7, 1.7}, CT_DECIMATE_SINC, {0}}, 0, 1.2, 15, 10, 0.05, 500, 2,
-			false},
-		{{{4, 4, 4}, {1.7, 1.7, 1.7}, CT_DECIMATE_SINC, {0}}, 15, 0.5, 0, 10, 0.05, 500, 2,
-			false},
-		{{{4, 2, 1}, {1.7, 0.85, 0}, CT_DECIMATE_SINC, {0}}, 0, 1.2, 15, 10, 0.05, 500, 2,
-			false},
-		{{{2, 2, 2}, {0.85, 0.85, 0.85}, CT_DECIMATE_SINC, {0}}, 0, 1.2, 15, 10, 0.05, 250,
+		{{{4, 4, 4}, {1.7, 1.7, 1.7}, CT_DECIMATE_SINC, {0}}, 0, 1.2, 15, 10, 0.05, 360, 80,
 			2, false},
-		{{{4, 4, 4}, {0.5, 0.5, 0.5}, CT_DECIMATE_POINT, {0}}, 0, 0, 4, 4, 0, 0, 2, false},
-		{{{4, 4, 4}, {0.5, 0.5, 0.5}, CT_DECIMATE_POINT, {0}}, 15, 0, 0, 10, 0, 0, 2,
+		{{{4, 4, 4}, {1.7, 1.7, 1.7}, CT_DECIMATE_SINC, {0}}, 15, 0.5, 0, 10, 0.05, 500, 80,
+			2, false},
+		{{{4, 2, 1}, {1.7, 0.85, 0}, CT_DECIMATE_SINC, {0}}, 0, 1.2, 15, 10, 0.05, 360, 80,
+			2, false},
+		{{{2, 2, 2}, {0.85, 0.85, 0.85}, CT_DECIMATE_SINC, {0}}, 0, 1.2, 15, 10, 0.05, 250,
+			40, 2, false},
+		{{{4, 4, 4}, {0.5, 0.5, 0.5}, CT_DECIMATE_POINT, {0}}, 0, 0, 4, 4, 0, 0, 0, 2,
 			false},
-		{{{4, 4, 4}, {0.5, 1.7, 1.7}, CT_DECIMATE_POINT, {0}}, 0, 0, 4, 4, 0, 0, 2, false},
-		{{{4, 4, 4}, {1.7, 1.7, 1.7}, CT_DECIMATE_POINT, {0}}, 0, 1.2, 4, 4, 0.05, 500, 2,
+		{{{4, 4, 4}, {0.5, 0.5, 0.5}, CT_DECIMATE_POINT, {0}}, 15, 0, 0, 10, 0, 0, 0, 2,
 			false},
-		{{{4, 4, 4}, {1.7, 1.7, 1.7}, CT_DECIMATE_POINT, {0}}, 15, 0.5, 0, 10, 0.05, 500, 2,
+		{{{4, 4, 4}, {0.5, 1.7, 1.7}, CT_DECIMATE_POINT, {0}}, 0, 0, 4, 4, 0, 0, 0, 2,
 			false},
-		{{{4, 4, 4}, {0}, CT_DECIMATE_MEAN, {0}}, 0, 0.6, 0, 10, 0, 0, 2, false},
-		{{{4, 4, 4}, {0}, CT_DECIMATE_MEAN, {0}}, 15, 0.5, 0, 10, 0, 0, 2, false},
-		{{{2, 2, 2}, {0}, CT_DECIMATE_MEAN, {0}}, 15, 0, 0, 10, 0.05, 250, 2, false},
-		{{{1, 1, 4}, {0}, CT_DECIMATE_MEAN, {0}}, 15, 0, 0, 10, 0, 0, 2, false},
-		{{{1, 1, 4}, {0, 0, 1.7}, CT_DECIMATE_SINC, {0}}, 0, 0.6, 4, 10, 0.05, 500, 2,
+		{{{4, 4, 4}, {1.7, 1.7, 1.7}, CT_DECIMATE_POINT, {0}}, 0, 1.2, 4, 4, 0.05, 360, 80,
+			2, false},
+		{{{4, 4, 4}, {1.7, 1.7, 1.7}, CT_DECIMATE_POINT, {0}}, 15, 0.5, 0, 10, 0.05, 500,
+			80, 2, false},
+		{{{4, 4, 4}, {0}, CT_DECIMATE_MEAN, {0}}, 0, 0.6, 0, 10, 0, 0, 0, 2, false},
+		{{{4, 4, 4}, {0}, CT_DECIMATE_MEAN, {0}}, 15, 0.5, 0, 10, 0, 0, 0, 2, false},
+		{{{2, 2, 2}, {0}, CT_DECIMATE_MEAN, {0}}, 15, 0, 0, 10, 0.05, 250, 40, 2, false},
+		{{{1, 1, 4}, {0}, CT_DECIMATE_MEAN, {0}}, 15, 0, 0, 10, 0, 0, 0, 2, false},
+		{{{1, 1, 4}, {0, 0, 1.7}, CT_DECIMATE_SINC, {0}}, 0, 0.6, 4, 10, 0.05, 500, 80, 2,
 			true},
-		{{{1, 1, 4}, {0, 0, 1.5}, CT_DECIMATE_POINT, {0}}, 0, 0.6, 4, 10, 0.05, 500, 2,
+		{{{1, 1, 4}, {0, 0, 1.5}, CT_DECIMATE_POINT, {0}}, 0, 0.6, 4, 10, 0.05, 500, 80, 2,
 			false},
-		{{{1, 1, 4}, {0}, CT_DECIMATE_MEAN, {0}}, 0, 0.6, 0, 10, 0, 0, 2, false},
-		{{{1, 8, 8}, {0, 3.4, 3.4}, CT_DECIMATE_SINC, {0}}, 0, 1.2, 15, 10, 0.05, 1000, 2,
-			false},
+		{{{1, 1, 4}, {0}, CT_DECIMATE_MEAN, {0}}, 0, 0.6, 0, 10, 0, 0, 0, 2, false},
+		{{{1, 8, 8}, {0, 3.4, 3.4}, CT_DECIMATE_SINC, {0}}, 0, 1.2, 15, 10, 0.05, 1000, 160,
+			2, false},
 	};
 
 	for (size_t k = 0; k < sizeof want / sizeof *want; k++) {
@@ -79,7 +81,7 @@ static void weights(void)
 				got.steps == want[k].steps && got.cap == want[k].cap &&
 				got.second_gate == want[k].second_gate &&
 				got.least == (thick ? 3 : 10) &&
-				got.second_cap == want[k].cap * 0.16 &&
+				got.second_cap == want[k].second_cap &&
 				got.passes == want[k].passes && little == want[k].little,
 			"weights of scan %zu: %g, %g HU, %g, %g HU, %d passes", k, got.doubt,
 			got.gate, got.steps, got.cap, got.passes);

@@ -69,7 +69,8 @@ int ct_restore_confidence(struct ct_restore_rule *rule, bool *little, size_t cel
 	rule->gate = trust.gate;
 	rule->second_gate = trust.second_gate;
 	rule->steps = aliases ? 0 : 0.05;
-	rule->cap = aliases ? 0 : 125 * most;
+	/* the network for 4x errs more often where it expects much */
+	rule->cap = aliases ? 0 : (cell == 4 && coarse > 1 && !(rule->noise > 0) ? 90 : 125) * most;
 	rule->second_cap = aliases ? 0 : 20 * most; /* more spoils plastic, where nothing aliases */
 	rule->least = coarse == 1 ? LEAST_THICK : LEAST;
 	rule->flat = points && !(rule->noise > 0);
