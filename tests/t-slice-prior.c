@@ -52,7 +52,7 @@ static size_t expect_cell(float *h, float *v, const struct ct_slice_network *r,
 			at[2], phases, r->shape.slices);
 		must(ct_slice_network_run(r, q, w, 1, &err));
 		ct_patch_back(cell, w->out, &r->shape, &pose[p]);
-		sum += pose[p].share * pose[p].s * pose[p].s * expf(fminf(w->out[r->out - 1], 20));
+		sum += pose[p].share * pose[p].s * pose[p].s * expf(fminf(w->out[r->out - 1], 0));
 	}
 	if (count)
 		ct_patch_put(h, NULL, cell, of, &r->shape, at);

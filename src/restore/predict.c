@@ -82,7 +82,7 @@ static void put(struct predict_job *j, const struct side *d, size_t i)
 		const float *said = d->w.out + i * out;
 
 		ct_patch_back(cell, said, &j->r->shape, pose);
-		v += pose->share * pose->s * pose->s * expf(fminf(said[out - 1], 20));
+		v += pose->share * pose->s * pose->s * expf(fminf(said[out - 1], 0));
 	}
 	add(j, cell, v, d->at[first], d->part[first]);
 }

@@ -37,9 +37,11 @@ struct ct_added {
 struct ct_guess {
 	float *h;      /* HU, what is expected */
 	float *square; /* HU^2, of what each axis expects */
-	float *v;      /* HU^2, what each says of its error, times spread[0] (slice-network.h) */
-	size_t axes;   /* that were added */
-	double least;  /* HU; 0: every cell is looked at */
+	/* HU^2, what each says of its error, at most the variance of the patch, times spread[0]
+	 * (slice-network.h). */
+	float *v;
+	size_t axes;                   /* that were added */
+	double least;                  /* HU; 0: every cell is looked at */
 	const struct ct_added *before; /* NULL: no pass */
 	/* For the progress of several calls: slices of all of them (0: not reported), and of those
 	 * that are done. */
