@@ -32,7 +32,8 @@ static double patch_error(const float *x, const size_t n[3], int axis, const boo
 	const ptrdiff_t side = (ptrdiff_t)shape->side, depth = (ptrdiff_t)shape->depth;
 	const ptrdiff_t slices = (ptrdiff_t)shape->slices, before = (depth - slices) / 2;
 	const ptrdiff_t cell = (ptrdiff_t)shape->cell, margin = (side - cell) / 2;
-	const ptrdiff_t about = 2 * cell < side ? 2 * cell : side, from = (side - about) / 2;
+	const ptrdiff_t twice = 2 * cell + cell % 2;
+	const ptrdiff_t about = twice < side ? twice : side, from = (side - about) / 2;
 	static float got[40 * 40 * 6];
 	double p[6][40][40], mu = 0, mean = 0, square = 0, x1 = 0, y1 = 0, z1 = 0, worst = 0;
 	const double all = (double)(side * side * depth);
@@ -91,8 +92,8 @@ static double patch_error(const float *x, const size_t n[3], int axis, const boo
 static void patches(void)
 {
 	static const struct ct_patch_shape shapes[] = {{2, 6, 1, 1, true}, {3, 5, 5, 1, false},
-		{8, 40, 3, 1, true}, {4, 10, 3, 1, false}, {4, 10, 6, 2, true},
-		{4, 8, 4, 4, false}};
+		{8, 40, 3, 1, true}, {4, 10, 3, 1, false}, {4, 10, 6, 2, true}, {4, 8, 4, 4, false},
+		{3, 7, 5, 3, true}};
 	static const bool coarse[][3] = {{true, true, true}, {true, false, false},
 		{false, true, false}, {false, false, true}};
 	const size_t n[3] = {13, 17, 11};
@@ -205,14 +206,14 @@ static void shares(void)
 static void shapes(void)
 {
 	static const struct ct_patch_shape good[] = {{2, 4, 1, 1, true}, {8, 40, 7, 1, true},
-		{8, 10, 3, 1, false}, {4, 6, 8, 4, true}, {2, 4, 2, 2, true}},
+		{8, 10, 3, 1, false}, {4, 6, 8, 4, true}, {2, 4, 2, 2, true}, {3, 5, 5, 3, true}},
 					   bad[] = {{1, 5, 1, 1, true}, {9, 11, 1, 1, true},
 						   {8, 42, 1, 1, true}, {2, 4, 9, 1, true},
 						   {2, 4, 0, 1, true}, {2, 4, 2, 1, true},
 						   {3, 4, 1, 1, true}, {2, 5, 1, 1, true},
 						   {2, 4, 4, 0, true}, {2, 4, 7, 5, true},
 						   {4, 6, 2, 4, true}, {2, 4, 5, 2, true},
-						   {3, 5, 5, 3, true}, {2, 4, 4, 4, true},
+						   {3, 5, 4, 3, true}, {2, 4, 4, 4, true},
 						   {6, 8, 4, 4, true}};
 	char words[100];
 

@@ -40,6 +40,8 @@ done
 run seen --validate held.nii --expert=validate-every=1
 [ "$(grep -c 'held-out loss [0-9]' seen.log)" -eq 1 ]; ok $? 'tells what it knows of others'
 cmp plain.safetensors.state seen.safetensors.state; ok $? 'and learns nothing from them but what to expect'
+ct-train $small --cache as-is --validate held.nii as-is.safetensors scans 2>as-is.log
+[ "$(grep -l ' 1:1 ' as-is/* | wc -l)" -eq 2 ] && [ "$(find as-is -type f | wc -l)" -eq 6 ]; ok $? 'of volumes as they are'
 ct-train $small -v more.safetensors scans held.nii 2>err; has err '^ct-train: 6 examples$' 'all that fit are examples'
 
 exits 2 'no components' ct-train $small --expert components=0 no.safetensors scans; has err 'components: 0 is outside \[1, 4096\]' 'is refused'
@@ -47,8 +49,8 @@ exits 3 'fewer slices than a cell has' ct-train $small --expert slices=2 no.safe
 ! grep -q 'examples' err; ok $? 'before examples are made'
 exits 2 'half a piece' ct-train $small --expert batch=300 no.safetensors scans
 has err '--expert batch: expected a multiple of 256' 'is refused'
-ct-phantom -q --size 13x40x40 ellipsoids little.nii
-exits 3 'a volume of 13 voxels' ct-train $small no.safetensors little.nii
+ct-phantom -q --size 11x40x40 ellipsoids little.nii
+exits 3 'a volume of 11 voxels' ct-train $small no.safetensors little.nii
 has err '^ct-train: little.nii: no volume is large enough for an example$' 'is too small'
 exits 3 'to validate, too' ct-train $small --validate little.nii no.safetensors scans
 has err '^ct-train: little.nii: no volume is large enough for an example$' 'which is said'

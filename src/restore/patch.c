@@ -29,7 +29,7 @@ int ct_patch_shape_check(const struct ct_patch_shape *shape, struct ct_err *e)
 {
 	if (shape->side > CT_PATCH_SIDE || shape->depth > CT_PATCH_DEPTH || shape->slices < 1 ||
 		shape->slices > CT_PATCH_SLICES || shape->depth < shape->slices ||
-		(shape->depth - shape->slices) % 2 || shape->slices == 3 || shape->cell < 2 ||
+		(shape->depth - shape->slices) % 2 || shape->cell < 2 ||
 		shape->cell > CT_PATCH_CELL || shape->cell % shape->slices ||
 		shape->side < shape->cell + 2 || (shape->side - shape->cell) % 2)
 		return ct_fail(e, CT_EINPUT,
@@ -101,7 +101,8 @@ static float spread(const float *raw, size_t n, float mu)
 static void moments(
 	float m[static 3], const float *raw, const struct ct_patch_shape *shape, float mu, float s)
 {
-	const size_t n = 2 * shape->cell < shape->side ? 2 * shape->cell : shape->side;
+	const size_t about = 2 * shape->cell + shape->cell % 2;
+	const size_t n = about < shape->side ? about : shape->side;
 	const size_t from = (shape->side - n) / 2, depth = shape->depth;
 	const float middle = 0.5f * (float)(n - 1), half = 0.5f * (float)(depth - 1);
 	const float inside = s * (float)(shape->depth * n) * (float)(n * n / 4);

@@ -6,8 +6,9 @@
  *
  *   level    mu, the mean of the cell and the pixels about it, and s, the standard deviation of the
  *            patch: x = (patch - mu) / s. A patch with s <= CT_PATCH_FLAT says nothing
- *   pose     mirrored so that its first moments (over twice the cell) are positive, and, where the
- *            two axes of the slice are equals, swapped so that the larger one lies along u
+ *   pose     mirrored so that its first moments are positive (over twice the cell, a pixel more if
+ *            that is odd), and, where the two axes of the slice are equals, swapped so that the
+ *            larger one lies along u
  *
  * What is predicted for the cell is undone the same way.
  *

@@ -189,6 +189,8 @@ static int take(void *ctx, bool held, struct ct_vol *v, const char *path, struct
 	if (ct_grow(&l->example, &l->cap, l->n + n, sizeof *l->example, e) ||
 		ct_alloc0(&g.rc, n, sizeof *g.rc, e) || ct_alloc0(&g.e, n, sizeof *g.e, e))
 		goto out;
+	if (held) /* scans, as they are */
+		g.rule.scale[0] = g.rule.scale[1] = 1;
 	g.first = bits[0] >> 32 << 20;
 	ct_example_soft(g.rule.soft, v);
 	g.example = l->example + l->n;
