@@ -291,6 +291,8 @@ tests_t_libraries_SOURCES = tests/t-libraries.c tests/bound.h tests/capture.h sr
 endif
 check_PROGRAMS += tests/t-restore
 tests_t_restore_SOURCES = tests/t-restore.c tests/texture.h tests/slice-network.h
+check_PROGRAMS += tests/t-slice-network
+tests_t_slice_network_SOURCES = tests/t-slice-network.c tests/slice-network.h
 check_PROGRAMS += tests/t-example
 tests_t_example_SOURCES = tests/t-example.c tests/texture.h tests/slice-network.h
 check_PROGRAMS += tests/t-learn

@@ -42,7 +42,7 @@ static struct ct_learn *alloc(const struct ct_example *e, bool swap, size_t comp
 	uint64_t steps, const struct ct_env *env)
 {
 	const struct ct_slice_network r = {
-		.shape = {2, 6, 1, 1, swap}, .components = components, .width = 11};
+		.shape = {2, 6, 1, 1, swap}, .components = components, .width = 11, .more = 2};
 	const struct ct_learn_rule rule = {.seed = 5,
 		.steps = steps,
 		.batch = PIECES * PIECE,
@@ -393,6 +393,9 @@ static void beginning(void)
 	NEAR(deviation[0], 1, 0.2, "the first layer keeps the variance");
 	NEAR(deviation[1], 1, 0.3, "as does the second");
 	worst = 0;
+	for (size_t i = 11 * 11; i < 3 * 11 * 11; i++)
+		worst = fmax(worst, fabs((double)at[CT_PART_2][i]));
+	OK(worst == 0, "those after it are 0");
 	for (size_t i = l->r.at[CT_PART_3]; i < l->r.at[CT_PARTS]; i++)
 		worst = fmax(worst, fabs((double)l->r.all[i]));
 	OK(worst == 0 && memcmp(l->all, l->r.all, l->r.at[CT_PARTS] * sizeof *l->all) == 0,
@@ -539,6 +542,7 @@ static void stepping(void)
 	n = l->r.at[CT_PARTS];
 	ct_rng_normals(n - l->r.at[CT_PART_3], l->all + l->r.at[CT_PART_3], 3, 3, 0);
 	ct_rng_normals(11, l->all + l->r.at[CT_PART_1_BIAS], 3, 4, 0);
+	ct_rng_normals(2 * 11 * 11, l->all + l->r.at[CT_PART_2] + 11 * 11, 3, 5, 0);
 	/* so heavy that it would be seen if the layers learned from the spread */
 	for (size_t i = spread_of(l, CT_PART_3); i < l->r.at[CT_PART_3 + 1]; i++)
 		l->all[i] *= 10000;
@@ -637,7 +641,7 @@ static void refusing(void)
 	refused(e, &env, 7, CT_EINPUT, none);
 	refused(e, &env, 2, CT_ENUMERIC, "tensor weights: value 7 is nan");
 	refused(e, &env, 3, CT_EINPUT,
-		"not the state of this training: tensor moments does not have 864 values");
+		"not the state of this training: tensor moments does not have 1392 values");
 	refused(e, &env, 4, CT_ENUMERIC, "tensor \"average.w2\": value 7 is inf");
 	refused(e, &env, 5, CT_EINPUT, other);
 	refused(e, &env, 6, CT_EINPUT, other);

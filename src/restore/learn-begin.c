@@ -182,7 +182,8 @@ static int linear(struct ct_slice_network *r, double *sum, struct ct_err *e)
 	return 0;
 }
 
-/* Hidden layers at random, of the size that keeps the variance; the last one begins at 0. */
+/* Hidden layers at random, of the size that keeps the variance; those after the second, and the
+ * last one, begin at 0. */
 static void hidden(struct ct_learn *l)
 {
 	struct ct_slice_network *r = &l->r;

@@ -90,48 +90,56 @@ static void errors(struct ct_learn_side *d, size_t cell)
 }
 
 /* The gradient of part p, whose results have the gradient d, and of its bias. */
-static int outer(const struct ct_learn *l, float *g, enum ct_slice_network_part p, const float *d,
-	const float *in, struct ct_err *e)
+static int outer(const struct ct_learn *l, float *g, enum ct_slice_network_part p, size_t i,
+	const float *d, const float *in, struct ct_err *e)
 {
-	const struct ct_dense_rows s = ct_slice_network_layer(&l->r, l->all, p, PIECE);
-	float *bias = g + l->r.at[p + 1];
+	const struct ct_dense_rows s = ct_slice_network_layer(&l->r, l->all, p, i, PIECE);
+	float *bias = g + l->r.at[p + 1] + i * s.out;
 
 	memset(bias, 0, s.out * sizeof *bias);
-	for (size_t i = 0; i < PIECE; i++)
+	for (size_t q = 0; q < PIECE; q++)
 		for (size_t j = 0; j < s.out; j++)
-			bias[j] += d[i * s.out + j];
-	return ct_dense_rows_gradient(&s, g + l->r.at[p], d, in, false, e);
+			bias[j] += d[q * s.out + j];
+	return ct_dense_rows_gradient(&s, g + l->r.at[p] + i * s.out * s.in, d, in, false, e);
 }
 
-/* d_in of what part p reads, the activation of a. */
-static int back(const struct ct_learn *l, float *d_in, enum ct_slice_network_part p, const float *d,
-	const float *a, struct ct_err *e)
+/* The second hidden layer and those after it: d2, the gradient of what the last one says, becomes
+ * that of what the first one says, and g theirs. */
+static int hidden(const struct ct_learn *l, struct ct_learn_side *d, float *g, struct ct_err *e)
 {
-	const struct ct_dense_rows s = ct_slice_network_layer(&l->r, l->all, p, PIECE);
+	const struct ct_slice_network_work *w = &d->w;
+	const size_t n = PIECE * l->r.width;
 
-	if (ct_dense_rows_back(&s, d_in, d, false, e))
-		return -1;
-	CT_SIMD(ct_layer_silu_back)(PIECE * s.in, d_in, d_in, a, false);
+	for (size_t i = l->r.more + 1; i-- > 0;) {
+		const struct ct_dense_rows s =
+			ct_slice_network_layer(&l->r, l->all, CT_PART_2, i, PIECE);
+		const float *in = i ? w->h2 + (i - 1) * w->apart : w->h1;
+
+		CT_SIMD(ct_layer_silu_back)(n, d->d1, d->d2, w->a2 + i * w->apart, false);
+		if (outer(l, g, CT_PART_2, i, d->d1, in, e) ||
+			ct_dense_rows_back(&s, d->d2, d->d1, i > 0, e))
+			return -1;
+	}
 	return 0;
 }
 
 static int gradient(const struct ct_learn *l, struct ct_learn_side *d, float *g, struct ct_err *e)
 {
 	const struct ct_slice_network_work *w = &d->w;
+	const struct ct_dense_rows last =
+		ct_slice_network_layer(&l->r, l->all, CT_PART_3, 0, PIECE);
 	const size_t out = l->r.out;
 
-	if (outer(l, g, CT_PART_LINEAR, w->out, w->feature, e) ||
-		outer(l, g, CT_PART_3, w->out, w->h2, e))
+	if (outer(l, g, CT_PART_LINEAR, 0, w->out, w->feature, e) ||
+		outer(l, g, CT_PART_3, 0, w->out, w->h2 + l->r.more * w->apart, e))
 		return -1;
 	/* The spread learns from the layers, not they from it. */
 	for (size_t i = 0; i < PIECE; i++)
 		w->out[i * out + out - 1] = 0;
-	return back(l, d->d2, CT_PART_3, w->out, w->a2, e) ||
-			       outer(l, g, CT_PART_2, d->d2, w->h1, e) ||
-			       back(l, d->d1, CT_PART_2, d->d2, w->a1, e) ||
-			       outer(l, g, CT_PART_1, d->d1, w->feature, e)
-		       ? -1
-		       : 0;
+	if (ct_dense_rows_back(&last, d->d2, w->out, false, e) || hidden(l, d, g, e))
+		return -1;
+	CT_SIMD(ct_layer_silu_back)(PIECE * l->r.width, d->d1, d->d2, w->a1, false);
+	return outer(l, g, CT_PART_1, 0, d->d1, w->feature, e);
 }
 
 /* A pass over pieces of pairs, with some weights; `learns`: gradients, too. */
@@ -256,7 +264,7 @@ int ct_learn_alloc(struct ct_learn **out, const struct ct_slice_network *r,
 	l->pairs = pairs;
 	l->n = n;
 	l->r = (struct ct_slice_network){
-		.shape = r->shape, .components = r->components, .width = r->width};
+		.shape = r->shape, .components = r->components, .width = r->width, .more = r->more};
 	if (ct_slice_network_alloc(&l->r, e))
 		goto fail;
 	all = l->r.at[CT_PARTS];

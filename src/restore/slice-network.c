@@ -21,12 +21,13 @@ struct kept {
 static struct kept kept_at(struct ct_slice_network *r, int i)
 {
 	const size_t f = r->inputs, out = r->out, w = r->width;
-	const size_t n = ct_patch_count(&r->shape), k = r->components;
+	const size_t n = ct_patch_count(&r->shape), k = r->components, second = w * (1 + r->more);
 	const struct kept all[KEPT] = {{"mean", 1, {n}, r->mean}, {"basis", 2, {k, n}, r->basis},
 		{"spread", 1, {CT_SPREADS}, r->spread}, {"linear", 2, {out, f}, r->all},
 		{"linear_bias", 1, {out, 1}, r->all}, {"w1", 2, {w, f}, r->all},
-		{"b1", 1, {w, 1}, r->all}, {"w2", 2, {w, w}, r->all}, {"b2", 1, {w, 1}, r->all},
-		{"w3", 2, {out, w}, r->all}, {"b3", 1, {out, 1}, r->all}};
+		{"b1", 1, {w, 1}, r->all}, {"w2", 2, {second, w}, r->all},
+		{"b2", 1, {second, 1}, r->all}, {"w3", 2, {out, w}, r->all},
+		{"b3", 1, {out, 1}, r->all}};
 	struct kept it = all[i];
 
 	if (i >= WEIGHTS && r->all)
@@ -41,10 +42,10 @@ int ct_slice_network_alloc(struct ct_slice_network *r, struct ct_err *e)
 
 	if (ct_patch_shape_check(&r->shape, e))
 		return -1;
-	if (k < 1 || k > n || r->width < 1 || r->width > 8192)
+	if (k < 1 || k > n || r->width < 1 || r->width > 8192 || r->more > CT_SLICE_NETWORK_MORE)
 		return ct_fail(e, CT_EINPUT,
-			"no slice network has %zu components of %zu values and %zu neurons", k, n,
-			r->width);
+			"no slice network has %zu components of %zu values, %zu neurons and %zu hidden layers",
+			k, n, r->width, 2 + r->more);
 	r->inputs = k + CT_SLICE_NETWORK_FEATURES;
 	r->cell = ct_patch_cell_count(&r->shape);
 	r->out = r->cell + 1;
@@ -93,14 +94,16 @@ int ct_slice_network_work_alloc(struct ct_slice_network_work *w, const struct ct
 	const size_t n = ct_patch_count(&r->shape), f = r->inputs;
 
 	most = (most + CT_PRODUCT_ROWS - 1) / CT_PRODUCT_ROWS * CT_PRODUCT_ROWS;
-	if (ct_alloc0(&w->patch, most * (n + f + 4 * r->width + r->out), sizeof *w->patch, e))
+	if (ct_alloc0(&w->patch, most * (n + f + (4 + 2 * r->more) * r->width + r->out),
+		    sizeof *w->patch, e))
 		return -1;
 	w->feature = w->patch + most * n;
 	w->a1 = w->feature + most * f;
 	w->h1 = w->a1 + most * r->width;
 	w->a2 = w->h1 + most * r->width;
-	w->h2 = w->a2 + most * r->width;
-	w->out = w->h2 + most * r->width;
+	w->apart = most * r->width;
+	w->h2 = w->a2 + (1 + r->more) * w->apart;
+	w->out = w->h2 + (1 + r->more) * w->apart;
 	return 0;
 }
 
@@ -135,29 +138,35 @@ int ct_slice_network_components(const struct ct_slice_network *r, struct ct_slic
 	return ct_dense_rows_forward(&s, w->feature, w->patch, false, e);
 }
 
-struct ct_dense_rows ct_slice_network_layer(
-	const struct ct_slice_network *r, const float *all, enum ct_slice_network_part p, size_t n)
+struct ct_dense_rows ct_slice_network_layer(const struct ct_slice_network *r, const float *all,
+	enum ct_slice_network_part p, size_t i, size_t n)
 {
 	struct ct_slice_network own = *r;
 	const struct kept it = kept_at(&own, WEIGHTS + (int)p);
+	const size_t out = p == CT_PART_2 ? r->width : it.dim[0];
 
 	return (struct ct_dense_rows){
-		it.dim[1], it.dim[0], it.dim[1], all + r->at[p], n, it.dim[1], it.dim[0]};
+		it.dim[1], out, it.dim[1], all + r->at[p] + i * out * it.dim[1], n, it.dim[1], out};
 }
 
-/* h = a(layer of in + bias); `ready` is the product with its matrix, or NULL. */
-static int hidden(float *h, float *a, const float *in, const struct ct_dense_rows *s,
+/* h = a(layer of in + bias), and with `add` + in; `ready` is the product with its matrix, or NULL.
+ */
+static int hidden(float *h, float *a, const float *in, const struct ct_dense_rows *s, bool add,
 	const struct ct_product *ready, const float *bias, struct ct_err *e)
 {
+	const struct ct_vector sum = {.y = h, .x = in, .c = 1, .b = 1};
+
 	if (ready ? ct_product_run(ready, in, s->n, a, e)
 		  : ct_dense_rows_forward(s, a, in, false, e))
 		return -1;
 	for (size_t i = 0; i < s->n; i++) {
-		const struct ct_vector add = {.y = a + i * s->out, .x = bias, .c = 1, .b = 1};
+		const struct ct_vector biased = {.y = a + i * s->out, .x = bias, .c = 1, .b = 1};
 
-		CT_SIMD(ct_vector_mix)(s->out, &add);
+		CT_SIMD(ct_vector_mix)(s->out, &biased);
 	}
 	CT_SIMD(ct_layer_silu_forward)(s->n * s->out, h, a);
+	if (add)
+		CT_SIMD(ct_vector_mix)(s->n * s->out, &sum);
 	return 0;
 }
 
@@ -165,20 +174,27 @@ static int layers(const struct ct_slice_network *r, const float *all,
 	const struct ct_slice_network_ready *q, struct ct_slice_network_work *w, size_t n,
 	struct ct_err *e)
 {
-	const struct ct_dense_rows one = ct_slice_network_layer(r, all, CT_PART_1, n);
-	const struct ct_dense_rows two = ct_slice_network_layer(r, all, CT_PART_2, n);
-	const struct ct_dense_rows three = ct_slice_network_layer(r, all, CT_PART_3, n);
-	const struct ct_dense_rows linear = ct_slice_network_layer(r, all, CT_PART_LINEAR, n);
+	const struct ct_dense_rows one = ct_slice_network_layer(r, all, CT_PART_1, 0, n);
+	const struct ct_dense_rows three = ct_slice_network_layer(r, all, CT_PART_3, 0, n);
+	const struct ct_dense_rows linear = ct_slice_network_layer(r, all, CT_PART_LINEAR, 0, n);
 	const float *bias[2] = {all + r->at[CT_PART_LINEAR_BIAS], all + r->at[CT_PART_3_BIAS]};
 
-	if (hidden(w->h1, w->a1, w->feature, &one, q->w1, all + r->at[CT_PART_1_BIAS], e) ||
-		hidden(w->h2, w->a2, w->h1, &two, q->w2, all + r->at[CT_PART_2_BIAS], e))
+	if (hidden(w->h1, w->a1, w->feature, &one, false, q->w1, all + r->at[CT_PART_1_BIAS], e))
 		return -1;
+	for (size_t i = 0; i <= r->more; i++) {
+		const struct ct_dense_rows next = ct_slice_network_layer(r, all, CT_PART_2, i, n);
+		const float *in = i ? w->h2 + (i - 1) * w->apart : w->h1;
+
+		if (hidden(w->h2 + i * w->apart, w->a2 + i * w->apart, in, &next, i > 0, q->w2[i],
+			    all + r->at[CT_PART_2_BIAS] + i * r->width, e))
+			return -1;
+	}
 	for (size_t i = 0; i < n; i++)
 		for (size_t j = 0; j < r->out; j++)
 			w->out[i * r->out + j] = bias[0][j] + bias[1][j];
 	return ct_dense_rows_forward(&linear, w->out, w->feature, true, e) ||
-			       ct_dense_rows_forward(&three, w->out, w->h2, true, e)
+			       ct_dense_rows_forward(
+				       &three, w->out, w->h2 + r->more * w->apart, true, e)
 		       ? -1
 		       : 0;
 }
@@ -195,9 +211,11 @@ int ct_slice_network_ready_alloc(
 	const size_t f = r->inputs, w = r->width;
 
 	*q = (struct ct_slice_network_ready){0};
+	for (size_t i = 0; i <= r->more; i++)
+		if (ct_product_alloc(&q->w2[i], r->all + r->at[CT_PART_2] + i * w * w, w, w, w, e))
+			return -1;
 	return ct_product_alloc(&q->basis, r->basis, r->components, ct_patch_count(&r->shape), f,
-		       e) || ct_product_alloc(&q->w1, r->all + r->at[CT_PART_1], w, f, w, e) ||
-			       ct_product_alloc(&q->w2, r->all + r->at[CT_PART_2], w, w, w, e)
+		       e) || ct_product_alloc(&q->w1, r->all + r->at[CT_PART_1], w, f, w, e)
 		       ? -1
 		       : 0;
 }
@@ -206,7 +224,8 @@ void ct_slice_network_ready_free(struct ct_slice_network_ready *q)
 {
 	ct_product_free(q->basis);
 	ct_product_free(q->w1);
-	ct_product_free(q->w2);
+	for (size_t i = 0; i <= CT_SLICE_NETWORK_MORE; i++)
+		ct_product_free(q->w2[i]);
 	*q = (struct ct_slice_network_ready){0};
 }
 
@@ -247,6 +266,17 @@ static int get(
 	return 0;
 }
 
+/* How many hidden layers of a file come after the second. */
+static size_t more_of(const struct ct_tensors *w, const char *name, size_t width)
+{
+	const struct ct_tensor *t;
+	char full[96];
+
+	snprintf(full, sizeof full, "%s.w2", name);
+	t = ct_tensors_find(w, full);
+	return t && t->rank == 2 && width && t->dim[0] > width ? t->dim[0] / width - 1 : 0;
+}
+
 enum { CELL, SIDE, DEPTH, SWAP, COMPONENTS, WIDTH, SLICES, SHAPES };
 
 int ct_slice_network_put(
@@ -283,6 +313,7 @@ int ct_slice_network_get(
 		(size_t)shape[DEPTH], (size_t)shape[SLICES], shape[SWAP] > 0};
 	r->components = (size_t)shape[COMPONENTS];
 	r->width = (size_t)shape[WIDTH];
+	r->more = more_of(w, name, r->width);
 	if (ct_slice_network_alloc(r, e))
 		return -1;
 	for (int i = 0; i < KEPT; i++) {

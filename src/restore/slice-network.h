@@ -4,10 +4,11 @@
  * A patch x (patch.h) becomes F features: its K whitened principal components z = B (x - mean), and
  * CT_SLICE_NETWORK_FEATURES features of it (ct_slice_network_describe). The network is
  *
- *   out = W f + b + W3 a(W2 a(W1 f + b1) + b2) + b3,   a(t) = t / (1 + e^-t)
+ *   h1 = a(W1 f + b1), h2 = a(W2 h1 + b2), h3 = h2 + a(W2' h2 + b2'), ...,   a(t) = t / (1 + e^-t)
+ *   out = W f + b + W3 h + b3,   h the last of them
  *
- * is the mean of (truth - base) / s over what such a cell may hold: a conditional expectation, not
- * a sample; and, last, the logarithm of the mean square that is then still missing, over s^2.
+ * It is the mean of (truth - base) / s over what such a cell may hold: a conditional expectation,
+ * not a sample; and, last, the logarithm of the mean square that is then still missing, over s^2.
  * Weights are learned by learn.h. Rows are patches; matrices by oneDNN (unet/dnn.h), on the calling
  * thread: between ct_dnn_enter and ct_dnn_leave.
  */
@@ -19,7 +20,7 @@
 #include "unet/dense.h"
 #include "unet/product.h"
 
-enum { CT_SLICE_NETWORK_FEATURES = 8 };
+enum { CT_SLICE_NETWORK_FEATURES = 8, CT_SLICE_NETWORK_MORE = 8 };
 
 /* What made the LR scan, along the coarse axes of a slice. */
 struct ct_regime {
@@ -34,7 +35,7 @@ enum ct_slice_network_part {
 	CT_PART_LINEAR_BIAS,
 	CT_PART_1, /* (width,F) */
 	CT_PART_1_BIAS,
-	CT_PART_2, /* (width,width) */
+	CT_PART_2, /* (1 + more)(width,width) */
 	CT_PART_2_BIAS,
 	CT_PART_3, /* (out,width) */
 	CT_PART_3_BIAS,
@@ -49,6 +50,7 @@ enum { CT_SPREADS = 3 };
 struct ct_slice_network {
 	struct ct_patch_shape shape;
 	size_t components, width; /* K, neurons of a hidden layer */
+	size_t more; /* hidden layers after the second, each added to the one before it */
 	size_t inputs, cell,
 		out;         /* F, values of a cell, and those of `out`, the spread among them */
 	float *mean, *basis; /* (patch), (K,patch); owned, one block at mean */
@@ -69,7 +71,9 @@ void ct_slice_network_describe(float features[static CT_SLICE_NETWORK_FEATURES],
 
 /* Rows of work of n patches. */
 struct ct_slice_network_work {
-	float *patch, *feature, *a1, *h1, *a2, *h2, *out; /* owned, one block at patch */
+	float *patch, *feature, *a1, *h1, *out; /* owned, one block at patch */
+	float *a2, *h2; /* of the second hidden layer; those after it follow at `apart` */
+	size_t apart;
 };
 int ct_slice_network_work_alloc(struct ct_slice_network_work *w, const struct ct_slice_network *r,
 	size_t most, struct ct_err *e);
@@ -79,7 +83,7 @@ float *ct_slice_network_features(
 	struct ct_slice_network_work *w, const struct ct_slice_network *r, size_t i);
 /* Its large matrices, made ready for many patches; borrowed from r. Free it in any case. */
 struct ct_slice_network_ready {
-	struct ct_product *basis, *w1, *w2;
+	struct ct_product *basis, *w1, *w2[1 + CT_SLICE_NETWORK_MORE];
 };
 int ct_slice_network_ready_alloc(
 	struct ct_slice_network_ready *q, const struct ct_slice_network *r, struct ct_err *e);
@@ -93,9 +97,9 @@ int ct_slice_network_components(const struct ct_slice_network *r, struct ct_slic
 	size_t n, struct ct_err *e);
 int ct_slice_network_forward(const struct ct_slice_network *r, const float *all,
 	struct ct_slice_network_work *w, size_t n, struct ct_err *e);
-/* A matrix of it as a layer of n rows. */
-struct ct_dense_rows ct_slice_network_layer(
-	const struct ct_slice_network *r, const float *all, enum ct_slice_network_part p, size_t n);
+/* A matrix of it as a layer of n rows: of CT_PART_2 that of hidden layer 2 + i. */
+struct ct_dense_rows ct_slice_network_layer(const struct ct_slice_network *r, const float *all,
+	enum ct_slice_network_part p, size_t i, size_t n);
 
 /* Tensors NAME.mean, NAME.basis, NAME.linear, ..., shapes among them. CT_EINPUT naming the one that
  * is missing, of another shape or not finite. */

@@ -20,7 +20,7 @@ struct train_params {
 		checkpoint_every, log_every;
 	double lr, decay, ema, clip, minutes;
 	bool cosine, resume, half, thick, again;
-	int kind, factor, cubes, cube, depth, slices, components, width;
+	int kind, factor, cubes, cube, depth, slices, components, width, hidden;
 	double noise;
 };
 
