@@ -310,6 +310,7 @@ static void expected_error(struct ct_slice_prior *p, struct ct_restore_rule *rul
 	struct ct_slice_network *r = &p->r[0];
 	const size_t f = r->inputs, last = r->out - 1;
 	const struct ct_slice_network was = *r;
+	struct ct_restore_rule points = *rule;
 	struct ct_restore_report got;
 	struct ct_env env = {0};
 	float *std = malloc(COUNT * sizeof *std), *v = malloc(2 * COUNT * sizeof *v);
@@ -342,6 +343,14 @@ static void expected_error(struct ct_slice_prior *p, struct ct_restore_rule *rul
 	}
 	OK(most < 1e-5, "the expected error is that of the slices, calibrated (%.2g)", most);
 	OK(high > 0 && low < COUNT, "which is the larger the more a patch varies");
+	memcpy(v, std, COUNT * sizeof *v);
+	points.by.decimate = CT_DECIMATE_POINT;
+	memcpy(x->data, y->data, COUNT * sizeof *x->data);
+	must(ct_restore(x, std, lo, p, &points, &got, &env, &err));
+	most = 0;
+	for (size_t i = 0; i < COUNT; i++)
+		most = fmax(most, fabs(pow((double)std[i] / (double)v[i], 2) / 1.4 - 1));
+	OK(most < 1e-5, "of points it is more (%.2g)", most);
 	memcpy(r->spread, was.spread, sizeof r->spread);
 	free(std);
 	free(v);

@@ -14,6 +14,7 @@
 #include <string.h>
 
 #define LEAST_VARIANCE 1e-6 /* HU^2, of an expected error */
+#define POINTS_ERROR 1.4    /* times that variance: points alias, so more stays (doc/results.md) */
 /* Noise that the result may depart from the scan by at a voxel of that, in standard deviations:
  * what lies beyond is none. */
 #define NOISE_LIMIT 3
@@ -368,9 +369,11 @@ static int deviate(const struct pass *s, float *std, float *v, const struct ct_g
 	double floor, struct ct_err *e)
 {
 	const size_t all = s->scene.n[0] * s->scene.n[1] * s->scene.n[2];
+	const double points = s->rule->by.decimate == CT_DECIMATE_POINT ? POINTS_ERROR : 1;
+	const double part = points / (double)g->axes;
 
 	for (size_t i = 0; i < all; i++)
-		v[i] = (float)sqrt(fmax(((double)v[i] + floor) / (double)g->axes, LEAST_VARIANCE));
+		v[i] = (float)sqrt(fmax(part * ((double)v[i] + floor), LEAST_VARIANCE));
 	if (!s->own)
 		return 0;
 	if (bring(s, std, v, false, e))
