@@ -463,7 +463,7 @@ static void step(struct ct_learn *l, double *m, double *v, uint64_t number)
 	float *was = malloc(2 * n * sizeof *was), *average = was + n;
 	double sum, loss, worst = 0, drift = 0;
 	struct over over, at;
-	int wrong = 0;
+	int wrong = 0, none = 0;
 
 	if (!was)
 		exit(99);
@@ -494,6 +494,9 @@ static void step(struct ct_learn *l, double *m, double *v, uint64_t number)
 		free(try);
 	}
 	OK(wrong == 0, "its gradient is half of the slope (%d parts are not)", wrong);
+	for (size_t i = l->r.at[CT_PART_2]; i < l->r.at[CT_PART_3]; i++)
+		none += l->grad[i] == 0;
+	OK(none == 0, "no hidden layer is left out (%d weights are)", none);
 	for (int part = CT_PART_LINEAR; part < CT_PARTS; part++) {
 		const double got = (double)l->grad[spread_of(l, part)] * over.whole;
 
