@@ -93,8 +93,7 @@ static const struct ct_opt opts[] = {
 	CT_EXPERT(again, "again", "yes", 0, 0,
 		"train for the second pass, after the networks of --with", CT_WHEN(CT_IF(with))),
 	CT_EXPERT(cubes, "cubes", "N", 1, 100000, "make N examples of each CT", SLICES),
-	CT_EXPERT(
-		cube, "cube", "N", 24, 512, "examples have at most N voxels along an axis", SLICES),
+	CT_EXPERT(cube, "cube", "N", 24, 512, "examples have at most N voxels a side", SLICES),
 	CT_EXPERT(noise, "noise", "HU", 0, 1000, "add noise of up to HU to half of the examples",
 		SLICES),
 	CT_EXPERT(window, "window", "LO:HI", 0, 0,
