@@ -25,6 +25,8 @@ for o in '-p 8' --expert=batch=512 --expert=lr=2e-3 '--expert=decay=10' --expert
 	run other -f $o; s=$?
 	[ $s -eq 0 ] && ! same plain other; ok $? "$o is something else"
 done
+run deep --expert=hidden=4; ct-info -v deep.safetensors >out; has out '^  *2.w2 .*72.*24' 'as many hidden layers as are said'
+exits 2 'one hidden layer' ct-train $small --expert hidden=1 no.safetensors scans; has err 'hidden: 1 is outside \[2, 10\]' 'is refused'
 run thick --expert=thick=yes; ct-info -v thick.safetensors >out; has out '^  *thick-2.shape' 'one of slices with one coarse axis'
 ct-train $small one.safetensors scans/1.nii scans/2.nii 2>one.log; ok $? 'trains on files'
 same plain one; ok $? 'whose examples are the same'

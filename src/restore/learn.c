@@ -89,7 +89,7 @@ static void errors(struct ct_learn_side *d, size_t cell)
 	}
 }
 
-/* The gradient of part p, whose results have the gradient d, and of its bias. */
+/* The gradient of layer i of part p, whose results have the gradient d, and of its bias. */
 static int outer(const struct ct_learn *l, float *g, enum ct_slice_network_part p, size_t i,
 	const float *d, const float *in, struct ct_err *e)
 {
