@@ -530,12 +530,13 @@ static double deviation(enum ct_beam beam, enum ct_phantom kind, size_t n)
 
 static void t_closed_form(void)
 {
-	static const enum ct_phantom kinds[] = {
-		CT_PH_SPHERE, CT_PH_CYLINDER, CT_PH_MARKS, CT_PH_SHEPP_LOGAN, CT_PH_ELLIPSOIDS};
-	static const char *const names[] = {"sphere", "cylinder", "marks", "head", "chest"};
+	static const enum ct_phantom kinds[] = {CT_PH_SPHERE, CT_PH_CYLINDER, CT_PH_MARKS,
+		CT_PH_SHEPP_LOGAN, CT_PH_ELLIPSOIDS, CT_PH_SHELLS};
+	static const char *const names[] = {
+		"sphere", "cylinder", "marks", "head", "chest", "shells"};
 	/* smooth shapes: error as the voxel; flat faces along rays: as its root */
-	static const double limit[] = {0.04, 0.09, 0.22, 0.09, 0.03},
-			    ratio[] = {0.3, 0.4, 0.6, 0.4, 0.3};
+	static const double limit[] = {0.04, 0.09, 0.22, 0.09, 0.03, 0.12},
+			    ratio[] = {0.3, 0.4, 0.6, 0.4, 0.3, 0.4};
 
 	for (int beam = CT_CONE; beam <= CT_PARALLEL; beam++)
 		for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
@@ -566,6 +567,14 @@ static void t_phantoms(void)
 			in = in && v.data[i] >= 0 && v.data[i] <= 1;
 	}
 	OK(in && n <= CT_PH_MAX_SHAPES, "chests of twelve seeds: density within [0, 1]");
+	in = true;
+	for (uint64_t seed = 0; seed < 12; seed++) {
+		n = ct_phantom_make(CT_PH_SHELLS, extent, 1, seed, shape);
+		ct_phantom_voxels(&v, n, shape, 1, NULL);
+		for (size_t i = 0; i < ct_vol_count(&v); i++)
+			in = in && v.data[i] > -1e-6F && v.data[i] < 1.000001F;
+	}
+	OK(in && n <= CT_PH_MAX_SHAPES && n > 28, "and shells of twelve seeds (%zu shapes)", n);
 	n = ct_phantom_make(CT_PH_ELLIPSOIDS, extent, 1, 0, shape);
 	OK(ct_phantom_make(CT_PH_ELLIPSOIDS, extent, 1, 0, again) == n &&
 			memcmp(shape, again, n * sizeof *shape) == 0,

@@ -4,6 +4,7 @@
 #include "xray/phantom.h"
 
 #include <math.h>
+#include <string.h>
 
 /* The list under construction; positions and sizes in units of half the smallest extent. */
 struct set {
@@ -107,6 +108,47 @@ static void chest(struct set *s)
 	}
 }
 
+/* A wall of one density about an inside of another, turned at random. Without room for an inside it
+ * is solid. */
+static void shell(struct set *s, enum ct_shape_kind kind, const double centre[3],
+	const double half[3], double wall, double density, double inside)
+{
+	const double inner[3] = {half[0] - wall, half[1] - wall, half[2] - wall};
+	struct ct_shape *outer = add(s, kind, centre, half, 0, density);
+
+	tumble(s, outer);
+	if (inner[0] > 0 && inner[1] > 0 && inner[2] > 0) {
+		struct ct_shape *p = add(s, kind, centre, inner, 0, inside - density);
+
+		memcpy(p->axis, outer->axis, sizeof p->axis);
+	}
+}
+
+/* The large one has at most .6, the small ones, which are clear of one another, .4. */
+static void shells(struct set *s)
+{
+	static const double reach[] = {0.32, 0.18, 0.22}; /* of an ellipsoid, box, cylinder */
+	double half[3], inside, density, wall;
+
+	for (int a = 0; a < 3; a++)
+		half[a] = draw(s, 0.55, 0.9);
+	inside = draw(s, 0.02, 0.3);
+	density = draw(s, 0.25, 0.6);
+	wall = draw(s, 0.03, 0.12);
+	shell(s, CT_ELLIPSOID, (const double[3]){0}, half, wall, density, inside);
+	for (int i = 0; i < 27; i++) {
+		const double c[3] = {(i % 3 - 1) / 1.5, (i / 3 % 3 - 1) / 1.5, (i / 9 - 1) / 1.5};
+		const enum ct_shape_kind kind = (enum ct_shape_kind)(3 * draw(s, 0, 1));
+
+		density = exp(draw(s, log(0.01), log(0.4)));
+		for (int a = 0; a < 3; a++)
+			half[a] = reach[kind] * draw(s, 0.2, 1);
+		inside = density * draw(s, 0, 1);
+		wall = draw(s, 0.02, 0.1);
+		shell(s, kind, c, half, wall, density, inside);
+	}
+}
+
 static void shepp_logan(struct set *s)
 {
 	/* density, half lengths, centre, turn about z */
@@ -154,6 +196,7 @@ size_t ct_phantom_make(enum ct_phantom kind, const double extent[static 3], doub
 
 	switch (kind) {
 	case CT_PH_ELLIPSOIDS: chest(&s); break;
+	case CT_PH_SHELLS: shells(&s); break;
 	case CT_PH_SHEPP_LOGAN: shepp_logan(&s); break;
 	case CT_PH_SPHERE: add(&s, CT_ELLIPSOID, middle, half, 0, density); break;
 	case CT_PH_CUBE: add(&s, CT_BOX, middle, half, 0, density); break;

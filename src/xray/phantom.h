@@ -34,6 +34,8 @@ struct ct_shape {
 	X(CT_PH_SPHERE, "sphere")                                                                  \
 	X(CT_PH_CUBE, "cube")                                                                      \
 	X(CT_PH_CYLINDER, "cylinder") /* upright */                                                \
+	X(CT_PH_SHELLS, "shells")     /* a large shell among and over 27 small ones: ellipsoids,   \
+					 boxes, cylinders; the seed varies them */                 \
 	X(CT_PH_MARKS, "marks")       /* a ball with six different bars towards R L A P S I */     \
 	X(CT_PH_CONSTANT, "constant") /* the whole grid */
 enum ct_phantom { CT_PHANTOM_LIST(CT_WORD_VALUE) };
@@ -41,7 +43,7 @@ enum { CT_PH_MAX_SHAPES = 64 };
 
 /* Shapes of a phantom for a grid of `extent` mm about the world's origin; their number. Sized by
  * the smallest extent; the one shape of sphere, cube (half the extent wide), cylinder and constant
- * has `density`, of (0, 1]. Only CT_PH_ELLIPSOIDS uses the seed. */
+ * has `density`, of (0, 1]. The seed varies CT_PH_ELLIPSOIDS and CT_PH_SHELLS. */
 size_t ct_phantom_make(enum ct_phantom kind, const double extent[static 3], double density,
 	uint64_t seed, struct ct_shape shape[static CT_PH_MAX_SHAPES]);
 /* Mean of f over `oversample`^3 points a voxel, evenly spaced about its centre (1: the centre),
