@@ -296,7 +296,7 @@ static void t_sets(void)
 		{"sphere", CT_PH_SPHERE, 0, -36.00010219552},
 		{"cube", CT_PH_CUBE, 0, -35.45979988965},
 		{"cylinder", CT_PH_CYLINDER, 0, -34.23581149275},
-		{"shells", CT_PH_SHELLS, 1, 271.67595649911},
+		{"shells", CT_PH_SHELLS, 1, 250.139709236715},
 		{"marks", CT_PH_MARKS, 0, -100.2381210627},
 		{"constant", CT_PH_CONSTANT, 0, -74.96240834764}};
 	double skew = 0;

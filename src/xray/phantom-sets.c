@@ -108,44 +108,38 @@ static void chest(struct set *s)
 	}
 }
 
-/* A wall of one density about an inside of another, turned at random. Without room for an inside it
- * is solid. */
-static void shell(struct set *s, enum ct_shape_kind kind, const double centre[3],
-	const double half[3], double wall, double density, double inside)
-{
-	const double inner[3] = {half[0] - wall, half[1] - wall, half[2] - wall};
-	struct ct_shape *outer = add(s, kind, centre, half, 0, density);
-
-	tumble(s, outer);
-	if (inner[0] > 0 && inner[1] > 0 && inner[2] > 0) {
-		struct ct_shape *p = add(s, kind, centre, inner, 0, inside - density);
-
-		memcpy(p->axis, outer->axis, sizeof p->axis);
-	}
-}
-
-/* The large one has at most .6, the small ones, which are clear of one another, .4. */
+/* Eight shells in the corners of the grid, clear of one another, turned at random. In each, which
+ * may be as full as soft tissue or as empty as a lung, are three solids, smaller and fainter. */
 static void shells(struct set *s)
 {
-	static const double reach[] = {0.32, 0.18, 0.22}; /* of an ellipsoid, box, cylinder */
-	double half[3], inside, density, wall;
+	for (int i = 0; i < 8; i++) {
+		const double c[3] = {i % 2 - 0.5, i / 2 % 2 - 0.5, i / 4 - 0.5};
+		const double wall = exp(draw(s, log(0.02), log(0.12)));
+		const double density = draw(s, 0.25, 0.9);
+		const double inside = draw(s, 0, 1) < 0.7 ? draw(s, 0.2, 0.28) : draw(s, 0, 0.25);
+		double half[3], in[3], axis[3][3];
+		struct ct_shape *p;
 
-	for (int a = 0; a < 3; a++)
-		half[a] = draw(s, 0.55, 0.9);
-	inside = draw(s, 0.02, 0.3);
-	density = draw(s, 0.25, 0.6);
-	wall = draw(s, 0.03, 0.12);
-	shell(s, CT_ELLIPSOID, (const double[3]){0}, half, wall, density, inside);
-	for (int i = 0; i < 27; i++) {
-		const double c[3] = {(i % 3 - 1) / 1.5, (i / 3 % 3 - 1) / 1.5, (i / 9 - 1) / 1.5};
-		const enum ct_shape_kind kind = (enum ct_shape_kind)(3 * draw(s, 0, 1));
-
-		density = exp(draw(s, log(0.01), log(0.4)));
 		for (int a = 0; a < 3; a++)
-			half[a] = reach[kind] * draw(s, 0.2, 1);
-		inside = density * draw(s, 0, 1);
-		wall = draw(s, 0.02, 0.1);
-		shell(s, kind, c, half, wall, density, inside);
+			half[a] = draw(s, 0.25, 0.48);
+		p = add(s, CT_ELLIPSOID, c, half, 0, density);
+		tumble(s, p);
+		memcpy(axis, p->axis, sizeof axis);
+		for (int a = 0; a < 3; a++)
+			in[a] = half[a] - wall;
+		p = add(s, CT_ELLIPSOID, c, in, 0, inside - density);
+		memcpy(p->axis, axis, sizeof axis);
+		for (int k = CT_ELLIPSOID; k <= CT_CYLINDER; k++) {
+			double at[3], size[3];
+
+			for (int a = 0; a < 3; a++) {
+				at[a] = c[a] + draw(s, -0.06, 0.06);
+				size[a] = draw(s, 0.01, 0.04);
+			}
+			p = add(s, (enum ct_shape_kind)k, at, size, 0,
+				exp(draw(s, log(0.01), log(0.2))));
+			tumble(s, p);
+		}
 	}
 }
 

@@ -34,8 +34,7 @@ struct ct_shape {
 	X(CT_PH_SPHERE, "sphere")                                                                  \
 	X(CT_PH_CUBE, "cube")                                                                      \
 	X(CT_PH_CYLINDER, "cylinder") /* upright */                                                \
-	X(CT_PH_SHELLS, "shells")     /* a large shell among and over 27 small ones: ellipsoids,   \
-					 boxes, cylinders; the seed varies them */                 \
+	X(CT_PH_SHELLS, "shells")     /* eight, about three solids each; the seed varies them */   \
 	X(CT_PH_MARKS, "marks")       /* a ball with six different bars towards R L A P S I */     \
 	X(CT_PH_CONSTANT, "constant") /* the whole grid */
 enum ct_phantom { CT_PHANTOM_LIST(CT_WORD_VALUE) };
