@@ -259,6 +259,41 @@ static void textures(void)
 	ct_vol_free(&v);
 }
 
+/* What the prior may add to a texture that `by` made, if the caller says `weight`. */
+static double share(enum ct_decimate by, double weight)
+{
+	const double sigma = by == CT_DECIMATE_SINC ? 1.4 : 0;
+	const struct ct_degrade d = {{4, 4, 4}, {sigma, sigma, sigma}, by, {0}};
+	const size_t n[3] = {2 * SIDE, 2 * SIDE, 2 * SIDE};
+	struct ct_slice_prior same = {.n = 1};
+	struct ct_refine_rule rule = rule_of(CT_REFINE_PRIOR);
+	struct ct_vol v = {0};
+	struct ct_refine r;
+
+	same.r[0] = (struct ct_slice_network){
+		.shape = {4, 8, 1, 1, true}, .components = 9, .width = 21};
+	random_network(&same.r[0]);
+	must(ct_vol_alloc(&v, n, &err));
+	texture(v.data, n, 7);
+	must(ct_degrade_put(&v.meta, &d, &err));
+	rule.prior = &same;
+	rule.weight = weight;
+	must(ct_refine_plan(&r, &rule, &v, &quiet, &err));
+	OK(r.adds && r.textured, "a texture, to which the prior adds");
+	ct_vol_free(&v);
+	ct_slice_prior_free(&same);
+	return r.restore.weight;
+}
+
+static void shares(void)
+{
+	const double less = share(CT_DECIMATE_SINC, (double)NAN);
+
+	OK(less > 0.01 && less < 0.9, "band-limited, it adds a part (%.3g)", less);
+	NEAR(share(CT_DECIMATE_SINC, 0.95), 0.95, 0, "unless the caller says how much");
+	NEAR(share(CT_DECIMATE_MEAN, (double)NAN), 1, 0, "aliased, it adds all");
+}
+
 int main(void)
 {
 	struct ct_vol lo, mute;
@@ -269,6 +304,7 @@ int main(void)
 	make(&lo, true);
 	make(&mute, false);
 	textures();
+	shares();
 	cuts();
 	reports(&lo, &mute);
 	at_once(&lo);

@@ -224,6 +224,11 @@ static int check_start(const struct ct_refine *r, const struct ct_vol *in, struc
 							 : 0;
 }
 
+/* dB that total variation may lose, for a factor of 1, with the prior added in full. Beyond that
+ * the texture is not what its patients showed: doc/results.md, "Texture". Where the scan aliases,
+ * the loss does not tell. */
+#define TEXTURE_LOSS 0.05
+
 /* What auto takes. With noise the scan cannot be asked: TV smoothes that. */
 static int choose_method(
 	struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
@@ -231,6 +236,7 @@ static int choose_method(
 	const int method = r->rule.method;
 	struct ct_upsample_rule inversion = ct_refine_inversion(r);
 	struct ct_upsample_report choice = {.aliasing = (double)NAN};
+	const double *x = r->is.by.factor, most = fmax(x[0], fmax(x[1], x[2]));
 	double gain;
 
 	inversion.start = method == CT_REFINE_PRIOR ? NULL : r->rule.start;
@@ -248,6 +254,8 @@ static int choose_method(
 	ct_log(env, CT_INFO, "texture, of which total variation would lose %.2f dB: htv", -gain);
 	r->textured = true;
 	r->method = CT_UPSAMPLE_HTV;
+	if (r->adds && isnan(r->rule.weight) && !(r->aliasing > CT_UPSAMPLE_ALIAS))
+		r->restore.weight = fmin(1, TEXTURE_LOSS * most / -gain);
 	return 0;
 }
 
