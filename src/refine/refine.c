@@ -224,9 +224,9 @@ static int check_start(const struct ct_refine *r, const struct ct_vol *in, struc
 							 : 0;
 }
 
-/* dB that total variation may lose, for a factor of 1, with the prior added in full. Beyond that
- * the texture is not what its patients showed: doc/results.md, "Texture". Where the scan aliases,
- * the loss does not tell. */
+/* The prior is added in full where total variation loses at most so many dB times the factor, and
+ * beyond that in part: doc/results.md, "Texture". Where the scan aliases, the loss does not tell.
+ */
 #define TEXTURE_LOSS 0.05
 
 /* What auto takes. With noise the scan cannot be asked: TV smoothes that. */
