@@ -12,6 +12,7 @@
 #include "refine/refine.h"
 #include "refine/slabs.h"
 #include "refine/texture.h"
+#include "refine/turned.h"
 #include "resolution/crop.h"
 #include "resolution/pilot.h"
 
@@ -233,6 +234,19 @@ out:
 	return rc;
 }
 
+/* Voxels that are made again to tell how far the predicted error is off, a share of the result's.
+ */
+static double turned(const struct ct_refine *r, const struct ct_vol *in)
+{
+	struct ct_degrade own;
+	double parts = 0;
+	size_t n[3];
+
+	for (int k = 0; r->rule.error && ct_turned_part(n, &own, r, in, k); k++)
+		parts += (double)n[0] * (double)n[1] * (double)n[2];
+	return parts / ((double)r->n[0] * (double)r->n[1] * (double)r->n[2]);
+}
+
 int ct_refine_cost(double *cpu, const struct ct_refine *r, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e)
 {
@@ -245,5 +259,8 @@ int ct_refine_cost(double *cpu, const struct ct_refine *r, const struct ct_vol *
 		return arssr(cpu, r, in, &quiet, e);
 	if (r->inverts && inversion(cpu, r, in, &quiet, e))
 		return -1;
-	return r->adds ? prior(cpu, r, in, &quiet, e) : 0;
+	if (r->adds && prior(cpu, r, in, &quiet, e))
+		return -1;
+	*cpu *= 1 + turned(r, in);
+	return 0;
 }

@@ -3,6 +3,7 @@
 #include "refine/refine.h"
 #include "core/memory.h"
 #include "refine/slabs.h"
+#include "refine/turned.h"
 #include "resolution/flat.h"
 #include "resolution/trial.h"
 
@@ -91,19 +92,28 @@ static double widest_of(const struct ct_refine *r, const struct ct_vol *in, size
 	return widest;
 }
 
-/* Bytes in m slabs: volumes, and the work of the largest slab. */
+/* Bytes in m slabs: volumes, and the work of the largest slab; or those of what is tried before
+ * there are volumes. */
 static int need_in_slabs(double *bytes, const struct ct_refine *r, const struct ct_vol *in,
 	size_t m, struct ct_err *e)
 {
 	const double share = widest_of(r, in, m);
 	const int axis = ct_slab_axis(&r->is.by, in->n);
 	size_t n[3] = {r->n[0], r->n[1], r->n[2]};
+	struct ct_degrade own;
+	double part;
 
 	if (m > 1)
 		n[axis] = (size_t)nearbyint(share * (double)in->n[axis] * r->is.by.factor[axis]);
 	if (need_of(bytes, r, n, share * (double)ct_vol_count(in), e))
 		return -1;
-	*bytes += CT_MEMORY_BASE + (m > 1 ? volumes_of(r, in) : 0);
+	*bytes += m > 1 ? volumes_of(r, in) : 0;
+	for (int k = 0; r->rule.error && ct_turned_part(n, &own, r, in, k); k++) {
+		if (need_of(&part, r, n, voxels(n), e))
+			return -1;
+		*bytes = fmax(*bytes, part + 8 * voxels(n) + 4 * (double)ct_vol_count(in));
+	}
+	*bytes += CT_MEMORY_BASE;
 	return 0;
 }
 
@@ -224,10 +234,29 @@ static int check_start(const struct ct_refine *r, const struct ct_vol *in, struc
 							 : 0;
 }
 
-/* The prior is added in full where total variation loses at most so many dB times the factor, and
- * beyond that in part: doc/results.md, "Texture". Where the scan aliases, the loss does not tell.
- */
+/* Several axes, band-limited: the prior is added in full where total variation loses at most so
+ * many dB times the factor, and beyond that in part: doc/results.md, "Texture". Where the scan
+ * aliases, the loss does not tell. */
 #define TEXTURE_LOSS 0.05
+
+/* How much of what the prior adds to texture is right. The scan is asked where it can be. */
+static int weigh(struct ct_refine *r, const struct ct_vol *in, double loss,
+	const struct ct_env *env, struct ct_err *e)
+{
+	const double *x = r->is.by.factor, most = fmax(x[0], fmax(x[1], x[2]));
+	struct ct_turned turned;
+
+	if (!r->adds || !isnan(r->rule.weight))
+		return 0;
+	if (ct_turned_try(&turned, r, in, env, e))
+		return -1;
+	r->restore.weight = turned.weight;
+	if (!(r->aliasing > CT_UPSAMPLE_ALIAS))
+		r->restore.weight = fmin(turned.weight, TEXTURE_LOSS * most / loss);
+	if (r->restore.weight < 1)
+		ct_log(env, CT_INFO, "the prior adds %.2f of what it expects", r->restore.weight);
+	return 0;
+}
 
 /* What auto takes. With noise the scan cannot be asked: TV smoothes that. */
 static int choose_method(
@@ -236,7 +265,6 @@ static int choose_method(
 	const int method = r->rule.method;
 	struct ct_upsample_rule inversion = ct_refine_inversion(r);
 	struct ct_upsample_report choice = {.aliasing = (double)NAN};
-	const double *x = r->is.by.factor, most = fmax(x[0], fmax(x[1], x[2]));
 	double gain;
 
 	inversion.start = method == CT_REFINE_PRIOR ? NULL : r->rule.start;
@@ -254,9 +282,7 @@ static int choose_method(
 	ct_log(env, CT_INFO, "texture, of which total variation would lose %.2f dB: htv", -gain);
 	r->textured = true;
 	r->method = CT_UPSAMPLE_HTV;
-	if (r->adds && isnan(r->rule.weight) && !(r->aliasing > CT_UPSAMPLE_ALIAS))
-		r->restore.weight = fmin(1, TEXTURE_LOSS * most / -gain);
-	return 0;
+	return weigh(r, in, -gain, env, e);
 }
 
 /* The tiles of ArSSR, and their memory. */

@@ -1,0 +1,135 @@
+/* turned.c: see turned.h. */
+#include "config.h"
+#include "core/mem.h"
+#include "refine/turned.h"
+#include "resolution/crop.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Of the square of what is missed, at least so much is not noise of the part. */
+#define NOT_NOISE 0.25
+
+/* Sums over the voxels of the parts, HU^2: of squares, and of `added` times what the inversion
+ * missed. */
+struct sums {
+	double added, right, missed, expected;
+};
+
+/* The one axis that is refined, or -1. */
+static int refined_axis(const struct ct_degrade *by)
+{
+	int axis = -1;
+
+	for (int a = 0; a < 3; a++)
+		if (by->factor[a] > 1) {
+			if (axis >= 0)
+				return -1;
+			axis = a;
+		}
+	return axis;
+}
+
+bool ct_turned_part(size_t n[3], struct ct_degrade *own, const struct ct_refine *r,
+	const struct ct_vol *in, int k)
+{
+	const struct ct_degrade *by = &r->is.by;
+	const int a = refined_axis(by), b = (a + 1 + k) % 3;
+
+	if (!r->adds || a < 0 || k > 1)
+		return false;
+	*own = (struct ct_degrade){
+		.factor = {1, 1, 1}, .decimate = by->decimate, .profile = by->profile};
+	own->factor[b] = by->factor[a];
+	own->sigma[b] = by->sigma[a];
+	own->profile.axis = b;
+	for (int i = 0; i < 3; i++)
+		n[i] = in->n[i] < CT_TURNED_MOST ? in->n[i] : CT_TURNED_MOST;
+	if (n[b] < CT_TURNED_LEAST || (double)n[b] < own->factor[b])
+		return false;
+	n[b] = ct_degrade_cover(ct_degrade_size(n[b], own->factor[b]), own->factor[b]);
+	return true;
+}
+
+/* base: of the inversion; made: with what the prior added. */
+static void add(struct sums *s, const struct ct_vol *part, const float *base, const float *made,
+	const float *error, double noise)
+{
+	const size_t n = ct_vol_count(part);
+	double missed = 0;
+
+	for (size_t i = 0; i < n; i++) {
+		const double h = (double)(made[i] - base[i]);
+		const double lacks = (double)(part->data[i] - base[i]);
+
+		s->added += h * h;
+		s->right += h * lacks;
+		s->expected += (double)error[i] * (double)error[i];
+		missed += (lacks - h) * (lacks - h);
+	}
+	s->missed += fmax(missed - (double)n * noise * noise, NOT_NOISE * missed);
+}
+
+/* The middle n voxels, made coarser and refined again. */
+static int try(struct sums *s, const struct ct_refine *r, const struct ct_vol *in,
+	const size_t n[3], const struct ct_degrade *own, const struct ct_env *env, struct ct_err *e)
+{
+	const int a = refined_axis(&r->is.by), b = refined_axis(own);
+	const size_t voxels = n[0] * n[1] * n[2];
+	struct ct_upsample_rule inversion = ct_refine_inversion(r);
+	struct ct_restore_rule rule = r->restore;
+	struct ct_vol part = {0}, coarse = {0}, made = {0};
+	float *base = NULL, *error = NULL;
+	struct ct_upsample_report up;
+	struct ct_restore_report did;
+	ptrdiff_t start[3];
+	int rc = -1;
+
+	inversion.by = rule.by = *own;
+	inversion.alike = NULL; /* the noise that is added is white */
+	inversion.start = NULL;
+	inversion.spread = 0;
+	rule.axes[a] = r->restore.axes[b];
+	rule.axes[b] = r->restore.axes[a];
+	ct_crop_place(start, in->n, n, CT_CROP_PLACES / 2);
+	if (ct_crop(&part, in, n, start, 0, e) ||
+		ct_degrade_volume(&coarse, &part, own, r->is.noise, env->seed, env->par, e) ||
+		ct_upsample(&made, &coarse, &inversion, &up, env, e) ||
+		ct_alloc(&base, voxels, sizeof *base, e) ||
+		ct_alloc(&error, voxels, sizeof *error, e))
+		goto out;
+	memcpy(base, made.data, voxels * sizeof *base);
+	if (ct_restore(&made, error, &coarse, r->rule.prior, &rule, &did, env, e))
+		goto out;
+	add(s, &part, base, made.data, error, r->is.noise);
+	rc = 0;
+out:
+	ct_vol_free(&part);
+	ct_vol_free(&coarse);
+	ct_vol_free(&made);
+	free(base);
+	free(error);
+	return rc;
+}
+
+int ct_turned_try(struct ct_turned *t, const struct ct_refine *r, const struct ct_vol *in,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_env quiet = *env;
+	struct ct_degrade own;
+	struct sums s = {0};
+	size_t n[3];
+
+	*t = (struct ct_turned){1, 1};
+	quiet.log = NULL; /* it is not what was asked for */
+	quiet.progress = NULL;
+	for (int k = 0; ct_turned_part(n, &own, r, in, k); k++)
+		if (try(&s, r, in, n, &own, &quiet, e))
+			return -1;
+	if (s.added > 0)
+		t->weight = fmin(fmax(s.right / s.added, 0), 1);
+	if (s.expected > 0 && s.missed > 0)
+		t->error = sqrt(s.missed / s.expected);
+	return 0;
+}

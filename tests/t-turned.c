@@ -1,0 +1,238 @@
+/* refine/turned.h: the prior tried on the scan itself: how much of it is right, and the scale of
+ * the predicted error. */
+#include "config.h"
+#include "refine/turned.h"
+#include "tests/tap.h"
+#include "slice-network.h"
+#include "texture.h"
+
+#include <string.h>
+
+enum { SIDE = 48 };
+static const struct ct_env quiet = {0};
+static struct ct_slice_prior prior = {.n = 1};
+
+/* A prior that thinks the square of its error so many times larger. */
+static void network(float times)
+{
+	prior.r[0] = (struct ct_slice_network){
+		.shape = {4, 8, 1, 1, false}, .components = 9, .width = 21};
+	random_network(&prior.r[0]);
+	for (int k = 0; k < 3; k++)
+		prior.r[0].spread[k] *= times;
+}
+
+static const struct ct_degrade thick = {{1, 1, 4}, {0, 0, 0}, CT_DECIMATE_MEAN, {0}};
+
+/* A texture of n voxels that says it was made by `by`; with axis a in the place of the third. */
+static void make(struct ct_vol *v, const struct ct_degrade *by, const size_t n[3], int a)
+{
+	const size_t step[3] = {1, n[0], n[0] * n[1]};
+	const size_t to[3] = {a == 0 ? 2 : 0, a == 1 ? 2 : 1, a};
+	const size_t m[3] = {n[to[0]], n[to[1]], n[to[2]]};
+	float *x = malloc(n[0] * n[1] * n[2] * sizeof *x);
+
+	*v = (struct ct_vol){0};
+	must(ct_vol_alloc(v, m, &err));
+	texture(x, n, 7);
+	for (size_t i = 0; i < ct_vol_count(v); i++)
+		v->data[i] = x[i % m[0] * step[to[0]] + i / m[0] % m[1] * step[to[1]] +
+				     i / m[0] / m[1] * step[to[2]]] /
+			     4;
+	for (int k = 0; k < 3; k++)
+		v->affine[k][k] = 1;
+	if (by)
+		must(ct_degrade_put(&v->meta, by, &err));
+	free(x);
+}
+
+static void plan(
+	struct ct_refine *r, const struct ct_vol *lo, double noise, double weight, bool error)
+{
+	struct ct_refine_rule rule = CT_REFINE_DEFAULTS;
+
+	rule.method = CT_REFINE_PRIOR;
+	rule.iterations = 60;
+	rule.said.noise = noise;
+	rule.prior = &prior;
+	rule.weight = weight;
+	rule.error = error;
+	must(ct_refine_plan(r, &rule, lo, &quiet, &err));
+}
+
+static bool is_part(
+	const struct ct_degrade *by, const size_t n[3], int k, const size_t part[3], int axis)
+{
+	struct ct_refine r = {.adds = true, .is.by = *by};
+	struct ct_vol v = {.n = {n[0], n[1], n[2]}};
+	struct ct_degrade own;
+	size_t m[3];
+
+	if (!ct_turned_part(m, &own, &r, &v, k))
+		return axis < 0;
+	for (int a = 0; a < 3; a++)
+		if (axis < 0 ||
+			own.factor[a] !=
+				(a == axis ? fmax(by->factor[0], fmax(by->factor[1], by->factor[2]))
+					   : 1))
+			return false;
+	r.adds = false;
+	return memcmp(m, part, sizeof m) == 0 && !ct_turned_part(m, &own, &r, &v, k);
+}
+
+static void parts(void)
+{
+	const struct ct_degrade cube = {{4, 4, 4}, {0, 0, 0}, CT_DECIMATE_MEAN, {0}};
+	const struct ct_degrade odd = {{1, 2.5, 1}, {0, 0, 0}, CT_DECIMATE_MEAN, {0}};
+
+	OK(is_part(&thick, (size_t[]){200, 31, 9}, 0, (size_t[]){96, 31, 9}, 0), "along x");
+	OK(is_part(&thick, (size_t[]){200, 31, 9}, 1, (size_t[]){96, 28, 9}, 1), "and along y");
+	OK(is_part(&thick, (size_t[]){200, 31, 9}, 2, NULL, -1), "and no other");
+	OK(is_part(&odd, (size_t[]){50, 9, 29}, 0, (size_t[]){50, 9, 28}, 2), "of no whole factor");
+	OK(is_part(&thick, (size_t[]){15, 64, 64}, 0, NULL, -1), "not if it is too small");
+	OK(is_part(&cube, (size_t[]){64, 64, 64}, 0, NULL, -1), "nor of several axes");
+}
+
+/* The same, with the refined axis always the third. */
+static void twin(double *error, double *weight, const struct ct_refine *of, double noise)
+{
+	const size_t n[3] = {SIDE, SIDE, SIDE};
+	double added = 0, right = 0, missed = 0, expected = 0;
+
+	for (int a = 0; a < 2; a++) {
+		struct ct_vol hi, lo = {0}, base = {0};
+		struct ct_restore_report added_to;
+		struct ct_upsample_report did;
+		struct ct_upsample_rule rule;
+		struct ct_refine r;
+		float *x, *its;
+
+		make(&hi, NULL, n, a);
+		must(ct_degrade_volume(&lo, &hi, &thick, noise, 0, NULL, &err));
+		plan(&r, &lo, noise, (double)NAN, true);
+		r.restore.weight = 1;
+		r.textured = of->textured;
+		rule = ct_refine_inversion(&r);
+		must(ct_upsample(&base, &lo, &rule, &did, &quiet, &err));
+		x = malloc(ct_vol_count(&base) * sizeof *x);
+		its = malloc(ct_vol_count(&base) * sizeof *its);
+		memcpy(x, base.data, ct_vol_count(&base) * sizeof *x);
+		must(ct_restore(&base, its, &lo, &prior, &r.restore, &added_to, &quiet, &err));
+		for (size_t i = 0; i < ct_vol_count(&base); i++) {
+			const double h = (double)(base.data[i] - x[i]);
+			const double d = (double)(hi.data[i] - base.data[i]);
+
+			added += h * h;
+			right += h * (d + h);
+			missed += d * d - noise * noise;
+			expected += (double)its[i] * (double)its[i];
+		}
+		ct_vol_free(&hi);
+		ct_vol_free(&lo);
+		ct_vol_free(&base);
+		free(x);
+		free(its);
+	}
+	*error = sqrt(missed / expected);
+	*weight = fmax(right / added, 0);
+}
+
+/* The volume that is asked: no operator but the one of the header. */
+static void tries(double noise)
+{
+	const size_t n[3] = {SIDE, SIDE, SIDE};
+	struct ct_turned t;
+	double error, weight;
+	struct ct_refine r;
+	struct ct_vol v;
+
+	make(&v, &thick, n, 2);
+	plan(&r, &v, noise, (double)NAN, false);
+	r.restore.weight = 1;
+	must(ct_turned_try(&t, &r, &v, &quiet, &err));
+	twin(&error, &weight, &r, noise);
+	NEAR(t.error, error, .02 * error, "what is missed over what is expected");
+	NEAR(t.weight, weight, .02, "and how much of what is added is right");
+	ct_vol_free(&v);
+}
+
+/* Root of the mean square. */
+static double size_of(const struct ct_vol *v)
+{
+	double sum = 0;
+
+	for (size_t i = 0; i < ct_vol_count(v); i++)
+		sum += (double)v->data[i] * (double)v->data[i];
+	return sqrt(sum / (double)ct_vol_count(v));
+}
+
+/* What the prior expects that thinks its error so many times larger. */
+static double expects(const struct ct_vol *v, float times, struct ct_turned *t)
+{
+	struct ct_vol out = {0}, error = {0};
+	struct ct_refine r;
+	double its;
+
+	ct_slice_prior_free(&prior);
+	prior.n = 1;
+	network(times);
+	plan(&r, v, 0, 1, true);
+	must(ct_turned_try(t, &r, v, &quiet, &err));
+	must(ct_refine_run(&r, &out, &error, v, &quiet, &err));
+	its = size_of(&error);
+	ct_vol_free(&out);
+	ct_vol_free(&error);
+	return its;
+}
+
+static void scales(void)
+{
+	const size_t n[3] = {SIDE, SIDE, 16};
+	static const float times[4] = {1, 1.2f, 100, 1e-2f};
+	struct ct_turned t[4];
+	struct ct_vol v;
+	double its[4], plain;
+
+	make(&v, &thick, n, 2);
+	for (int k = 0; k < 4; k++)
+		its[k] = expects(&v, times[k], &t[k]);
+	plain = its[0] / t[0].error;
+	OK(t[0].error > 1.1 && t[0].error < 2, "more is missed than expected");
+	NEAR(its[1], its[0], 1e-3 * its[0], "another calibration says the same");
+	NEAR(its[2], 10 * plain * sqrt(t[2].error), 1e-3 * its[2], "less is believed by half");
+	NEAR(its[3], 0.1 * plain * 2, 1e-3 * its[3], "not more than twice");
+	ct_vol_free(&v);
+}
+
+/* A texture to which the prior adds what is not there. */
+static void weighs(void)
+{
+	const size_t n[3] = {SIDE, SIDE, SIDE};
+	struct ct_turned t;
+	struct ct_refine r;
+	struct ct_vol v;
+	double its;
+
+	make(&v, &thick, n, 2);
+	plan(&r, &v, 0, 1, false);
+	OK(r.adds && r.textured && r.restore.weight == 1, "a texture, and a weight that is said");
+	plan(&r, &v, 0, (double)NAN, false);
+	its = r.restore.weight;
+	r.restore.weight = 1;
+	must(ct_turned_try(&t, &r, &v, &quiet, &err));
+	OK(t.weight < 0.2, "little of it is right (%.3g)", t.weight);
+	NEAR(its, t.weight, 0, "so little is added");
+	ct_vol_free(&v);
+}
+
+int main(void)
+{
+	network(1);
+	parts();
+	tries(0);
+	tries(20);
+	weighs();
+	scales();
+	ct_slice_prior_free(&prior);
+	return tap_done();
+}
