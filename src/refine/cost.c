@@ -10,9 +10,9 @@
 #include "core/clock.h"
 #include "core/mem.h"
 #include "refine/refine.h"
+#include "refine/rehearsal.h"
 #include "refine/slabs.h"
 #include "refine/texture.h"
-#include "refine/turned.h"
 #include "resolution/crop.h"
 #include "resolution/pilot.h"
 
@@ -236,13 +236,13 @@ out:
 
 /* Voxels that are made again to tell how far the predicted error is off, a share of the result's.
  */
-static double turned(const struct ct_refine *r, const struct ct_vol *in)
+static double rehearsal(const struct ct_refine *r, const struct ct_vol *in)
 {
 	struct ct_degrade own;
 	double parts = 0;
 	size_t n[3];
 
-	for (int k = 0; r->rule.error && ct_turned_part(n, &own, r, in, k); k++)
+	for (int k = 0; r->rule.error && ct_rehearsal_part(n, &own, r, in, k); k++)
 		parts += (double)n[0] * (double)n[1] * (double)n[2];
 	return parts / ((double)r->n[0] * (double)r->n[1] * (double)r->n[2]);
 }
@@ -261,6 +261,6 @@ int ct_refine_cost(double *cpu, const struct ct_refine *r, const struct ct_vol *
 		return -1;
 	if (r->adds && prior(cpu, r, in, &quiet, e))
 		return -1;
-	*cpu *= 1 + turned(r, in);
+	*cpu *= 1 + rehearsal(r, in);
 	return 0;
 }

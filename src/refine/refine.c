@@ -2,8 +2,8 @@
 #include "config.h"
 #include "refine/refine.h"
 #include "core/memory.h"
+#include "refine/rehearsal.h"
 #include "refine/slabs.h"
-#include "refine/turned.h"
 #include "resolution/flat.h"
 #include "resolution/trial.h"
 
@@ -108,7 +108,7 @@ static int need_in_slabs(double *bytes, const struct ct_refine *r, const struct 
 	if (need_of(bytes, r, n, share * (double)ct_vol_count(in), e))
 		return -1;
 	*bytes += m > 1 ? volumes_of(r, in) : 0;
-	for (int k = 0; r->rule.error && ct_turned_part(n, &own, r, in, k); k++) {
+	for (int k = 0; ct_rehearsal_part(n, &own, r, in, k); k++) {
 		if (need_of(&part, r, n, voxels(n), e))
 			return -1;
 		*bytes = fmax(*bytes, part + 8 * voxels(n) + 4 * (double)ct_vol_count(in));
@@ -234,27 +234,42 @@ static int check_start(const struct ct_refine *r, const struct ct_vol *in, struc
 							 : 0;
 }
 
-/* Several axes, band-limited: the prior is added in full where total variation loses at most so
- * many dB times the factor, and beyond that in part: doc/results.md, "Texture". Where the scan
- * aliases, the loss does not tell. */
+/* Texture, band-limited along several axes: the prior is added in full where total variation loses
+ * at most so many dB times the factor, and beyond that in part. Elsewhere the loss does not tell.
+ * doc/results.md, "Texture". */
 #define TEXTURE_LOSS 0.05
+/* Twice: a scan twice as coarse has more to add than the scan, and no more than MOST_WEIGHT is
+ * believed. doc/results.md, "What the scan itself tells". */
+#define COARSER_MORE 0.3
+#define MOST_WEIGHT 1.6
 
-/* How much of what the prior adds to texture is right. The scan is asked where it can be. */
+/* How much of what the prior adds is right. `loss`: of total variation, dB. Where the operator was
+ * estimated, the rehearsal would not see its error. */
 static int weigh(struct ct_refine *r, const struct ct_vol *in, double loss,
 	const struct ct_env *env, struct ct_err *e)
 {
 	const double *x = r->is.by.factor, most = fmax(x[0], fmax(x[1], x[2]));
-	struct ct_turned turned;
+	const bool said = r->is.from == CT_BY_FILE || r->is.from == CT_BY_CALLER;
+	const int axes = (x[0] > 1) + (x[1] > 1) + (x[2] > 1);
+	struct ct_rehearsal its;
+	double less;
 
-	if (!r->adds || !isnan(r->rule.weight))
+	if (!r->adds || !isnan(r->rule.weight) || (!r->textured && (axes == 1 || !said)))
 		return 0;
-	if (ct_turned_try(&turned, r, in, env, e))
-		return -1;
-	r->restore.weight = turned.weight;
-	if (!(r->aliasing > CT_UPSAMPLE_ALIAS))
-		r->restore.weight = fmin(turned.weight, TEXTURE_LOSS * most / loss);
-	if (r->restore.weight < 1)
-		ct_log(env, CT_INFO, "the prior adds %.2f of what it expects", r->restore.weight);
+	if (r->textured && axes > 1 && r->is.by.decimate == CT_DECIMATE_SINC) {
+		r->restore.weight = fmin(1, TEXTURE_LOSS * most / loss);
+	} else {
+		if (ct_rehearse(&its, r, in, env, e))
+			return -1;
+		if (its.parts == 0)
+			return 0;
+		less = its.weight - (axes > 1 ? COARSER_MORE : 0);
+		r->restore.weight =
+			r->textured ? fmin(fmax(less, 0), 1) : fmin(fmax(less, 1), MOST_WEIGHT);
+	}
+	if (r->restore.weight != 1)
+		ct_log(env, CT_INFO, "the prior adds %.2f times what it expects",
+			r->restore.weight);
 	return 0;
 }
 
@@ -278,7 +293,7 @@ static int choose_method(
 	if (ct_trial_gain(&gain, in, &r->is.by, env, e))
 		return -1;
 	if (gain >= -CT_TRIAL_LOSS)
-		return 0;
+		return weigh(r, in, -gain, env, e);
 	ct_log(env, CT_INFO, "texture, of which total variation would lose %.2f dB: htv", -gain);
 	r->textured = true;
 	r->method = CT_UPSAMPLE_HTV;

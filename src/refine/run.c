@@ -3,8 +3,8 @@
 #include "core/clock.h"
 #include "refine/assumed.h"
 #include "refine/refine.h"
+#include "refine/rehearsal.h"
 #include "refine/slabs.h"
-#include "refine/turned.h"
 #include "resolution/expected.h"
 #include "resolution/flat.h"
 #include "resolution/padding.h"
@@ -217,16 +217,16 @@ out:
 /* How far the predicted error is off. More than twice is not believed; and less by half only, in
  * its logarithm: what is plain across the slices, as the top of a skull, may not be so along them.
  */
-static int say_error(struct ct_turned *turned, const struct ct_refine *r, const struct ct_vol *in,
+static int say_error(struct ct_rehearsal *its, const struct ct_refine *r, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e)
 {
-	if (ct_turned_try(turned, r, in, env, e))
+	if (ct_rehearse(its, r, in, env, e))
 		return -1;
-	turned->error = turned->error < 1 ? sqrt(turned->error) : fmin(turned->error, 2);
-	if (turned->error != 1)
+	its->error = its->error < 1 ? sqrt(its->error) : fmin(its->error, 2);
+	if (its->error != 1)
 		ct_log(env, CT_INFO,
 			"the predicted error times %.2f, as a part says that was made coarser",
-			turned->error);
+			its->error);
 	return 0;
 }
 
@@ -234,17 +234,17 @@ int ct_refine_run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
 {
 	const bool inverts = r->inverts && r->is.known && r->method >= CT_UPSAMPLE_DC;
-	struct ct_turned turned = {1, 1};
+	struct ct_rehearsal its = {0, 1, 1};
 	struct ct_padding p = {0};
 	int rc;
 
-	if (error && say_error(&turned, r, in, env, e))
+	if (error && say_error(&its, r, in, env, e))
 		return -1;
 	if (inverts && !r->rule.start && ct_padding_find(&p, in->data, in->n, e))
 		return -1;
 	rc = p.is ? run_filled(r, out, error, in, &p, env, e) : run(r, out, error, in, env, e);
 	ct_padding_free(&p);
 	for (size_t i = 0; rc == 0 && error && i < ct_vol_count(error); i++)
-		error->data[i] = (float)(turned.error * (double)error->data[i]);
+		error->data[i] = (float)(its.error * (double)error->data[i]);
 	return rc;
 }

@@ -1,7 +1,7 @@
-/* turned.c: see turned.h. */
+/* rehearsal.c: see rehearsal.h. */
 #include "config.h"
 #include "core/mem.h"
-#include "refine/turned.h"
+#include "refine/rehearsal.h"
 #include "resolution/crop.h"
 
 #include <math.h>
@@ -31,24 +31,48 @@ static int refined_axis(const struct ct_degrade *by)
 	return axis;
 }
 
-bool ct_turned_part(size_t n[3], struct ct_degrade *own, const struct ct_refine *r,
+/* The operator of axis a along axis b. */
+static struct ct_degrade turned(const struct ct_degrade *by, int a, int b)
+{
+	struct ct_degrade own = {
+		.factor = {1, 1, 1}, .decimate = by->decimate, .profile = by->profile};
+
+	own.factor[b] = by->factor[a];
+	own.sigma[b] = by->sigma[a];
+	own.profile.axis = b;
+	return own;
+}
+
+/* Along two axes or three, and no other factor. */
+static bool is_twice(const struct ct_degrade *by)
+{
+	int axes = 0;
+
+	for (int a = 0; a < 3; a++) {
+		if (by->factor[a] != 1 && by->factor[a] != 2)
+			return false;
+		axes += by->factor[a] == 2;
+	}
+	return axes > 1;
+}
+
+bool ct_rehearsal_part(size_t n[3], struct ct_degrade *own, const struct ct_refine *r,
 	const struct ct_vol *in, int k)
 {
 	const struct ct_degrade *by = &r->is.by;
-	const int a = refined_axis(by), b = (a + 1 + k) % 3;
+	const int a = refined_axis(by);
 
-	if (!r->adds || a < 0 || k > 1)
+	if (!r->adds || k >= (a < 0 ? 1 : 2) || (a < 0 && !is_twice(by)))
 		return false;
-	*own = (struct ct_degrade){
-		.factor = {1, 1, 1}, .decimate = by->decimate, .profile = by->profile};
-	own->factor[b] = by->factor[a];
-	own->sigma[b] = by->sigma[a];
-	own->profile.axis = b;
-	for (int i = 0; i < 3; i++)
-		n[i] = in->n[i] < CT_TURNED_MOST ? in->n[i] : CT_TURNED_MOST;
-	if (n[b] < CT_TURNED_LEAST || (double)n[b] < own->factor[b])
-		return false;
-	n[b] = ct_degrade_cover(ct_degrade_size(n[b], own->factor[b]), own->factor[b]);
+	*own = a < 0 ? *by : turned(by, a, (a + 1 + k) % 3);
+	for (int i = 0; i < 3; i++) {
+		n[i] = in->n[i] < CT_REHEARSAL_MOST ? in->n[i] : CT_REHEARSAL_MOST;
+		if (own->factor[i] == 1)
+			continue;
+		if (n[i] < CT_REHEARSAL_LEAST || (double)n[i] < own->factor[i])
+			return false;
+		n[i] = ct_degrade_cover(ct_degrade_size(n[i], own->factor[i]), own->factor[i]);
+	}
 	return true;
 }
 
@@ -90,8 +114,10 @@ static int try(struct sums *s, const struct ct_refine *r, const struct ct_vol *i
 	inversion.alike = NULL; /* the noise that is added is white */
 	inversion.start = NULL;
 	inversion.spread = 0;
-	rule.axes[a] = r->restore.axes[b];
-	rule.axes[b] = r->restore.axes[a];
+	if (a >= 0) {
+		rule.axes[a] = r->restore.axes[b];
+		rule.axes[b] = r->restore.axes[a];
+	}
 	ct_crop_place(start, in->n, n, CT_CROP_PLACES / 2);
 	if (ct_crop(&part, in, n, start, 0, e) ||
 		ct_degrade_volume(&coarse, &part, own, r->is.noise, env->seed, env->par, e) ||
@@ -113,7 +139,7 @@ out:
 	return rc;
 }
 
-int ct_turned_try(struct ct_turned *t, const struct ct_refine *r, const struct ct_vol *in,
+int ct_rehearse(struct ct_rehearsal *t, const struct ct_refine *r, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_env quiet = *env;
@@ -121,14 +147,14 @@ int ct_turned_try(struct ct_turned *t, const struct ct_refine *r, const struct c
 	struct sums s = {0};
 	size_t n[3];
 
-	*t = (struct ct_turned){1, 1};
+	*t = (struct ct_rehearsal){0, 1, 1};
 	quiet.log = NULL; /* it is not what was asked for */
 	quiet.progress = NULL;
-	for (int k = 0; ct_turned_part(n, &own, r, in, k); k++)
+	for (int k = 0; ct_rehearsal_part(n, &own, r, in, k); k++, t->parts++)
 		if (try(&s, r, in, n, &own, &quiet, e))
 			return -1;
 	if (s.added > 0)
-		t->weight = fmin(fmax(s.right / s.added, 0), 1);
+		t->weight = s.right / s.added;
 	if (s.expected > 0 && s.missed > 0)
 		t->error = sqrt(s.missed / s.expected);
 	return 0;

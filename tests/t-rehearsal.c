@@ -1,7 +1,7 @@
-/* refine/turned.h: the prior tried on the scan itself: how much of it is right, and the scale of
+/* refine/rehearsal.h: the prior tried on the scan itself: how much of it is right, and the scale of
  * the predicted error. */
 #include "config.h"
-#include "refine/turned.h"
+#include "refine/rehearsal.h"
 #include "tests/tap.h"
 #include "slice-network.h"
 #include "texture.h"
@@ -68,7 +68,7 @@ static bool is_part(
 	struct ct_degrade own;
 	size_t m[3];
 
-	if (!ct_turned_part(m, &own, &r, &v, k))
+	if (!ct_rehearsal_part(m, &own, &r, &v, k))
 		return axis < 0;
 	for (int a = 0; a < 3; a++)
 		if (axis < 0 ||
@@ -77,7 +77,7 @@ static bool is_part(
 					   : 1))
 			return false;
 	r.adds = false;
-	return memcmp(m, part, sizeof m) == 0 && !ct_turned_part(m, &own, &r, &v, k);
+	return memcmp(m, part, sizeof m) == 0 && !ct_rehearsal_part(m, &own, &r, &v, k);
 }
 
 static void parts(void)
@@ -141,7 +141,7 @@ static void twin(double *error, double *weight, const struct ct_refine *of, doub
 static void tries(double noise)
 {
 	const size_t n[3] = {SIDE, SIDE, SIDE};
-	struct ct_turned t;
+	struct ct_rehearsal t;
 	double error, weight;
 	struct ct_refine r;
 	struct ct_vol v;
@@ -149,7 +149,7 @@ static void tries(double noise)
 	make(&v, &thick, n, 2);
 	plan(&r, &v, noise, (double)NAN, false);
 	r.restore.weight = 1;
-	must(ct_turned_try(&t, &r, &v, &quiet, &err));
+	must(ct_rehearse(&t, &r, &v, &quiet, &err));
 	twin(&error, &weight, &r, noise);
 	NEAR(t.error, error, .02 * error, "what is missed over what is expected");
 	NEAR(t.weight, weight, .02, "and how much of what is added is right");
@@ -167,7 +167,7 @@ static double size_of(const struct ct_vol *v)
 }
 
 /* What the prior expects that thinks its error so many times larger. */
-static double expects(const struct ct_vol *v, float times, struct ct_turned *t)
+static double expects(const struct ct_vol *v, float times, struct ct_rehearsal *t)
 {
 	struct ct_vol out = {0}, error = {0};
 	struct ct_refine r;
@@ -177,7 +177,7 @@ static double expects(const struct ct_vol *v, float times, struct ct_turned *t)
 	prior.n = 1;
 	network(times);
 	plan(&r, v, 0, 1, true);
-	must(ct_turned_try(t, &r, v, &quiet, &err));
+	must(ct_rehearse(t, &r, v, &quiet, &err));
 	must(ct_refine_run(&r, &out, &error, v, &quiet, &err));
 	its = size_of(&error);
 	ct_vol_free(&out);
@@ -189,7 +189,7 @@ static void scales(void)
 {
 	const size_t n[3] = {SIDE, SIDE, 16};
 	static const float times[4] = {1, 1.2f, 100, 1e-2f};
-	struct ct_turned t[4];
+	struct ct_rehearsal t[4];
 	struct ct_vol v;
 	double its[4], plain;
 
@@ -208,7 +208,7 @@ static void scales(void)
 static void weighs(void)
 {
 	const size_t n[3] = {SIDE, SIDE, SIDE};
-	struct ct_turned t;
+	struct ct_rehearsal t;
 	struct ct_refine r;
 	struct ct_vol v;
 	double its;
@@ -219,7 +219,7 @@ static void weighs(void)
 	plan(&r, &v, 0, (double)NAN, false);
 	its = r.restore.weight;
 	r.restore.weight = 1;
-	must(ct_turned_try(&t, &r, &v, &quiet, &err));
+	must(ct_rehearse(&t, &r, &v, &quiet, &err));
 	OK(t.weight < 0.2, "little of it is right (%.3g)", t.weight);
 	NEAR(its, t.weight, 0, "so little is added");
 	ct_vol_free(&v);
