@@ -149,7 +149,7 @@ static void tries(double noise)
 	make(&v, &thick, n, 2);
 	plan(&r, &v, noise, (double)NAN, false);
 	r.restore.weight = 1;
-	must(ct_rehearse(&t, &r, &v, &quiet, &err));
+	must(ct_rehearsal_run(&t, &r, &v, &quiet, &err));
 	twin(&error, &weight, &r, noise);
 	NEAR(t.error, error, .02 * error, "what is missed over what is expected");
 	NEAR(t.weight, weight, .02, "and how much of what is added is right");
@@ -177,7 +177,7 @@ static double expects(const struct ct_vol *v, float times, struct ct_rehearsal *
 	prior.n = 1;
 	network(times);
 	plan(&r, v, 0, 1, true);
-	must(ct_rehearse(t, &r, v, &quiet, &err));
+	must(ct_rehearsal_run(t, &r, v, &quiet, &err));
 	must(ct_refine_run(&r, &out, &error, v, &quiet, &err));
 	its = size_of(&error);
 	ct_vol_free(&out);
@@ -219,7 +219,7 @@ static void weighs(void)
 	plan(&r, &v, 0, (double)NAN, false);
 	its = r.restore.weight;
 	r.restore.weight = 1;
-	must(ct_rehearse(&t, &r, &v, &quiet, &err));
+	must(ct_rehearsal_run(&t, &r, &v, &quiet, &err));
 	OK(t.weight < 0.2, "little of it is right (%.3g)", t.weight);
 	NEAR(its, t.weight, 0, "so little is added");
 	ct_vol_free(&v);

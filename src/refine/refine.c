@@ -259,7 +259,7 @@ static int weigh(struct ct_refine *r, const struct ct_vol *in, double loss,
 	if (r->textured && axes > 1 && r->is.by.decimate == CT_DECIMATE_SINC) {
 		r->restore.weight = fmin(1, TEXTURE_LOSS * most / loss);
 	} else {
-		if (ct_rehearse(&its, r, in, env, e))
+		if (ct_rehearsal_run(&its, r, in, env, e))
 			return -1;
 		if (its.parts == 0)
 			return 0;

@@ -139,7 +139,7 @@ out:
 	return rc;
 }
 
-int ct_rehearse(struct ct_rehearsal *t, const struct ct_refine *r, const struct ct_vol *in,
+int ct_rehearsal_run(struct ct_rehearsal *t, const struct ct_refine *r, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_env quiet = *env;

@@ -33,7 +33,7 @@ struct ct_rehearsal {
 	double error;  /* what is missed over the predicted error, RMS; or 1 */
 };
 /* The method and the prior's weights of *r are decided. Codes of ct_refine_run. */
-int ct_rehearse(struct ct_rehearsal *t, const struct ct_refine *r, const struct ct_vol *in,
+int ct_rehearsal_run(struct ct_rehearsal *t, const struct ct_refine *r, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e);
 
 #endif

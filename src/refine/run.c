@@ -220,7 +220,7 @@ out:
 static int say_error(struct ct_rehearsal *its, const struct ct_refine *r, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e)
 {
-	if (ct_rehearse(its, r, in, env, e))
+	if (ct_rehearsal_run(its, r, in, env, e))
 		return -1;
 	its->error = its->error < 1 ? sqrt(its->error) : fmin(its->error, 2);
 	if (its->error != 1)
