@@ -46,6 +46,7 @@ static void make(struct ct_vol *v, const struct ct_degrade *by, const size_t n[3
 	free(x);
 }
 
+static bool fast; /* slices across one axis */
 static void plan(
 	struct ct_refine *r, const struct ct_vol *lo, double noise, double weight, bool error)
 {
@@ -56,6 +57,7 @@ static void plan(
 	rule.said.noise = noise;
 	rule.prior = &prior;
 	rule.weight = weight;
+	rule.one_axis = fast;
 	rule.error = error;
 	must(ct_refine_plan(r, &rule, lo, &quiet, &err));
 }
@@ -231,6 +233,9 @@ int main(void)
 	parts();
 	tries(0);
 	tries(20);
+	fast = true;
+	tries(0);
+	fast = false;
 	weighs();
 	scales();
 	ct_slice_prior_free(&prior);
