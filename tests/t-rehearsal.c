@@ -227,6 +227,70 @@ static void weighs(void)
 	ct_vol_free(&v);
 }
 
+/* The prior adds so many times more. */
+static void louder(double times)
+{
+	struct ct_slice_network *net = &prior.r[0];
+	const size_t out = net->out - 1; /* the last is the error */
+
+	for (size_t i = 0; i < out * net->inputs; i++)
+		net->all[net->at[CT_PART_LINEAR] + i] *= (float)times;
+	for (size_t i = 0; i < out * net->width; i++)
+		net->all[net->at[CT_PART_3] + i] *= (float)times;
+	for (size_t i = 0; i < out; i++) {
+		net->all[net->at[CT_PART_LINEAR_BIAS] + i] *= (float)times;
+		net->all[net->at[CT_PART_3_BIAS] + i] *= (float)times;
+	}
+}
+
+/* Refined twice: weight of the prior, beside what the rehearsal says of it. */
+static double twice(double *right, const struct ct_vol *v)
+{
+	struct ct_rehearsal t;
+	struct ct_refine r;
+	double its;
+
+	plan(&r, v, 0, (double)NAN, false);
+	its = r.restore.weight;
+	r.restore.weight = 1;
+	must(ct_rehearsal_run(&t, &r, v, &quiet, &err));
+	OK(r.adds && !r.textured && t.parts == 1, "it is tried once");
+	*right = t.weight;
+	return its;
+}
+
+/* Edges, and not texture, to which the prior adds too much, less, and too little. */
+static void twices(void)
+{
+	const struct ct_degrade by = {{2, 2, 2}, {.85, .85, .85}, CT_DECIMATE_SINC, {0}};
+	const size_t n[3] = {SIDE, SIDE, SIDE};
+	struct ct_vol v;
+	double right, its;
+
+	ct_slice_prior_free(&prior);
+	prior.n = 1;
+	prior.r[0] = (struct ct_slice_network){
+		.shape = {2, 8, 1, 1, true}, .components = 9, .width = 21};
+	random_network(&prior.r[0]);
+	make(&v, &by, n, 2);
+	for (size_t i = 0; i < ct_vol_count(&v); i++)
+		v.data[i] = sin((double)(i % SIDE) / 5) * sin((double)(i / SIDE % SIDE) / 6) *
+						    sin((double)(i / SIDE / SIDE) / 4) >
+					    0.2
+				    ? 500
+				    : 0;
+	its = twice(&right, &v);
+	OK(its == 1 && right < 1, "not less than all is added (%.3g)", right);
+	louder(0.047);
+	its = twice(&right, &v);
+	OK(right > 1.31 && right < 1.89, "more is added, not all that is right (%.3g)", right);
+	NEAR(its, right - 0.3, 1e-9, "but .3 less");
+	louder(0.5);
+	its = twice(&right, &v);
+	OK(its == 1.6 && right > 2, "at most 1.6 times (%.3g)", right);
+	ct_vol_free(&v);
+}
+
 int main(void)
 {
 	network(1);
@@ -238,6 +302,7 @@ int main(void)
 	fast = false;
 	weighs();
 	scales();
+	twices();
 	ct_slice_prior_free(&prior);
 	return tap_done();
 }
