@@ -15,12 +15,14 @@ enum {
 	LEAST_SURE = 2000,  /* of tissue, of which something is sure */
 	FLATTEST = 50,      /* one in so many */
 	TENTH = 10,
-	REST = 15, /* free values of a block without the parts */
+	FORTIETH = 40,
+	LEAST_FLAT = 256, /* that tell how much alike noise is, or a tenth */
+	REST = 15,        /* free values of a block without the parts */
 };
 
 static const double air = -850, clipped_air = -1024;      /* HU */
 static const double least_power = 0.03;                   /* of noise at any frequency */
-static const double texture = 8;                          /* HU */
+static const double texture = 8, in_parts = 4;            /* HU, of a block and of its parts */
 static const double even = 1.4, uneven = 1.8, inside = 2; /* inside a body, of what is outside */
 static const size_t bodies = 3;                           /* one in so many blocks is no bone */
 
@@ -291,24 +293,33 @@ static double alike_of(double ratio)
 	return lo;
 }
 
-/* White noise over anatomy shows as much. */
-static void forget_little(double alike[3])
+/* White noise over anatomy shows as much: then it is white. */
+static bool forget_little(double alike[3])
 {
-	if (fmax(alike[0], fmax(alike[1], alike[2])) < 0.3)
-		alike[0] = alike[1] = alike[2] = 0;
+	const bool white = fmax(alike[0], fmax(alike[1], alike[2])) < 0.3;
+
+	for (int a = 0; a < 3 && white; a++)
+		alike[a] = 0;
+	return white;
 }
 
-/* `alike` and the level of what the parts of the flattest of n blocks show: of a tenth at most, and
- * of those whose rest shows no more than the level `most`. No more than blocks do, whose deviation
- * is `white` if the noise is. */
-static void correlate(
-	struct ct_noise *out, struct parts *parts, size_t n, double most, double white)
+/* What is left of a level once so much of it may be texture. */
+static double without(double level, double much)
 {
+	return level > much ? sqrt(level * level - much * much) : 0;
+}
+
+/* What the parts of the flattest of n blocks show: of a fortieth at most, and of those whose rest
+ * shows no more than the level `most` of blocks. No more is sure than blocks show. */
+static void correlate(struct ct_noise *out, struct parts *parts, size_t n, double most)
+{
+	const size_t few = n / FORTIETH > LEAST_FLAT ? n / FORTIETH : LEAST_FLAT;
+	const size_t count = few < n / TENTH ? few : n / TENTH;
 	size_t flat = 0;
 	double all = 0, along[3] = {0}, product = 1, shown = 27, level;
 
 	qsort(parts, n, sizeof *parts, by_rest);
-	while (flat == 0 || (flat < n / TENTH && parts[flat].rest <= REST * most * most)) {
+	while (flat == 0 || (flat < count && parts[flat].rest <= REST * most * most)) {
 		all += parts[flat].all;
 		for (int a = 0; a < 3; a++)
 			along[a] += parts[flat].even[a];
@@ -317,14 +328,19 @@ static void correlate(
 	level = all / (double)flat;
 	for (int a = 0; a < 3; a++)
 		out->alike[a] = all > along[a] ? alike_of(along[a] / (all - along[a])) : 0;
-	forget_little(out->alike);
+	if (forget_little(out->alike)) {
+		out->sure = fmin(most, without(sqrt(level / 8), in_parts));
+		return;
+	}
 	for (int a = 0; a < 3; a++) {
 		level /= even_of(out->alike[a]) + odd_of(out->alike[a]);
 		product *= axis_sum(out->alike[a]);
 		shown -= (1 - pow(out->alike[a], 4)) * others(out->alike, a) / 9;
 	}
 	shown -= product / 27;
-	out->sure = fmin(white * sqrt(23 / shown), sqrt(level));
+	out->sure = fmin(without(most, texture) * sqrt(23 / shown), sqrt(level));
+	for (int a = 0; a < 3 && !(out->sure > 0); a++)
+		out->alike[a] = 0;
 }
 
 void ct_noise_powers(double *power, size_t m, double alike)
@@ -398,9 +414,9 @@ int ct_noise_measure(struct ct_noise *out, const struct ct_vol *v, struct ct_err
 	qsort(s.end - s.air, s.air, sizeof *s.sd, by_value);
 	out->common = common_sd(s.sd, s.tissue);
 	level = sure_sd(s.sd, s.tissue, s.end - s.air, s.air, free_values(m), out->common);
-	out->sure = level > texture ? sqrt(level * level - texture * texture) : 0;
-	if (out->sure > 0 && s.parts)
-		correlate(out, s.parts, tissue, level, out->sure);
+	out->sure = without(level, texture);
+	if (level > 0 && s.parts)
+		correlate(out, s.parts, tissue, level);
 	rc = 0;
 out:
 	free(s.sd);
