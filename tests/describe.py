@@ -42,6 +42,7 @@ def described(tool):
         assert 'least' not in o or o['least'] <= o.get('default', o['least']) <= o['most'], o
         assert o['type'] != 'choice' or 'default' not in o or o['default'] in o['words'], o
         assert o in d['expert'] or '[%s]' % conditions(o, d) in flat + '[]', o
+        assert 'default' in o or o in d['arguments'] or o['help'] + ' (default' not in flat, o
         for e in o.get('ends', []):
             assert all('.' + n in flat for n in e['names']), o
             assert 'with' not in e or condition(e['with'], d) in flat, o

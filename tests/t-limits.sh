@@ -7,9 +7,9 @@ ct-compose gain -1000 1000 1
 ct-compose spacing 0.001 1000000 -
 ct-convert iso 0.0001 1000 -
 ct-convert cube 0 4096 0
-ct-ddnm factor 2 64 0
+ct-ddnm factor 2 64 -
 ct-ddnm class -1 65535 -1
-ct-ddnm steps 1 1000 0
+ct-ddnm steps 1 1000 -
 ct-ddnm sigma-y 0 1 -
 ct-ddnm samples 1 65535 1
 ct-degrade noise 0 1000000 -
@@ -26,7 +26,7 @@ ct-project coarsen 1 4096 1
 ct-project photons 0 1e15 0
 ct-sr noise 0 1000000 -
 ct-train factor 2 8 4
-ct-train patch 4 4096 0
+ct-train patch 4 4096 -
 ct-train steps 0 2000000000 10000
 ct-train minutes 0 1000000 0
 ct-train patience 0 1000000 0

@@ -5,7 +5,6 @@
 #include "cli/table.h"
 
 #include <errno.h>
-#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -81,31 +80,13 @@ static json_t *ends_of(const struct ct_tool *t, const struct ct_opt *o)
 	return all;
 }
 
-static const void *defaults_of(const struct ct_tool *t, const struct ct_opt *o)
-{
-	return o->common ? (const void *)&ct_common_defaults : t->defaults;
-}
-
-/* Not one that stands for "not given": no number, or one outside the range. */
-static bool has_default(const struct ct_tool *t, const struct ct_opt *o)
-{
-	const void *p = (const char *)defaults_of(t, o) + o->at;
-	const double x = o->type == CT_T_INT    ? *(const int *)p
-			 : o->type == CT_T_REAL ? *(const double *)p
-						: 0;
-
-	if (o->choice)
-		return x >= 0;
-	return !isnan(x) && (o->lo >= o->hi || (x >= o->lo && x <= o->hi));
-}
-
 /* NULL: there is none. */
 static json_t *default_of(const struct ct_tool *t, const struct ct_opt *o)
 {
-	const void *p = (const char *)defaults_of(t, o) + o->at;
+	const void *p = (const char *)ct_table_defaults(t, o) + o->at;
 	char text[200];
 
-	if (!has_default(t, o))
+	if (!ct_table_has_default(t, o))
 		return NULL;
 	if (o->type == CT_T_FLAG)
 		return json_boolean(*(const bool *)p);
@@ -113,7 +94,7 @@ static json_t *default_of(const struct ct_tool *t, const struct ct_opt *o)
 		return json_integer(*(const int *)p);
 	if (o->type == CT_T_REAL)
 		return json_real(*(const double *)p);
-	ct_table_text(text, sizeof text, o, defaults_of(t, o), 17);
+	ct_table_text(text, sizeof text, o, ct_table_defaults(t, o), 17);
 	return *text ? json_string(text) : NULL;
 }
 
@@ -189,7 +170,7 @@ static void put_names(const struct ct_opt *o, const char *instead)
  * modes take it, it is a text that may stay empty. */
 static bool may_be_given(const struct ct_tool *t, const struct ct_opt *o)
 {
-	return o->when[0].kind == CT_WHEN_ALWAYS && has_default(t, o);
+	return o->when[0].kind == CT_WHEN_ALWAYS && ct_table_has_default(t, o);
 }
 
 /* What the form offers. Slicer's schema has no flag for a file and one word only in a choice, so

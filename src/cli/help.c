@@ -4,19 +4,16 @@
 #include "cli/table.h"
 
 #include <ctype.h>
-#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
 static void put_default(const struct ct_tool *t, const struct ct_opt *o)
 {
-	const void *defaults = o->common ? (const void *)&ct_common_defaults : t->defaults;
-	const void *p = (const char *)defaults + o->at;
 	char text[200];
 
-	if (o->type == CT_T_FLAG || (o->type == CT_T_REAL && isnan(*(const double *)p)))
+	if (o->type == CT_T_FLAG || !ct_table_has_default(t, o))
 		return;
-	ct_table_text(text, sizeof text, o, defaults, 6);
+	ct_table_text(text, sizeof text, o, ct_table_defaults(t, o), 6);
 	if (*text)
 		printf(" (default %s)", text);
 }

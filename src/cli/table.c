@@ -164,6 +164,23 @@ int ct_table_set(const struct ct_opt *o, void *params, const char *s, struct ct_
 	return 0;
 }
 
+const void *ct_table_defaults(const struct ct_tool *t, const struct ct_opt *o)
+{
+	return o->common ? (const void *)&ct_common_defaults : t->defaults;
+}
+
+bool ct_table_has_default(const struct ct_tool *t, const struct ct_opt *o)
+{
+	const void *p = (const char *)ct_table_defaults(t, o) + o->at;
+	const double x = o->type == CT_T_INT    ? *(const int *)p
+			 : o->type == CT_T_REAL ? *(const double *)p
+						: 0;
+
+	if (o->choice)
+		return x >= 0;
+	return !isnan(x) && (o->lo >= o->hi || (x >= o->lo && x <= o->hi));
+}
+
 void ct_table_text(char *out, size_t room, const struct ct_opt *o, const void *params, int digits)
 {
 	const void *p = (const char *)params + o->at;

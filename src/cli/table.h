@@ -33,6 +33,10 @@ enum { CT_TABLE_NAME = 80 };
 void ct_table_name(char out[CT_TABLE_NAME], const struct ct_opt *o);
 /* Parse s into the field of params. CT_EUSAGE naming the option. */
 int ct_table_set(const struct ct_opt *o, void *params, const char *s, struct ct_err *e);
+/* The params that hold the default of a row, and whether it has one: no number, or one outside the
+ * range, stands for "not given". */
+const void *ct_table_defaults(const struct ct_tool *t, const struct ct_opt *o);
+bool ct_table_has_default(const struct ct_tool *t, const struct ct_opt *o);
 /* The value in params as the command line would say it, numbers with `digits` significant ones;
  * empty for a string that is not given, and for operands that repeat. Long ones are cut. */
 void ct_table_text(char *out, size_t room, const struct ct_opt *o, const void *params, int digits);
