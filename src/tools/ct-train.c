@@ -24,7 +24,6 @@ static const struct train_params defaults = {
 	.cubes = 8,
 	.cube = 96,
 	.depth = 3,
-	.components = 160,
 	.width = 512,
 	.hidden = 2,
 	.slices = 1,
@@ -102,8 +101,8 @@ static const struct ct_opt opts[] = {
 	CT_EXPERT(depth, "depth", "N", 1, 8,
 		"slices of a patch: so many as of a cell, and an even number more", SLICES),
 	CT_EXPERT(slices, "slices", "N", 1, 4, "slices of a cell", SLICES),
-	CT_EXPERT(
-		components, "components", "N", 1, 4096, "principal components of a patch", SLICES),
+	CT_EXPERT(components, "components", "N", 1, 4096,
+		"principal components of a patch (default: at most 160)", SLICES),
 	CT_EXPERT(width, "width", "N", 1, 8192, "neurons of a hidden layer", SLICES),
 	CT_EXPERT(hidden, "hidden", "N", 2, 2 + CT_SLICE_NETWORK_MORE, "hidden layers", SLICES),
 	CT_EXPERT(scales, "scales", "A,B,...", 0, 0,
@@ -239,6 +238,11 @@ static int begin_slices(struct train_subject *s, struct train_data *data,
 			.rate = isnan(p->lr) ? 1e-3 : p->lr,
 			.decay = isnan(p->decay) ? 1e-2 : p->decay,
 			.average = isnan(p->ema) ? 0.999 : p->ema}};
+	if (p->components == 0) {
+		const size_t all = ct_patch_count(&r->network.shape);
+
+		r->network.components = all < 160 ? all : 160;
+	}
 	if ((p->bytes && ct_cli_numbers("bytes", p->bytes, ':', 2, false, r->bytes, e)) ||
 		(p->window && ct_cli_range("expert window", p->window, r->examples.clip, e)))
 		return -1;
