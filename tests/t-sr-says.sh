@@ -52,6 +52,8 @@ says "48x48x48 to 96x96x96, 2 times; blur 0.8493 voxels, sinc \\(given\\); noise
 exits 0 'none' ct-sr -f -Q draft -x 2 --sigma .8493 --noise 0 loud.nii g2.nii
 says "48x48x48 to 96x96x96, .*; noise 0 HU \\(given\\); tv, [0-9]+ iterations \\(band-limited\\); data residual $number HU RMS" \
 	'and --noise 0 is none'
+exits 0 'what a rehearsal finds' ct-sr -f -v --confidence e.nii scan.nii up.nii
+has err '^ct-sr: rehearsal: what the prior adds is multiplied by 1[.]' 'of the detail' && has err '^ct-sr: rehearsal: the predicted error is multiplied by ' 'and of the error'
 exits 0 'quiet' ct-sr -q -f -x 2 scan.nii up.nii
 [ ! -s err ]; ok $? '-q says nothing'
 exits 3 'what fails' ct-sr -f -x 2 err up.nii

@@ -268,8 +268,8 @@ static int weigh(struct ct_refine *r, const struct ct_vol *in, double loss,
 			r->textured ? fmin(fmax(less, 0), 1) : fmin(fmax(less, 1), MOST_WEIGHT);
 	}
 	if (r->restore.weight != 1)
-		ct_log(env, CT_INFO, "the prior adds %.2f times what it expects",
-			r->restore.weight);
+		ct_log(env, CT_INFO, "%s: what the prior adds is multiplied by %.2f",
+			r->textured ? "texture" : "rehearsal", r->restore.weight);
 	return 0;
 }
 

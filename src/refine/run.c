@@ -224,8 +224,7 @@ static int say_error(struct ct_rehearsal *its, const struct ct_refine *r, const 
 		return -1;
 	its->error = its->error < 1 ? sqrt(its->error) : fmin(its->error, 2);
 	if (its->error != 1)
-		ct_log(env, CT_INFO,
-			"the predicted error times %.2f, as a part says that was made coarser",
+		ct_log(env, CT_INFO, "rehearsal: the predicted error is multiplied by %.2f",
 			its->error);
 	return 0;
 }
