@@ -27,6 +27,8 @@ if command -v nroff >/dev/null; then
 else
 	skip 'tables' 'no nroff'
 fi
+sed -n '/^\.Ss Metadata/,/^\.Ss States/s/^\.It //p' "$srcdir/man/ct-formats.5" | sed 's/ , /\n/g' >keys
+! sed 's/.*/"&"/' keys | while read -r k; do grep -qF "$k" "$srcdir/src/core/meta.h" || echo "$k"; done | grep .; ok $? 'the keys of ct-formats(5) are those of meta.h'
 command -v style >/dev/null || { skip 'sentences' 'no style'; done_testing; }
 for p in "$srcdir/README.md" "$srcdir/doc/guide.md" $pages; do
 	m=$(mean "$p")
