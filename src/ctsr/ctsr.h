@@ -216,7 +216,8 @@ CTSR_API int ctsr_degrade(ctsr_volume **out, const ctsr_volume *in, const ctsr_o
 
 /* Interpolation, regularised inversion, and the inversion with a learned prior on top. */
 enum ctsr_method {
-	CTSR_AUTO = 0, /* CTSR_TV; CTSR_HTV for aliased points; CTSR_BSPLINE without an operator */
+	/* CTSR_TV; CTSR_HTV for aliased points and texture; CTSR_BSPLINE without an operator */
+	CTSR_AUTO = 0,
 	CTSR_LINEAR = 1,
 	CTSR_CUBIC = 2,
 	CTSR_BSPLINE = 3,
@@ -250,7 +251,8 @@ typedef struct ctsr_superres_options {
 	/* Slice prior, safetensors; NULL (default): the one that was installed with the library. */
 	const char *prior_file;
 	double memory;    /* bytes that the call may use, input and result included. What needs more
-			   * is refined in slabs, within 0.1 HU RMS of the whole. 0 (default): all */
+			   * is refined in slabs, within 0.1 HU RMS of the whole. 0 (default): what
+			   * is free */
 	int iterations;   /* of CTSR_TV and CTSR_HTV, at most; default 300 */
 	double tolerance; /* they stop when an iteration moves less than this, HU RMS; default 0.1
 			   */
