@@ -5,8 +5,8 @@
 #
 # leaves each FILE (all HU volumes of the folder, by default) out, LEAVE of them at a time, trains a small
 # prior on the others, and prints what part of the residual's energy is left on those that were left out
-# (ct-train --validate), and of the middle of each the PSNR (dB) of the solver and what ct-upsample -m prior adds to it,
-# well sampled and nearly aliased. Examples are made once and stay in WORK.
+# (ct-train --validate), and of the middle of each the PSNR (dB) of the inversion and what ct-upsample -m prior adds to it,
+# band-limited (P1) and aliased (P3). Examples are made once and stay in WORK.
 set -e
 ct=$1 work=$2
 shift 2
