@@ -38,7 +38,7 @@ grep -qE '^ct-sr: assumed: profile [0-9.]+,[0-9.]+,[0-9.]+ mm wide [(]FWHM[)] al
 ok $? 'and how surely'
 ct-info m.nii >info; has info ' assumed  *profile ' 'which the result keeps'
 exits 0 'given' ct-sr -Q draft -x 2,2,1 --sigma .8 --decimate point --noise 4 bare.nii g.nii
-says "12x12x12 to 24x24x12, 2,2,1 times; blur 0.8,0.8,0 voxels, point \\(given\\); noise 4 HU \\(given\\); tv, [0-9]+ iterations \\(band-limited\\); data residual [1-4](\.[0-9])? HU RMS" \
+says "12x12x12 to 24x24x12, 2,2,1 times; blur 0.8,0.8,0 voxels, point \\(given\\); noise 4 HU \\(given\\); tv, [0-9]+ iterations \\(not aliased\\); data residual [1-4](\.[0-9])? HU RMS" \
 	'what was given, along each axis'
 # noise of neighbours that a Gaussian made alike
 ct-degrade -q -x 1 --noise 40 h.nii soft0.nii -f && ct-degrade -q -f -x 1 --sigma .6,.6,.6 soft0.nii soft.nii && tail -c 442368 soft.nii >soft.raw &&

@@ -374,6 +374,6 @@ const char *ct_refine_why(const struct ct_refine *r)
 	if (r->textured)
 		return "texture";
 	if (!(r->aliasing > CT_UPSAMPLE_ALIAS))
-		return "band-limited";
+		return r->is.by.decimate == CT_DECIMATE_SINC ? "band-limited" : "not aliased";
 	return r->is.by.decimate == CT_DECIMATE_POINT ? "point-sampled, aliased" : "aliased";
 }
