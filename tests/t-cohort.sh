@@ -35,6 +35,6 @@ cp truth/a.nii scans/bad.nii
 exits 0 'mended' run
 ! grep -q failed fine/cohort.csv; ok $? 'none has failed'
 mkdir one && cp scans/a.nii one
-exits 0 'with the error to expect, and a page' run SCANS=one OUT=page OPTIONS="-x 1,1,4 --prior $builddir/slices.safetensors" CONFIDENCE=yes REPORT=yes
+exits 0 'with the predicted error, and a page' run SCANS=one OUT=page OPTIONS="-x 1,1,4 --prior $builddir/slices.safetensors" CONFIDENCE=yes REPORT=yes
 [ "$(cd page && echo a.*)" = 'a.html a.log a.nii.gz a.row a.std.nii.gz' ]; ok $? 'a file each'
 done_testing

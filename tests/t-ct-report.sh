@@ -5,7 +5,7 @@ ct-phantom -q --size 64x48x40 --spacing 2 ellipsoids truth.nii && ct-degrade -q 
 	ct-upsample -q -x 2 lr.nii hr.nii || exit 99
 exits 0 'a page' ct-report -q lr.nii hr.nii plain.html
 has plain.html '<li>No prior was used' 'says that there was no prior'
-has plain.html '<li>No expected error was given' 'and no error to expect'
+has plain.html '<li>No predicted error was given' 'and no predicted error'
 has plain.html '^<p class="sub">64 × 48 × 40 voxels of 2 × 2 × 2 mm, 2 × 2 × 2 times as many as lr.nii: 32 × 24 × 20 voxels' 'the grids'
 ! grep -qE 'id="(error|truth|calibration|[a-z]*-std-[0-9]*)"' plain.html; ok $? 'nothing that was not asked for'
 ! grep -qE '(src|href)=|url\(|@import|https?:|fetch\(|XMLHttp|WebSocket' plain.html; ok $? 'nothing comes from elsewhere'
@@ -13,7 +13,7 @@ has plain.html "content=\"default-src 'none'; " 'nor could it'
 mkdir far; cp hr.nii far/hr.nii
 ct-report -q -t 3 lr.nii far/hr.nii - >again.html && cmp -s plain.html again.html; ok $? 'the same bytes, from elsewhere, with other threads'
 
-# an error to expect that is known: 7 HU, and 200 where it is bright
+# a predicted error that is known: 7 HU, and 200 where it is bright
 printf '%s\n' 'ct-a: warning: /home/Jane Doe/x y.nii: odd' 'ct-a: warning: said twice' 'ct-a: warning: said twice' \
 	'ct-b: took 3.0 s, 4.0 s of CPU time, 55 MiB' 'ct-b: kept in /home/jane/k.nii, 3 HU/mm' >log
 python_with nibabel && "$PY" - <<'END'
@@ -37,12 +37,12 @@ if [ -s std.nii ]; then
 	! grep -qi 'jane' r.html; ok $? 'and of nobody'
 	ct-metrics --ssim none --window=-1024:3071 truth.nii hr.nii | sed -n 's/^psnr \(.*\)/\1/p' | { read -r n; printf '<td>%.2f dB</td></tr>' "$n"; } >want
 	grep '"row">PSNR' r.html | grep -qF "$(cat want)"; ok $? 'PSNR of ct-metrics'
-	has r.html '"row">bone, above 200 HU</th><td>[0-9.]* %</td><td>200 HU</td><td>100.0 %</td>' 'the error to expect of bone'
+	has r.html '"row">bone, above 200 HU</th><td>[0-9.]* %</td><td>200 HU</td><td>100.0 %</td>' 'the predicted error of bone'
 	has r.html '"row">soft tissue, to 200 HU</th><td>[0-9.]* %</td><td>7 HU</td><td>0.0 %</td>' 'and of what is soft'
 	exits 3 'an error below zero' ct-report --uncertainty neg.nii lr.nii hr.nii no.html
-	has err 'neg.nii: holds -[0-9.]* HU, which no error to expect is' 'is named'
+	has err 'neg.nii: holds -[0-9.]* HU, which no predicted error is' 'is named'
 else
-	skip 'what an error to expect adds' 'no nibabel'
+	skip 'what a predicted error adds' 'no nibabel'
 fi
 name=$(printf 'b\377d\001.nii'); cp hr.nii "$name"
 ct-report -q lr.nii "$name" bytes.html && python3 -c 'open("bytes.html", encoding="utf-8").read()' 2>/dev/null
@@ -54,7 +54,7 @@ for n in 40 41; do
 	awk -v n=$n 'BEGIN {for (i = 1; i <= n; i++) print "ct-a: warning: thing " i; print "ct-a: warning: thing 1"}' >many
 	ct-report -q --log many lr.nii hr.nii many$n.html
 	[ "$(grep -c '<li>ct-a: thing ' many$n.html)" = 40 ]; ok $? "of $n warnings 40"
-	has many$n.html '<li>No expected error was given' 'and its own'
+	has many$n.html '<li>No predicted error was given' 'and its own'
 done
 ! grep -q '<li>Not all warnings' many40.html && grep -q '<li>Not all warnings' many41.html; ok $? 'if there are more it says so'
 ct-upsample -q -x 2 -m linear lr.nii linear.nii; ct-report -q lr.nii linear.nii linear.html
@@ -164,7 +164,7 @@ try:
     ok(js("return document.getElementById('probe').textContent").startswith('axial '), 'which is told the values')
     ok(js("return document.querySelector('.over').hidden"), 'nothing lies over it')
     click('[data-over="std"]')
-    ok(drawn('std$') and not js("return document.querySelector('.over').hidden || document.getElementById('scale').hidden"), 'the error to expect does, with its scale')
+    ok(drawn('std$') and not js("return document.querySelector('.over').hidden || document.getElementById('scale').hidden"), 'the predicted error does, with its scale')
     alpha = lambda: np.array(canvas('over')[2])[3::4]
     first = alpha()
     click('[data-over="error"]')

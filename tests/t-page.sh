@@ -70,10 +70,10 @@ END
 is() { "$PY" look.py "$1" "${3:-r.html}" 2>err; ok $? "$2"; sed 's/^/# /' err; } # is EXPRESSION NAME [PAGE]
 is '(lambda c, m: c == {"Residual, RMS": ["%.3f HU" % m["residual-rms-hu"]], "Residual, 95 % of voxels below": ["%.3f HU" % m["residual-p95-hu"]], "Residual, largest": ["%.3f HU" % m["residual-max-hu"]], "Voxels of the scan": ["%d" % (32 * 24 * 40)]})(card("agreement"), said("agrees"))' \
 	'how far from the scan' linear.html
-is 'card("error") == tissues() and len(tissues()) == 4' 'the error to expect and the error, by tissue'
+is 'card("error") == tissues() and len(tissues()) == 4' 'the predicted error and the error, by tissue'
 is 'card("truth") == truths()' 'before and after, against the truth'
 is 'all(near(card("calibration")[k], v) for k, v in tenths().items()) and 7 <= len(card("calibration")) <= 11' \
-	'by tenths of the error to expect'
+	'by tenths of the predicted error'
 grep -q 'aria-label="median edge of the scan"' r.html; ok $? 'the median edge of the scan is drawn'
 is 'card("scan") == {"Factor": ["2 \u00d7 2 \u00d7 1"], "Blur, standard deviation": ["%.3g \u00d7 %.3g \u00d7 %.3g voxels of the result" % tuple(map(float, said("info")["sigma"].split(",")))], "Sampling": ["sinc"], "Known from": ["the header of the scan"], "Noise": ["none known"]}' \
 	'how the scan was made'
@@ -83,12 +83,12 @@ is '(lambda l: len(l) == 2 and l[0][0, 1] > l[0][-1, 1] and l[1][0, 1] > l[1][-1
 	'which rise, after more than before'
 is '(lambda h, l: all(abs((128 + 8 - p[:, 1]) / 128 - q / max(map(np.max, h))).max() < 0.001 for p, q in zip(l, h)))([heights("cubic.nii"), heights("hr.nii")], lines("histogram"))' \
 	'the histogram'
-is '(lambda hr, std: "<li>At %.0f %% of the voxels of the body the error to expect is above 100 HU: " % (100 * (std[hr >= -950] > 100).mean()) in page and (std > 100).mean() < .5)(vol("hr.nii"), vol("std.nii"))' \
+is '(lambda hr, std: "<li>At %.0f %% of the voxels of the body the predicted error is above 100 HU: " % (100 * (std[hr >= -950] > 100).mean()) in page and (std > 100).mean() < .5)(vol("hr.nii"), vol("std.nii"))' \
 	'how much of the body is not to be trusted'
 ct-report -q noisy.nii nhr.nii noisy.html
 is 'card("scan")["Noise, standard deviation"] == ["12 HU"] and "noisy:" not in page and "Noise" not in card("scan")' 'noise, too little to warn of' noisy.html
 ct-report -q barelr.nii bare.nii bare.html
 is 'card("scan") == {"Operator": ["not known"], "Noise": ["none known"]} and card("agreement") == {} and "<li>How the scan was made is not known" in page and "2 \u00d7 2 \u00d7 1 times as many as barelr.nii" in page' \
 	'of a scan that says nothing' bare.html
-is '"No prior was used" not in page and "No expected error was given" in page' 'nor does the result' bare.html
+is '"No prior was used" not in page and "No predicted error was given" in page' 'nor does the result' bare.html
 done_testing

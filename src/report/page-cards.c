@@ -167,7 +167,7 @@ static void put_tissues(FILE *f, const struct ct_page *p)
 		return;
 	begin(f, "error", "How far it is to be trusted");
 	fprintf(f, TABLE(TH("Tissue, by the result") TH("voxels") "%s%s"),
-		p->std.name ? TH("error to expect, RMS") TH("voxels above 100 HU") : "",
+		p->std.name ? TH("predicted error, RMS") TH("voxels above 100 HU") : "",
 		p->truth.name ? TH("error, RMS") : "");
 	for (int k = 0; k < CT_PAGE_TISSUES; k++)
 		all += p->tissue[k].voxels;
@@ -186,11 +186,10 @@ static void put_tissues(FILE *f, const struct ct_page *p)
 		fprintf(f, "</tr>\n");
 	}
 	fputs(TABLE_END, f);
-	end(f, p->std.name
-			? "The error to expect is what the prior of slices, or a model of what the "
-			  "solver leaves open, says of each voxel; both were calibrated on other "
-			  "patients."
-			: NULL);
+	end(f, p->std.name ? "The prior of slices, or a model of what the inversion leaves open, "
+			     "predicts the error of each voxel. Both were calibrated on other "
+			     "patients; the scan itself may scale it."
+			   : NULL);
 }
 
 static void put_calibration(FILE *f, const struct ct_page *p)
@@ -199,8 +198,9 @@ static void put_calibration(FILE *f, const struct ct_page *p)
 
 	if (!p->std.name || !p->truth.name)
 		return;
-	begin(f, "calibration", "Is the error to expect the error?");
-	fputs(TABLE(TH("Tenth of voxels") TH("expected") TH("error") TH("within 1") TH("within 2")),
+	begin(f, "calibration", "Is the predicted error right?");
+	fputs(TABLE(TH("Tenth of voxels") TH("predicted") TH("error") TH("within 1")
+			      TH("within 2")),
 		f);
 	for (int k = 0; k <= CT_CALIBRATION_ROWS; k++) {
 		const bool last = k == CT_CALIBRATION_ROWS;
@@ -217,7 +217,7 @@ static void put_calibration(FILE *f, const struct ct_page *p)
 			name, r->expected, r->actual, 100 * r->within[0], 100 * r->within[1]);
 	}
 	fputs(TABLE_END, f);
-	end(f, "By the error to expect, the smallest first; voxels that expect the same stay together. Of "
+	end(f, "By the predicted error, the smallest first; voxels with the same stay together. Of "
 	       "normal errors 68.3 and 95.4 % are within one and two of it.");
 }
 

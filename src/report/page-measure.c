@@ -91,7 +91,7 @@ static int check_std(const struct ct_page *p, struct ct_err *e)
 			quantity);
 	for (size_t i = 0; i < n; i++)
 		if (p->std.vol.data[i] < 0)
-			return ct_fail(e, CT_EINPUT, "%s: holds %g HU, which no error to expect is",
+			return ct_fail(e, CT_EINPUT, "%s: holds %g HU, which no predicted error is",
 				p->std.name, (double)p->std.vol.data[i]);
 	return 0;
 }
@@ -228,12 +228,12 @@ static int warn_found(struct ct_page *p)
 		bad |= warn(
 			p, "No prior was used: the result shows what the scan tells, and no more.");
 	if (!p->std.name)
-		bad |= warn(p, "No expected error was given: nothing tells where the result is "
+		bad |= warn(p, "No predicted error was given: nothing tells where the result is "
 			       "to be trusted least.");
 	if ((double)poor > CT_PAGE_SHARE * (double)body)
 		bad |= warn(p,
-			"At %.0f %% of the voxels of the body the error to expect is above %g HU: see "
-			"the pictures with the expected error over them.",
+			"At %.0f %% of the voxels of the body the predicted error is above %g HU: see "
+			"the pictures with the predicted error over them.",
 			100 * (double)poor / (double)body, CT_PAGE_POOR);
 	return bad;
 }
