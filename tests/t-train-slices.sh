@@ -46,7 +46,7 @@ ct-train $small --cache as-is --validate held.nii as-is.safetensors scans 2>as-i
 [ "$(grep -l ' 1:1 ' as-is/* | wc -l)" -eq 2 ] && [ "$(find as-is -type f | wc -l)" -eq 6 ]; ok $? 'of volumes as they are'
 ct-train $small -v more.safetensors scans held.nii 2>err; has err '^ct-train: 6 examples$' 'all that fit are examples'
 
-exits 0 'a patch of fewer values than components by default' ct-train -k slices -x 2 -n 1 --expert=cubes=1,cube=24,width=24,noise=0 two.safetensors scans
+exits 0 'a patch of fewer values than components by default' ct-train -k slices -x 2 -n 1 --expert=cubes=1,cube=24,width=24,noise=0 fewer.safetensors scans
 exits 2 'no components' ct-train $small --expert components=0 no.safetensors scans; has err 'components: 0 is outside \[1, 4096\]' 'is refused'
 exits 3 'fewer slices than a cell has' ct-train $small --expert slices=2 no.safetensors scans; has err 'depth 1 and slices 2$' 'are refused'
 ! grep -q 'examples' err; ok $? 'before examples are made'
