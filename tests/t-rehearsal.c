@@ -291,6 +291,23 @@ static void twices(void)
 	ct_vol_free(&v);
 }
 
+/* Fewer slices than the factor. */
+static void few(void)
+{
+	const size_t n[3] = {SIDE, SIDE, 3};
+	struct ct_refine_rule rule = CT_REFINE_DEFAULTS;
+	struct ct_refine r;
+	struct ct_vol v;
+
+	rule.method = CT_REFINE_PRIOR;
+	rule.said.noise = 0;
+	rule.prior = &prior;
+	make(&v, &thick, n, 2);
+	OK(ct_refine_plan(&r, &rule, &v, &quiet, &err) == 0 && r.adds,
+		"three slices, refined 4 times");
+	ct_vol_free(&v);
+}
+
 int main(void)
 {
 	network(1);
@@ -301,6 +318,7 @@ int main(void)
 	tries(0);
 	fast = false;
 	weighs();
+	few();
 	scales();
 	twices();
 	ct_slice_prior_free(&prior);

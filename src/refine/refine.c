@@ -100,7 +100,7 @@ static int need_in_slabs(double *bytes, const struct ct_refine *r, const struct 
 	const double share = widest_of(r, in, m);
 	const int axis = ct_slab_axis(&r->is.by, in->n);
 	size_t n[3] = {r->n[0], r->n[1], r->n[2]};
-	struct ct_degrade own;
+	struct ct_refine own = *r; /* of a part */
 	double part;
 
 	if (m > 1)
@@ -108,8 +108,9 @@ static int need_in_slabs(double *bytes, const struct ct_refine *r, const struct 
 	if (need_of(bytes, r, n, share * (double)ct_vol_count(in), e))
 		return -1;
 	*bytes += m > 1 ? volumes_of(r, in) : 0;
-	for (int k = 0; ct_rehearsal_part(n, &own, r, in, k); k++) {
-		if (need_of(&part, r, n, voxels(n), e))
+	for (int k = 0; ct_rehearsal_part(n, &own.is.by, r, in, k); k++) {
+		own.restore.by = own.is.by;
+		if (need_of(&part, &own, n, voxels(n), e))
 			return -1;
 		*bytes = fmax(*bytes, part + 8 * voxels(n) + 4 * (double)ct_vol_count(in));
 	}
