@@ -308,6 +308,27 @@ static void few(void)
 	ct_vol_free(&v);
 }
 
+/* What the value of padding changes. */
+static void padding(void)
+{
+	const size_t n[3] = {SIDE, SIDE, 16};
+	struct ct_rehearsal t[2];
+	struct ct_refine r;
+	struct ct_vol v;
+
+	make(&v, &thick, n, 2);
+	plan(&r, &v, 0, 1, false);
+	for (int k = 0; k < 2; k++) {
+		for (size_t i = 0; i < ct_vol_count(&v); i++)
+			if (i % SIDE < SIDE / 3)
+				v.data[i] = k ? -3024 : -1024;
+		must(ct_rehearsal_run(&t[k], &r, &v, &quiet, &err));
+	}
+	NEAR(t[1].error, t[0].error, 0, "padding is not missed");
+	NEAR(t[1].weight, t[0].weight, 0, "whatever its value");
+	ct_vol_free(&v);
+}
+
 int main(void)
 {
 	network(1);
@@ -319,6 +340,7 @@ int main(void)
 	fast = false;
 	weighs();
 	few();
+	padding();
 	scales();
 	twices();
 	ct_slice_prior_free(&prior);

@@ -3,6 +3,7 @@
 #include "core/mem.h"
 #include "refine/rehearsal.h"
 #include "resolution/crop.h"
+#include "resolution/padding.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -95,7 +96,21 @@ static void add(struct sums *s, const struct ct_vol *part, const float *base, co
 	s->missed += fmax(missed - (double)n * noise * noise, NOT_NOISE * missed);
 }
 
-/* The middle n voxels, made coarser and refined again. */
+/* The middle n voxels, their padding filled as that of a scan is (run.c). */
+static int cut(struct ct_vol *part, const struct ct_vol *in, const size_t n[3], struct ct_err *e)
+{
+	struct ct_padding p = {0};
+	ptrdiff_t start[3];
+	int rc;
+
+	ct_crop_place(start, in->n, n, CT_CROP_PLACES / 2);
+	rc = ct_crop(part, in, n, start, 0, e) || ct_padding_find(&p, part->data, n, e) ||
+	     (p.is && ct_padding_fill(part->data, &p, n, e));
+	ct_padding_free(&p);
+	return rc ? -1 : 0;
+}
+
+/* A part, made coarser and refined again. */
 static int try(struct sums *s, const struct ct_refine *r, const struct ct_vol *in,
 	const size_t n[3], const struct ct_degrade *own, const struct ct_env *env, struct ct_err *e)
 {
@@ -107,7 +122,6 @@ static int try(struct sums *s, const struct ct_refine *r, const struct ct_vol *i
 	float *base = NULL, *error = NULL;
 	struct ct_upsample_report up;
 	struct ct_restore_report did;
-	ptrdiff_t start[3];
 	int rc = -1;
 
 	inversion.by = rule.by = *own;
@@ -118,8 +132,7 @@ static int try(struct sums *s, const struct ct_refine *r, const struct ct_vol *i
 		rule.axes[a] = r->restore.axes[b];
 		rule.axes[b] = r->restore.axes[a];
 	}
-	ct_crop_place(start, in->n, n, CT_CROP_PLACES / 2);
-	if (ct_crop(&part, in, n, start, 0, e) ||
+	if (cut(&part, in, n, e) ||
 		ct_degrade_volume(&coarse, &part, own, r->is.noise, env->seed, env->par, e) ||
 		ct_upsample(&made, &coarse, &inversion, &up, env, e) ||
 		ct_alloc(&base, voxels, sizeof *base, e) ||
