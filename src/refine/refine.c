@@ -244,8 +244,8 @@ static int check_start(const struct ct_refine *r, const struct ct_vol *in, struc
 #define COARSER_MORE 0.3
 #define MOST_WEIGHT 1.6
 
-/* How much of what the prior adds is right. `loss`: of total variation, dB. Where the operator was
- * estimated, the rehearsal would not see its error. */
+/* How much of what the prior adds is right. `loss`: of total variation, dB; NaN: not asked. Where
+ * the operator was estimated, the rehearsal would not see its error. */
 static int weigh(struct ct_refine *r, const struct ct_vol *in, double loss,
 	const struct ct_env *env, struct ct_err *e)
 {
@@ -255,7 +255,8 @@ static int weigh(struct ct_refine *r, const struct ct_vol *in, double loss,
 	struct ct_rehearsal its;
 	double less;
 
-	if (!r->adds || !isnan(r->rule.weight) || (!r->textured && (axes == 1 || !said)))
+	if (!r->adds || isnan(loss) || !isnan(r->rule.weight) ||
+		(!r->textured && (axes == 1 || !said)))
 		return 0;
 	if (r->textured && axes > 1 && r->is.by.decimate == CT_DECIMATE_SINC) {
 		r->restore.weight = fmin(1, TEXTURE_LOSS * most / loss);
@@ -274,15 +275,17 @@ static int weigh(struct ct_refine *r, const struct ct_vol *in, double loss,
 	return 0;
 }
 
-/* What auto takes. With noise the scan cannot be asked: TV smoothes that. */
-static int choose_method(
-	struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
+/* What auto takes, and what TV loses of the scan. With noise that cannot be asked: TV smoothes it.
+ */
+static int choose_method(struct ct_refine *r, double *loss, const struct ct_vol *in,
+	const struct ct_env *env, struct ct_err *e)
 {
 	const int method = r->rule.method;
 	struct ct_upsample_rule inversion = ct_refine_inversion(r);
 	struct ct_upsample_report choice = {.aliasing = (double)NAN};
 	double gain;
 
+	*loss = (double)NAN;
 	inversion.start = method == CT_REFINE_PRIOR ? NULL : r->rule.start;
 	if (ct_upsample_choose(&choice, &inversion, r->n, e))
 		return -1;
@@ -293,12 +296,13 @@ static int choose_method(
 		return 0;
 	if (ct_trial_gain(&gain, in, &r->is.by, env, e))
 		return -1;
+	*loss = -gain;
 	if (gain >= -CT_TRIAL_LOSS)
-		return weigh(r, in, -gain, env, e);
+		return 0;
 	ct_log(env, CT_INFO, "texture, of which total variation would lose %.2f dB: htv", -gain);
 	r->textured = true;
 	r->method = CT_UPSAMPLE_HTV;
-	return weigh(r, in, -gain, env, e);
+	return 0;
 }
 
 /* The tiles of ArSSR, and their memory. */
@@ -333,6 +337,7 @@ int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const
 	const struct ct_env *env, struct ct_err *e)
 {
 	const bool prior = rule->method == CT_REFINE_PRIOR;
+	double loss;
 
 	*r = (struct ct_refine){
 		.rule = *rule, .inverts = !prior || !rule->start, .residual = (double)NAN};
@@ -353,7 +358,8 @@ int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const
 		return plan_arssr(r, in, env, e);
 	if (prior && plan_prior(r, in, e))
 		return -1;
-	if (choose_method(r, in, env, e) || choose_slabs(r, in, e))
+	if (choose_method(r, &loss, in, env, e) || choose_slabs(r, in, e) ||
+		weigh(r, in, loss, env, e))
 		return -1;
 	if (r->slabs == 1)
 		return 0;

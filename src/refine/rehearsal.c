@@ -155,17 +155,21 @@ out:
 int ct_rehearsal_run(struct ct_rehearsal *t, const struct ct_refine *r, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_env quiet = *env;
+	struct ct_env_part part = {env, "rehearsal", 0, 0};
 	struct ct_degrade own;
 	struct sums s = {0};
+	struct ct_env quiet;
 	size_t n[3];
 
 	*t = (struct ct_rehearsal){0, 1, 1};
+	while (ct_rehearsal_part(n, &own, r, in, (int)part.m))
+		part.m++;
+	ct_env_part(&quiet, &part);
 	quiet.log = NULL; /* it is not what was asked for */
-	quiet.progress = NULL;
-	for (int k = 0; ct_rehearsal_part(n, &own, r, in, k); k++, t->parts++)
+	for (; ct_rehearsal_part(n, &own, r, in, (int)part.k); part.k++)
 		if (try(&s, r, in, n, &own, &quiet, e))
 			return -1;
+	t->parts = part.m;
 	if (s.added > 0)
 		t->weight = s.right / s.added;
 	if (s.expected > 0 && s.missed > 0)
