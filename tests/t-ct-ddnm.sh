@@ -35,6 +35,9 @@ exits 0 'a dry run tells the time' ct-ddnm --dry-run -x 4 y.exr none.exr
 { grep -q 'time' out && [ ! -e none.exr ]; }; ok $? 'and writes nothing'
 exits 4 'an existing output is kept' ct-ddnm -x 4 y.exr a.exr
 exits 5 'an init of another geometry is refused' ct-ddnm -x 4 --init y.exr y.exr n.exr
+ct-project -q --beam fan --views 4 --coarsen 4 --pixel mean up.nii fan.exr
+exits 5 'the one row of a fan becomes no finer' ct-ddnm -x 4 --sampler none fan.exr n.exr
+has err 'fan.exr: a fan has one detector row' 'and why'
 exits 2 't-start without --init' ct-ddnm -x 4 --expert t-start=9 y.exr n.exr
 exits 3 'a volume is not a stack' ct-ddnm -x 4 hr.nii n.exr
 exits 3 'a deviation is not a projection' ct-ddnm -x 4 s.exr n.exr

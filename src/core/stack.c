@@ -137,6 +137,9 @@ int ct_stack_like(struct ct_stack *dst, const struct ct_stack *src, double facto
 	if (!(h >= 1 && w >= 1) || h != floor(h) || w != floor(w))
 		return ct_fail(e, CT_EGEOM, "a detector of %zux%zu cannot be refined by %g", src->w,
 			src->h, factor);
+	if (src->beam == CT_FAN && factor != 1)
+		return ct_fail(e, CT_EGEOM,
+			"a fan has one detector row, which cannot be refined: use a cone");
 	return resized(dst, src, (size_t)h, (size_t)w, 1, 1, factor, e);
 }
 

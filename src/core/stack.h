@@ -53,7 +53,8 @@ int ct_stack_check_finite(const struct ct_stack *s, struct ct_err *e);
 /* CT_EGEOM unless sizes, beam and vectors agree (1e-3 of a pixel). */
 int ct_stack_same(const struct ct_stack *a, const struct ct_stack *b, struct ct_err *e);
 /* Geometry and metadata of src (same detector area, pixels `factor` times finer if > 1 in both
- * directions; h*factor and w*factor must be whole), data uninitialised. */
+ * directions; h*factor and w*factor must be whole), data uninitialised. CT_EGEOM, and for a factor
+ * of a fan, which has one row. */
 int ct_stack_like(
 	struct ct_stack *dst, const struct ct_stack *src, double factor, struct ct_err *e);
 /* The detector of src with pixels s times larger, but for the one row of a fan, and its metadata;

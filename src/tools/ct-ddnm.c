@@ -220,9 +220,11 @@ static int read_others(struct ddnm_job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
 
-	if (settle(j, e) || ct_stack_like(&j->out, &j->in, (double)j->s.scale, e) ||
-		(p->std && ct_stack_like(&j->std, &j->in, (double)j->s.scale, e)))
+	if (settle(j, e))
 		return -1;
+	if (ct_stack_like(&j->out, &j->in, (double)j->s.scale, e) ||
+		(p->std && ct_stack_like(&j->std, &j->in, (double)j->s.scale, e)))
+		return ct_blame(e, p->in);
 	if (!p->init)
 		return 0;
 	if (ct_stack_read(p->init, &j->init, e))
