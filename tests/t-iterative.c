@@ -280,6 +280,10 @@ static void t_refused(void)
 		must(ct_iterative_solve(x, dim, &rays, zero, &rule, &report, &env, &err));
 		OK(report.residual == 0 && maxdiff(N, x, NULL) == 0, "nothing of nothing");
 	}
+	for (size_t i = 0; i < M; i++)
+		b[i] = 5e36f;
+	refused(&(struct ct_iterative_rule){CT_CGLS, 5, 0, false, 0}, b, CT_ENUMERIC,
+		"diverged after 0");
 }
 
 int main(void)

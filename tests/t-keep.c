@@ -5,6 +5,7 @@
 #include "tap.h"
 
 #include <glob.h>
+#include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
@@ -54,6 +55,10 @@ static void volume(const struct ct_env *env)
 			!strstr(err.msg, "kept"),
 		"nor can it be kept: %s", err.msg);
 	setenv("TMPDIR", "tmp", 1);
+	v.data[59] = INFINITY;
+	OK(ct_keep_vol("there.nii", &v, &(struct ct_env){.force = true}, &err) == -1 &&
+			err.code == CT_ENUMERIC && strstr(err.msg, "voxel (2,3,4) is infinite"),
+		"what is not finite is no result: %s", err.msg);
 	unlink("there.nii");
 	ct_vol_free(&v);
 	ct_vol_free(&back);
@@ -77,6 +82,10 @@ static void stack(const struct ct_env *env)
 			memcmp(back.data, s.data, 24 * sizeof *s.data) == 0,
 		"and so a stack: %s", err.msg);
 	unlink(found.gl_pathv[0]);
+	s.data[23] = NAN;
+	OK(ct_keep_stack("o.exr", &s, env, &err) == -1 && err.code == CT_ENUMERIC &&
+			strstr(err.msg, "view 1, row 2, column 3 is NaN"),
+		"nor of a stack: %s", err.msg);
 	ct_stack_free(&s);
 	ct_stack_free(&back);
 }

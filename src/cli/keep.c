@@ -47,6 +47,8 @@ static int keep(const char *path, const struct ct_vol *v, const struct ct_stack 
 	struct ct_err why, other;
 	char *name;
 
+	if (v ? ct_vol_check_finite(v, e) : ct_stack_check_finite(s, e))
+		return ct_blame(e, "the result");
 	if (put(path, v, s, env, e) == 0)
 		return 0;
 	if (e->code != CT_EOUTPUT || strcmp(path, "-") == 0)

@@ -157,7 +157,11 @@ static int cgls(float *x, struct run *r, struct ct_err *e)
 		if (begin(r, e) || ct_linear_apply(r->a, r->q, d, r->env, e))
 			goto out;
 		curve = ct_passes_dot(r->m, r->q, r->q, par);
-		if (!(curve > 0) || !isfinite(curve))
+		if (!isfinite(curve)) {
+			diverged(r, e);
+			goto out;
+		}
+		if (!(curve > 0))
 			break;
 		ct_passes_add(r->n, x, gamma / curve, d, par);
 		ct_passes_add(r->m, r->rows, -gamma / curve, r->q, par);
