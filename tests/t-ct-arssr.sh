@@ -13,6 +13,7 @@ exits 0 'trains three steps' ct-train $small -n 3 a.safetensors scans
 ct-train -q $small -n 1 -t 3 b.safetensors scans && ct-train -q $small -n 3 -t 2 --resume b.safetensors scans
 cmp a.safetensors.state b.safetensors.state; ok $? 'stopped, resumed, other threads: the same bytes'
 ct-train -q $small -n 3 -t 1 c.safetensors scans; cmp a.safetensors.state c.safetensors.state; ok $? 'one thread: the same bytes'
+ct-train -q $small -n 3 -t 8 d.safetensors scans; cmp a.safetensors.state d.safetensors.state; ok $? 'more threads than cubes in a step: the same bytes'
 for o in '-p 7' --expert=batch=2 --expert=lr=1e-3 --expert=ema=0.1 --expert=decay=10 --expert=cosine=yes --expert=window=-900:900 '-s 7' '-a blocks=1'; do
 	ct-train -q -f $small $o -n 3 o.safetensors scans && ! cmp -s a.safetensors.state o.safetensors.state; ok $? "$o is something else"
 done

@@ -295,8 +295,7 @@ static int side_alloc(
 
 static int alloc(struct ct_arssr_train *t, struct ct_err *e)
 {
-	const size_t threads = ct_par_threads(t->env.par), batch = t->rule.batch;
-	const size_t sides = threads < batch ? threads : batch;
+	const size_t sides = ct_par_threads(t->env.par), batch = t->rule.batch;
 	size_t n, grads;
 
 	if (ct_arssr_alloc(&t->net, e))

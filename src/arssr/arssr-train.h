@@ -63,7 +63,7 @@ struct ct_arssr_train {
 	uint64_t steps; /* that are done */
 	struct ct_dnn *dnn;
 	size_t sides;
-	struct ct_arssr_train_side *side; /* [sides] */
+	struct ct_arssr_train_side *side; /* [sides], one a thread */
 	double *loss;                     /* of each cube */
 	struct ct_err *failed;
 };
