@@ -156,6 +156,7 @@ exits 5 'base projections of another scan' ct-nabgs -b up.nii --base-projections
 has err 'more.exr' 'are named'
 ct-project --beam fan --views 20 hr.nii fan.exr
 exits 5 'fan beam' ct-nabgs -b up.nii --mode full fan.exr no.ply
+has err '^ct-nabgs: fan.exr: Gaussians are projected in cone or parallel beam' 'is named'
 nan_at_end up.nii nan.nii
 exits 6 'NaN in the base' ct-nabgs -b nan.nii p.exr no.ply
 has err 'nan.nii: voxel (31,31,31) is NaN' 'with its place'

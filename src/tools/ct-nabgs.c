@@ -287,6 +287,16 @@ static int check(struct nabgs_job *j, struct ct_err *e)
 	return ct_resume_open(&j->resume, p->out, p->resume, opts, p, j->env, e);
 }
 
+/* Before the base is projected. */
+static int check_beam(const struct nabgs_job *j, struct ct_err *e)
+{
+	return j->data.in.beam != CT_FAN
+		       ? 0
+		       : ct_fail(e, CT_EGEOM,
+				 "%s: Gaussians are projected in cone or parallel beam, not fan",
+				 j->p->files.in);
+}
+
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	struct nabgs_job j = {.p = params, .env = env, .program = ct_memory_held()};
@@ -294,6 +304,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	int rc = -1;
 
 	if (check(&j, e) == 0 && ct_evidence_read(&j.data, &p->files, env, e) == 0 &&
+		check_beam(&j, e) == 0 &&
 		ct_evidence_density(&j.data, &p->files, p->mode != FULL, env, e) == 0)
 		rc = fit(&j, e);
 	ct_evidence_free(&j.data);
