@@ -584,6 +584,29 @@ static void t_finest(void)
 	ct_vol_free(&v);
 }
 
+/* Circles of a hair and of kilometres. */
+static void t_sizes(void)
+{
+	static const double times[] = {1e-6, 1e5};
+
+	for (size_t k = 0; k < sizeof times / sizeof *times; k++) {
+		struct orbit o = orbit_of(CT_CONE, 24, 360);
+		struct ct_fdk_weights w = {0};
+		struct ct_stack s;
+
+		o.radius *= times[k];
+		o.distance *= times[k];
+		o.pitch[0] *= times[k];
+		o.pitch[1] *= times[k];
+		s = stack_of(&o);
+		OK(ct_fdk_weights_alloc(&w, &s, 10 * times[k], false, &err) == 0 &&
+				fabs(w.radius / o.radius - 1) < 1e-6,
+			"a circle of %g mm", o.radius);
+		ct_fdk_weights_free(&w);
+		ct_stack_free(&s);
+	}
+}
+
 /* What it takes, and how many views go together. */
 static void t_bytes(void)
 {
@@ -621,6 +644,7 @@ int main(void)
 	t_cylinder();
 	t_seen();
 	t_finest();
+	t_sizes();
 	t_bytes();
 	t_gap(2.4, true);
 	t_gap(2.6, false);

@@ -15,12 +15,10 @@
 /* Solve the symmetric system m x = y by elimination; false if it is singular. */
 static bool solve(double m[3][3], double y[3], double x[3])
 {
-	for (int i = 0; i < 3; i++) {
-		double scale = 0;
+	const double before[3] = {m[0][0], m[1][1], m[2][2]}; /* each of its own unit */
 
-		for (int j = 0; j < 3; j++)
-			scale = fmax(scale, fabs(m[j][j]));
-		if (!(m[i][i] > 1e-12 * scale))
+	for (int i = 0; i < 3; i++) {
+		if (!(m[i][i] > 1e-12 * before[i]))
 			return false;
 		for (int r = i + 1; r < 3; r++) {
 			double f = m[r][i] / m[i][i];
