@@ -432,6 +432,8 @@ static void test_slope(void)
 	NEAR(n.sure, sqrt(20 * 20 - 4 * 4), 0.5, "all of it, but for what texture may be");
 	white(&v, 6);
 	NEAR(measure(&v).sure, sqrt(6 * 6 - 4 * 4), 0.5, "of little noise, too");
+	white(&v, 3.75);
+	OK(measure(&v).sure == 0, "of less nothing is left");
 	white(&v, 20);
 	for (size_t i = 0; i < ct_vol_count(&v); i++)
 		v.data[i] += (float)(i % 40) * 30;

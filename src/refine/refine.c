@@ -275,8 +275,10 @@ static int weigh(struct ct_refine *r, const struct ct_vol *in, double loss,
 	return 0;
 }
 
-/* What auto takes, and what TV loses of the scan. With noise that cannot be asked: TV smoothes it.
- */
+/* With more noise, HU, the scan cannot be asked what TV loses: TV smoothes the noise. */
+#define QUIET 4
+
+/* What auto takes, and what TV loses of the scan. */
 static int choose_method(struct ct_refine *r, double *loss, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e)
 {
@@ -292,7 +294,7 @@ static int choose_method(struct ct_refine *r, double *loss, const struct ct_vol 
 	r->method = choice.method;
 	r->aliasing = choice.aliasing;
 	if (!r->inverts || r->method != CT_UPSAMPLE_TV || method == CT_UPSAMPLE_TV ||
-		r->is.noise > 0)
+		r->is.noise > QUIET)
 		return 0;
 	if (ct_trial_gain(&gain, in, &r->is.by, env, e))
 		return -1;

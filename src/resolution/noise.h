@@ -14,20 +14,22 @@
  *   (noise is lower outside a body than in it). If no air is seen, nothing is sure then.
  *   Air that was clipped, a block with a voxel of -1024 HU or of the lowest value, is not looked
  *   at.
- * - 8 HU of what is shown may be texture and ringing, and fewer than 2000 blocks of tissue say
- *   nothing.
+ * - Fewer than 2000 blocks of tissue say nothing.
  *
  * Anatomy hardly varies along three axes at once. So eight parts of each block are looked at: along
- * each axis 1 -2 1 (even) or 1 0 -1 (odd). The tenth of the blocks counts of which the rest is
- * flattest; in white noise rest and parts have nothing to do with one another. Noise of neighbours
- * is alike after a soft kernel. Noise whose correlation over l voxels is rho^(l^2), which is white
- * noise under a Gaussian, shows along an axis
+ * each axis 1 -2 1 (even) or 1 0 -1 (odd). The fortieth of the blocks counts of which the rest is
+ * flattest, or 256 of them if that is more, but a tenth at most; in white noise rest and parts have
+ * nothing to do with one another. Of their level 4 HU may be texture and ringing; what is left is
+ * `sure`, and no more than blocks show. Noise of neighbours is alike after a soft kernel. Noise
+ * whose correlation over l voxels is rho^(l^2), which is white noise under a Gaussian, shows along
+ * an axis
  *
  *   even: 1 - 4/3 rho + 1/3 rho^4,   odd: 1 - rho^4
  *
  * of what white noise does. Sums of four parts have the ratio of the two, from which `alike` comes.
  * Less than 0.3 along each axis is none: anatomy shows it. The sum of all eight is the square of
- * the level times the product of even + odd. `sure` is no more than that, and than blocks show: of
+ * the level times the product of even + odd. Noise that is alike is no more than that, and than
+ * blocks show, of which 8 HU may be texture, as where a volume is too thin for parts: of
  * such noise 27 - T/27 - sum (1 - rho_a^4) T_a/9 instead of 23 parts; T is the product of 3 + 4 rho
  * + 2 rho^4 over all axes, T_a over all but a.
  *
