@@ -239,6 +239,10 @@ static void weighs(void)
 	make(&v, &thick, n, 2);
 	plan(&r, &v, 0, 1, false);
 	OK(r.adds && r.textured && r.restore.weight == 1, "a texture, and a weight that is said");
+	plan(&r, &v, 3.9, 1, false);
+	OK(r.textured, "with little noise, too");
+	plan(&r, &v, 4.1, 1, false);
+	OK(!r.textured, "with more it is not asked");
 	plan(&r, &v, 0, (double)NAN, false);
 	its = r.restore.weight;
 	r.restore.weight = 1;
