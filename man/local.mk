@@ -6,7 +6,7 @@ man/ct-%.1: man/ct-%.1.in ct-%$(EXEEXT)
 	$(AM_V_GEN)$(MKDIR_P) man && ./ct-$*$(EXEEXT) --mdoc-options > $@-opt && \
 	sed -e '/^@OPTIONS@$$/r $@-opt' -e '/^@OPTIONS@$$/d' $(srcdir)/man/ct-$*.1.in > $@-t && \
 	rm -f $@-opt && mv $@-t $@
-# What the shells offer, from the same table.
+# What the shells ask for what they offer, which is from the same table.
 bashcompdir = $(datadir)/bash-completion/completions
 zshcompdir = $(datadir)/zsh/site-functions
 fishcompdir = $(datadir)/fish/vendor_completions.d
@@ -14,13 +14,14 @@ bashcomp_DATA = $(bin_PROGRAMS:%=complete/bash/%)
 zshcomp_DATA = $(bin_PROGRAMS:%=complete/zsh/_%)
 fishcomp_DATA = $(bin_PROGRAMS:%=complete/fish/%.fish)
 CLEANFILES += $(bashcomp_DATA) $(zshcomp_DATA) $(fishcomp_DATA)
-CT_COMPLETE = $(AM_V_GEN)$(MKDIR_P) $(@D) && ./ct-$*$(EXEEXT) --complete
-complete/bash/ct-%: ct-%$(EXEEXT)
-	$(CT_COMPLETE)=bash > $@-t && mv $@-t $@
-complete/zsh/_ct-%: ct-%$(EXEEXT)
-	$(CT_COMPLETE)=zsh > $@-t && mv $@-t $@
-complete/fish/ct-%.fish: ct-%$(EXEEXT)
-	$(CT_COMPLETE)=fish > $@-t && mv $@-t $@
+EXTRA_DIST += src/cli/complete.bash src/cli/complete.zsh src/cli/complete.fish
+CT_STUB = $(AM_V_GEN)$(MKDIR_P) $(@D) && sed 's/@TOOL@/ct-$*/g' $< > $@-t && mv $@-t $@
+complete/bash/ct-%: src/cli/complete.bash
+	$(CT_STUB)
+complete/zsh/_ct-%: src/cli/complete.zsh
+	$(CT_STUB)
+complete/fish/ct-%.fish: src/cli/complete.fish
+	$(CT_STUB)
 dist_man5_MANS = man/ct-formats.5
 dist_man3_MANS = man/ctsr.3
 dist_man7_MANS = man/ct-pipeline.7 man/ct-glossary.7

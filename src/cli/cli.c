@@ -90,7 +90,7 @@ static int take_experts(struct parser *s, const char *text, struct ct_err *e)
 	return 0;
 }
 
-/* What make asks of each command, for its man page and for the shells, and what other programs do.
+/* What make asks of each command, for its man page, and what other programs do.
  * Not of an option behind that. */
 static bool parse_hidden(struct parser *s, const char *a)
 {
@@ -98,8 +98,7 @@ static bool parse_hidden(struct parser *s, const char *a)
 		const char *word;
 		int (*show)(const struct ct_tool *t, struct ct_err *e);
 	} hidden[] = {{"--mdoc-options", ct_table_show_mdoc}, {"--describe", ct_table_show_json},
-		{"--xml", ct_table_show_xml}, {"--complete=bash", ct_table_show_bash},
-		{"--complete=zsh", ct_table_show_zsh}, {"--complete=fish", ct_table_show_fish}};
+		{"--xml", ct_table_show_xml}};
 
 	for (size_t k = 0; k < sizeof hidden / sizeof *hidden; k++)
 		if (strcmp(a, hidden[k].word) == 0)
@@ -385,6 +384,10 @@ int ct_cli_main(const struct ct_tool *t, int argc, char **argv)
 	int rc;
 
 	setlocale(LC_ALL, "C");
+	if (argc > 2 && strcmp(argv[1], "--complete") == 0) {
+		ct_table_complete(t, argc - 2, argv + 2);
+		return fflush(stdout) == 0 ? 0 : CT_EOUTPUT;
+	}
 	s.params = malloc(t->size ? t->size : 1);
 	s.list = malloc(((size_t)argc + 1) * sizeof *s.list);
 	s.row = calloc(rows_of(t), sizeof *s.row);

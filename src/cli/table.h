@@ -55,9 +55,10 @@ int ct_table_show_json(const struct ct_tool *t, struct ct_err *e);
 /* --xml: the same for 3D Slicer, as the Slicer Execution Model has it: the arguments and own
  * options as a form. Of a list of files, the last of them written, the form has one IN and OUT. */
 int ct_table_show_xml(const struct ct_tool *t, struct ct_err *e);
-/* --complete: a script that lets a shell complete the command's line: complete.c. */
-int ct_table_show_bash(const struct ct_tool *t, struct ct_err *e);
-int ct_table_show_zsh(const struct ct_tool *t, struct ct_err *e);
-int ct_table_show_fish(const struct ct_tool *t, struct ct_err *e);
+/* --complete WORD...: what may stand at the cursor, in the last of n words of a line behind the
+ * command; for the scripts of shells beside complete.c. A line "words" and then each with what it
+ * is behind a tab, a long name that takes a value with a "="; or "files", "files nii|nii.gz" for
+ * those that end so, "folder"; or nothing. */
+void ct_table_complete(const struct ct_tool *t, int n, char **word);
 
 #endif
