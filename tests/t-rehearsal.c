@@ -60,6 +60,7 @@ static void plan(
 	rule.one_axis = fast;
 	rule.error = error;
 	must(ct_refine_plan(r, &rule, lo, &quiet, &err));
+	must(ct_rehearsal_weigh(r, lo, &quiet, &err));
 }
 
 static bool is_part(
@@ -255,7 +256,8 @@ static void weighs(void)
 			!stop,
 		"a bound that is too small is refused before it is rehearsed");
 	rule.memory = 0;
-	OK(ct_refine_plan(&r, &rule, &v, &env, &failed) && failed.code == CT_ESTOP && stop,
+	must(ct_refine_plan(&r, &rule, &v, &quiet, &err));
+	OK(ct_rehearsal_weigh(&r, &v, &env, &failed) && failed.code == CT_ESTOP && stop,
 		"its progress is told, and it is stopped");
 	ct_vol_free(&v);
 }

@@ -234,17 +234,18 @@ out:
 	return rc;
 }
 
-/* Voxels that are made again to tell how far the predicted error is off, a share of the result's.
- */
-static double rehearsal(const struct ct_refine *r, const struct ct_vol *in)
+/* Voxels that are made again in rehearsals, of the weight and of the predicted error: a share of
+ * the result's. */
+static double rehearsals(const struct ct_refine *r, const struct ct_vol *in)
 {
 	struct ct_degrade own;
 	double parts = 0;
 	size_t n[3];
 
-	for (int k = 0; r->rule.error && ct_rehearsal_part(n, &own, r, in, k); k++)
+	for (int k = 0; ct_rehearsal_part(n, &own, r, in, k); k++)
 		parts += (double)n[0] * (double)n[1] * (double)n[2];
-	return parts / ((double)r->n[0] * (double)r->n[1] * (double)r->n[2]);
+	return (ct_rehearsal_weighs(r) + r->rule.error) * parts /
+	       ((double)r->n[0] * (double)r->n[1] * (double)r->n[2]);
 }
 
 int ct_refine_cost(double *cpu, const struct ct_refine *r, const struct ct_vol *in,
@@ -261,6 +262,6 @@ int ct_refine_cost(double *cpu, const struct ct_refine *r, const struct ct_vol *
 		return -1;
 	if (r->adds && prior(cpu, r, in, &quiet, e))
 		return -1;
-	*cpu *= 1 + rehearsal(r, in);
+	*cpu *= 1 + rehearsals(r, in);
 	return 0;
 }

@@ -235,59 +235,18 @@ static int check_start(const struct ct_refine *r, const struct ct_vol *in, struc
 							 : 0;
 }
 
-/* Texture, band-limited along several axes: the prior is added in full where total variation loses
- * at most so many dB times the factor, and beyond that in part. Elsewhere the loss does not tell.
- * doc/results.md, "Texture". */
-#define TEXTURE_LOSS 0.05
-/* Twice: a scan twice as coarse has more to add than the scan, and no more than MOST_WEIGHT is
- * believed. doc/results.md, "What the scan itself tells". */
-#define COARSER_MORE 0.3
-#define MOST_WEIGHT 1.6
-
-/* How much of what the prior adds is right. `loss`: of total variation, dB; NaN: not asked. Where
- * the operator was estimated, the rehearsal would not see its error. */
-static int weigh(struct ct_refine *r, const struct ct_vol *in, double loss,
-	const struct ct_env *env, struct ct_err *e)
-{
-	const double *x = r->is.by.factor, most = fmax(x[0], fmax(x[1], x[2]));
-	const bool said = r->is.from == CT_BY_FILE || r->is.from == CT_BY_CALLER;
-	const int axes = (x[0] > 1) + (x[1] > 1) + (x[2] > 1);
-	struct ct_rehearsal its;
-	double less;
-
-	if (!r->adds || isnan(loss) || !isnan(r->rule.weight) ||
-		(!r->textured && (axes == 1 || !said)))
-		return 0;
-	if (r->textured && axes > 1 && r->is.by.decimate == CT_DECIMATE_SINC) {
-		r->restore.weight = fmin(1, TEXTURE_LOSS * most / loss);
-	} else {
-		if (ct_rehearsal_run(&its, r, in, env, e))
-			return -1;
-		if (its.parts == 0)
-			return 0;
-		less = its.weight - (axes > 1 ? COARSER_MORE : 0);
-		r->restore.weight =
-			r->textured ? fmin(fmax(less, 0), 1) : fmin(fmax(less, 1), MOST_WEIGHT);
-	}
-	if (r->restore.weight != 1)
-		ct_log(env, CT_INFO, "%s: what the prior adds is multiplied by %.2f",
-			r->textured ? "texture" : "rehearsal", r->restore.weight);
-	return 0;
-}
-
 /* With more noise, HU, the scan cannot be asked what TV loses: TV smoothes the noise. */
 #define QUIET 4
 
 /* What auto takes, and what TV loses of the scan. */
-static int choose_method(struct ct_refine *r, double *loss, const struct ct_vol *in,
-	const struct ct_env *env, struct ct_err *e)
+static int choose_method(
+	struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
 {
 	const int method = r->rule.method;
 	struct ct_upsample_rule inversion = ct_refine_inversion(r);
 	struct ct_upsample_report choice = {.aliasing = (double)NAN};
 	double gain;
 
-	*loss = (double)NAN;
 	inversion.start = method == CT_REFINE_PRIOR ? NULL : r->rule.start;
 	if (ct_upsample_choose(&choice, &inversion, r->n, e))
 		return -1;
@@ -298,7 +257,7 @@ static int choose_method(struct ct_refine *r, double *loss, const struct ct_vol 
 		return 0;
 	if (ct_trial_gain(&gain, in, &r->is.by, env, e))
 		return -1;
-	*loss = -gain;
+	r->loss = -gain;
 	if (gain >= -CT_TRIAL_LOSS)
 		return 0;
 	ct_log(env, CT_INFO, "texture, of which total variation would lose %.2f dB: htv", -gain);
@@ -339,10 +298,11 @@ int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const
 	const struct ct_env *env, struct ct_err *e)
 {
 	const bool prior = rule->method == CT_REFINE_PRIOR;
-	double loss;
 
-	*r = (struct ct_refine){
-		.rule = *rule, .inverts = !prior || !rule->start, .residual = (double)NAN};
+	*r = (struct ct_refine){.rule = *rule,
+		.inverts = !prior || !rule->start,
+		.loss = (double)NAN,
+		.residual = (double)NAN};
 	if (ct_operator_find(&r->is, &rule->said, iterates(rule->method), in, env, e))
 		return -1;
 	if ((prior || rule->error) && !r->is.known && !rule->said.estimate)
@@ -360,8 +320,7 @@ int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const
 		return plan_arssr(r, in, env, e);
 	if (prior && plan_prior(r, in, e))
 		return -1;
-	if (choose_method(r, &loss, in, env, e) || choose_slabs(r, in, e) ||
-		weigh(r, in, loss, env, e))
+	if (choose_method(r, in, env, e) || choose_slabs(r, in, e))
 		return -1;
 	if (r->slabs == 1)
 		return 0;

@@ -56,7 +56,8 @@ struct ct_refine {
 	enum ct_upsample method; /* of the inversion, or interpolation */
 	bool inverts;            /* not so if the prior adds to what is given */
 	double aliasing;         /* NaN if the operator is not known */
-	bool textured;           /* TV does not suit it: auto takes HTV (trial.h) */
+	double loss;             /* of TV on a part of the CT, dB (trial.h); NaN: not asked */
+	bool textured;           /* so TV does not suit it: auto takes HTV */
 	size_t n[3];             /* voxels of the result */
 	bool adds;               /* the prior does */
 	char why_not[160];       /* ... and if it was asked and does not, why */

@@ -176,3 +176,61 @@ int ct_rehearsal_run(struct ct_rehearsal *t, const struct ct_refine *r, const st
 		t->error = sqrt(s.missed / s.expected);
 	return 0;
 }
+
+/* Texture, band-limited along several axes: the prior is added in full where total variation loses
+ * at most so many dB times the factor, and beyond that in part. Elsewhere the loss does not tell.
+ * doc/results.md, "Texture". */
+#define TEXTURE_LOSS 0.05
+/* Twice: a scan twice as coarse has more to add than the scan, and no more than MOST_WEIGHT is
+ * believed. doc/results.md, "What the scan itself tells". */
+#define COARSER_MORE 0.3
+#define MOST_WEIGHT 1.6
+
+static int axes_of(const struct ct_refine *r)
+{
+	const double *x = r->is.by.factor;
+
+	return (x[0] > 1) + (x[1] > 1) + (x[2] > 1);
+}
+
+/* No weight was said, and the scan was asked what it is. */
+static bool is_open(const struct ct_refine *r)
+{
+	return r->adds && !isnan(r->loss) && isnan(r->rule.weight);
+}
+
+static bool loss_tells(const struct ct_refine *r)
+{
+	return r->textured && axes_of(r) > 1 && r->is.by.decimate == CT_DECIMATE_SINC;
+}
+
+bool ct_rehearsal_weighs(const struct ct_refine *r)
+{
+	const bool said = r->is.from == CT_BY_FILE || r->is.from == CT_BY_CALLER;
+
+	return is_open(r) && (r->textured ? !loss_tells(r) : axes_of(r) > 1 && said);
+}
+
+int ct_rehearsal_weigh(
+	struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
+{
+	const double *x = r->is.by.factor, most = fmax(x[0], fmax(x[1], x[2]));
+	struct ct_rehearsal its = {0};
+	double less;
+
+	if (!is_open(r))
+		return 0;
+	r->restore.weight = 1;
+	if (ct_rehearsal_weighs(r) && ct_rehearsal_run(&its, r, in, env, e))
+		return -1;
+	less = its.weight - (axes_of(r) > 1 ? COARSER_MORE : 0);
+	if (loss_tells(r))
+		r->restore.weight = fmin(1, TEXTURE_LOSS * most / r->loss);
+	else if (its.parts > 0)
+		r->restore.weight =
+			r->textured ? fmin(fmax(less, 0), 1) : fmin(fmax(less, 1), MOST_WEIGHT);
+	if (r->restore.weight != 1)
+		ct_log(env, CT_INFO, "%s: what the prior adds is multiplied by %.2f",
+			r->textured ? "texture" : "rehearsal", r->restore.weight);
+	return 0;
+}

@@ -36,4 +36,12 @@ struct ct_rehearsal {
 int ct_rehearsal_run(struct ct_rehearsal *t, const struct ct_refine *r, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e);
 
+/* Does it tell how much of what the prior adds is right? Not where the operator was estimated,
+ * whose error it would not see. */
+bool ct_rehearsal_weighs(const struct ct_refine *r);
+/* Then the weight of the prior becomes that, within bounds. Of a band-limited texture along several
+ * axes it depends on what TV loses. Codes of ct_refine_run. */
+int ct_rehearsal_weigh(
+	struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e);
+
 #endif

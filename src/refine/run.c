@@ -237,7 +237,7 @@ int ct_refine_run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	struct ct_padding p = {0};
 	int rc;
 
-	if (error && say_error(&its, r, in, env, e))
+	if (ct_rehearsal_weigh(r, in, env, e) || (error && say_error(&its, r, in, env, e)))
 		return -1;
 	if (inverts && !r->rule.start && ct_padding_find(&p, in->data, in->n, e))
 		return -1;
