@@ -52,7 +52,7 @@ no 2 'a.nii: --profile and --slice-thickness contradict the file, which says its
 no 2 'slice-thickness: the file of --profile says it' ct-upsample -x 1,1,5 --profile p.txt --slice-thickness 5 bare.nii
 no 2 'bare.nii: a slice thickness of 90 mm at a spacing of 5 mm is not above 0 and up to 16 times that' ct-upsample -x 1,1,5 --slice-thickness 90 bare.nii
 # files
-no 3 'none.txt: ' ct-upsample -x 1,1,5 --profile none.txt bare.nii
+no 3 'none.txt: no file, and no shape of --profile: gaussian' ct-upsample -x 1,1,5 --profile none.txt bare.nii
 printf -- '-1 1\n0 x\n1 1\n' >bad.txt
 no 3 'bad.txt: line 2: field 2, weight, is no number' ct-upsample -x 1,1,5 --profile bad.txt bare.nii
 printf -- '-1 1\n0 1\n\0001 1\n' >bad.txt

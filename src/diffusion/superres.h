@@ -5,9 +5,9 @@
  * channel. If the network does not take s h by s w, the view is continued at the bottom and the
  * right by reflection (half-sample symmetry, whole low-resolution pixels) and the result is cut.
  * The sampler (sampler.h) draws `samples` restorations with independent noise in every channel;
- * each is reduced to one channel, optionally corrected to agree with p once more, with
- * CT_MEASUREMENT_MEAN clamped to [0, 1.05], and multiplied by norm; their mean is the result. Noise
- * is a function of (seed, view, sample, move, channel, pixel) only.
+ * each is reduced to one channel, with CT_MEASUREMENT_MEAN clamped to [0, 1.05], and multiplied by
+ * norm; their mean is the result. Noise is a function of (seed, view, sample, move, channel, pixel)
+ * only.
  *
  * CT_SAMPLER_ONCE is the same with one call of a network that makes the picture of a view s times
  * finer, for the sampler; the result is not corrected.

@@ -7,6 +7,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 int said_slices(
 	struct ct_slice_profile_said *to, const char *profile, double thickness, struct ct_err *e)
@@ -24,6 +25,10 @@ int said_slices(
 		return 0;
 	if (!isnan(thickness))
 		return ct_fail(e, CT_EUSAGE, "--slice-thickness: the file of --profile says it");
+	if (access(profile, F_OK))
+		return ct_fail(e, CT_EINPUT,
+			"%s: no file, and no shape of --profile: gaussian, box, triangle, trapezoid",
+			profile);
 	if (ct_slurp(profile, &text, &n, e))
 		return -1;
 	rc = ct_slice_profile_parse(&to->samples, (const char *)text, n, e);
