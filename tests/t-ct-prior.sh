@@ -199,15 +199,15 @@ awk '$1 == "time" {s = $2; u = $3} END {exit !(s > 0 && s < 1000 && u == "s")}' 
 ct-phantom -q -s 3 --size 64x64x64 --spacing 1.5 shells own-sharp.nii && ct-degrade -q -x 1 --sigma .6,.6,.6 own-sharp.nii own.nii &&
 	ct-degrade -q -x 2 --sigma 0 --decimate mean own.nii own-lr.nii
 exits 0 'twice finer' ct-upsample -m prior -v -p "$known" own-lr.nii own-hr.nii
-has err 'the prior adds 1.60 times what it expects$' 'what it expects is too little'
+has err 'rehearsal: what the prior adds is multiplied by 1.60$' 'what it expects is too little'
 awk "BEGIN{exit !($(psnr own.nii own-hr.nii) > 39.5)}"; ok $? "so more is added ($(psnr own.nii own-hr.nii) dB)"
 tail -c 131072 own-lr.nii >own.raw && ct-convert -q --raw 32x32x32:f32:3 own.raw own-mute.nii
 exits 0 'an operator that is given' ct-upsample -m prior -v -f -p "$known" -x 2 --sigma 0 --decimate mean --noise 0 own-mute.nii x.nii
-has err 'the prior adds 1.60 times what it expects$' 'is as good'
+has err 'rehearsal: what the prior adds is multiplied by 1.60$' 'is as good'
 exits 0 'an operator that is estimated' ct-upsample -m prior -v -f -p "$known" -x 2 --estimate own-mute.nii x.nii
-! grep -q 'times what it expects' err; ok $? 'is not asked'; rm -f x.nii
+! grep -q 'rehearsal: ' err; ok $? 'is not asked'; rm -f x.nii
 exits 0 'the error of slices' ct-upsample -m prior -v -f --std thin-s.nii -p "$known" thick.nii thin-p.nii
-has err 'the predicted error times [0-9.]*, as a part says that was made coarser$' 'is scaled'
+has err 'rehearsal: the predicted error is multiplied by [0-9.]*$' 'is scaled'
 exits 0 'a draft' ct-upsample -v -f --std thin-s.nii thick.nii thin.nii
-! grep -q 'as a part says' err; ok $? 'is not'
+! grep -q 'rehearsal: ' err; ok $? 'is not'
 done_testing

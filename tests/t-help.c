@@ -31,7 +31,7 @@ static const struct ct_opt opts[] = {
 	CT_ARG_OUT(out, CT_WRITES, "OUT", CT_ENDS_IF(CT_IF(flag), CT_ENDS_VOLUME "|a", "d"),
 		"what is written", .optional = true),
 	CT_FLAG(flag, 'a', "flag", "a flag. It stands for nothing. E.g. this"),
-	CT_OPT(n, 'n', "number", "N", 1, 9,
+	CT_OPT(n, 'n', "number", "N", -9, 9,
 		"words that fill a line of the help to its last column and so does the second of them, too: it is as long as that. Yes",
 		CT_WHEN(CT_IF(flag))),
 	CT_OPT(x, 0, "real", "X", 0, 0, "one",
