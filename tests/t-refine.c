@@ -3,7 +3,7 @@
  */
 #include "config.h"
 #include "core/rng.h"
-#include "refine/refine.h"
+#include "refine/rehearsal.h"
 #include "refine/slabs.h"
 #include "refine/texture.h"
 #include "tests/tap.h"
@@ -280,6 +280,7 @@ static double share(enum ct_decimate by, double weight)
 	rule.weight = weight;
 	must(ct_refine_plan(&r, &rule, &v, &quiet, &err));
 	OK(r.adds && r.textured, "a texture, to which the prior adds");
+	must(ct_rehearsal_weigh(&r, &v, &quiet, &err));
 	ct_vol_free(&v);
 	ct_slice_prior_free(&same);
 	return r.restore.weight;
