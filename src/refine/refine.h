@@ -77,7 +77,8 @@ struct ct_refine {
  * prior knows no such CT; CT_ENOMEM if the bound is too small, in words. `in` must be finite. */
 int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e);
-/* *out (zeroed struct) gets the result, and *error (zeroed struct; NULL unless rule.error) its
+/* A rehearsal may tell first how much the prior adds (rehearsal.h). *out (zeroed struct) gets the
+ * result, and *error (zeroed struct; NULL unless rule.error) its
  * predicted error, HU. CT_ENUMERIC, CT_ENOMEM, CT_ESTOP. */
 int ct_refine_run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e);
