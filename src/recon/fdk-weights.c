@@ -225,7 +225,7 @@ static int find_steps(struct ct_fdk_weights *o, double period, struct ct_err *e)
 	rest = gaps > 1 ? (period - widest) / (double)(gaps - 1) : 0;
 	o->closed = gaps > 1 && widest <= OPEN_GAP * rest;
 	o->arc = o->closed ? period : period - widest + rest;
-	o->first = t[(wide + 1) % n].angle;
+	o->first = t[(wide + 1) % n].angle - rest / 2;
 	for (size_t k = 0; k < n; k++) {
 		size_t at = (wide + 1 + k) % n, next = (at + 1) % n;
 		double gap = t[next].angle - t[at].angle + (next <= at ? period : 0);
@@ -346,7 +346,8 @@ void ct_fdk_weights_free(struct ct_fdk_weights *o)
 	*o = (struct ct_fdk_weights){0};
 }
 
-/* beta from the first view, g the ray's angle so that (beta + pi + 2 g, -g) is the same line. */
+/* beta from where the arc begins, g the ray's angle so that (beta + pi + 2 g, -g) is the same line.
+ */
 static double parker_weight(double beta, double g, double delta)
 {
 	double s = 1;
@@ -369,9 +370,8 @@ static double share(
 	if (o->redundancy == CT_RAYS_PARKER) {
 		double beta = v->angle - o->first;
 
-		beta += beta < -1e-9 ? 2 * M_PI : 0;
-		return parker_weight(
-			beta + v->step / 2, -o->sign * atan(x / v->distance), o->delta);
+		beta += beta < 0 ? 2 * M_PI : 0;
+		return parker_weight(beta, -o->sign * atan(x / v->distance), o->delta);
 	}
 	if (o->redundancy == CT_RAYS_OFFSET) {
 		double at =
