@@ -81,6 +81,10 @@ is 'flat("e99.exr") == flat("same.exr") and rms(flat("e0.exr"), flat("same.exr")
 ct-project -q --views 2 --coarsen 4 --pixel sinc hr.nii sinc.exr
 ct-ddnm -v -n 1 --sampler ddnm sinc.exr told.exr 2>err
 has err 'operator of blur 0.6 px' 'the blur: what a coarse voxel is at the detector, of itself'
+ct-phantom -q ellipsoids --size 32x32x16 --spacing 2,2,4 slab.nii &&
+	ct-project -q -n 1 --det 32 --coarsen 4 --pixel sinc slab.nii slab.exr
+ct-ddnm -v -n 1 --sampler ddnm slab.exr told.exr -f 2>err
+has err 'operator of blur 0.8 px' 'of voxels that are no cubes: the mean along their axes'
 
 run t11.exr --expert travel=1,1; run t23.exr --expert travel=2,3; run again.exr -t 1 --expert travel=2,3
 is 'flat("t11.exr") == flat("same.exr")' '--travel 1,1 goes nowhere'

@@ -123,6 +123,37 @@ static void parker(enum ct_beam beam, double arc)
 	ct_fdk_weights_free(&o);
 }
 
+/* Views of which some stand twice count half as much each, and are weighed as before. */
+static void repeated(void)
+{
+	enum { N = 60, TWICE = 20, W = 41, H = 3 };
+	struct ct_geometry scan = circle(CT_CONE, N, 230);
+	struct ct_fdk_weights once = {0}, more = {0};
+	struct ct_stack s = {0}, all = {0};
+	float a[H * W], b[H * W];
+	double worst = 0;
+
+	must(ct_geometry_fill(&s, &scan, &err));
+	must(ct_stack_alloc(&all, N + TWICE, H, W, &err));
+	all.beam = s.beam;
+	for (size_t k = 0; k < N + TWICE; k++)
+		all.view[k] = s.view[k < N ? k : k - TWICE];
+	must(ct_fdk_weights_alloc(&once, &s, 40, true, &err) ||
+		ct_fdk_weights_alloc(&more, &all, 40, true, &err));
+	for (size_t k = 0; k < N; k++) {
+		ct_fdk_weights_of(&once, k, true, a);
+		ct_fdk_weights_of(&more, k, true, b);
+		for (size_t i = 0; i < H * W; i++)
+			worst = fmax(worst, fabs((double)a[i] / once.view[k].step -
+						    (double)b[i] / more.view[k].step));
+	}
+	OK(worst < 1e-6, "Parker's weights of a view are those of its angle (%.2g)", worst);
+	ct_fdk_weights_free(&once);
+	ct_fdk_weights_free(&more);
+	ct_stack_free(&s);
+	ct_stack_free(&all);
+}
+
 /* Without Parker each ray counts the same, all views pi together. */
 static void even(enum ct_beam beam, double arc, bool closed)
 {
@@ -144,9 +175,9 @@ static void even(enum ct_beam beam, double arc, bool closed)
 }
 
 /* A detector to one side: where both sides see, they count 1 together, else 1. */
-static void offset(double mm)
+static void offset(double mm, double arc)
 {
-	struct ct_geometry scan = circle(CT_FAN, 90, 360);
+	struct ct_geometry scan = circle(CT_FAN, (size_t)arc / 2, arc);
 	struct ct_fdk_weights o;
 	double *share, worst = 0;
 	size_t both = 0, alone = 0;
@@ -166,7 +197,8 @@ static void offset(double mm)
 		}
 	}
 	OK(o.redundancy == CT_RAYS_OFFSET && both > 3 && alone > 3,
-		"a detector off by %g mm: %zu columns see twice, %zu once", mm, both, alone);
+		"a detector off by %g mm over %g degrees: %zu columns see twice, %zu once", mm, arc,
+		both, alone);
 	NEAR(worst, 0, 1e-5, "1 together");
 	OK(mm > 0 ? share[1] < share[8] : share[39] < share[32], "less at the near edge");
 	free(share);
@@ -404,11 +436,13 @@ int main(void)
 {
 	parker(CT_CONE, 230);
 	parker(CT_FAN, -215);
+	repeated();
 	even(CT_CONE, 360, true);
 	even(CT_CONE, 240, false);
 	even(CT_FAN, 300, false);
-	offset(60);
-	offset(-45);
+	offset(60, 360);
+	offset(-45, 360);
+	offset(60, 354); /* a gap of 8 degrees */
 	cutoffs();
 	fronts();
 	lines(CT_PARALLEL, 0.93e-5, 4, 3, true); /* 1e-4 pixels of 3 mm over 32 mm */

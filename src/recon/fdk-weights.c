@@ -8,9 +8,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define OFF_CIRCLE 0.005 /* of the radius */
-#define OFF_ANGLE 0.01   /* rad */
-#define OPEN_GAP 2.5     /* times the mean gap */
+#define OFF_CIRCLE 0.005     /* of the radius */
+#define OFF_ANGLE 0.01       /* rad */
+#define OPEN_GAP 2.5         /* times the mean gap */
+#define LOST_GAP (M_PI / 18) /* of views lost from the full turn of a detector off centre */
 
 /* Solve the symmetric system m x = y by elimination; false if it is singular. */
 static bool solve(double m[3][3], double y[3], double x[3])
@@ -199,9 +200,9 @@ static int by_angle(const void *a, const void *b)
 				    : (x->view > y->view) - (x->view < y->view);
 }
 
-/* Arcs that the views count for, on a circle of `period`; the widest gap tells whether it is open.
- */
-static int find_steps(struct ct_fdk_weights *o, double period, struct ct_err *e)
+/* Arcs that the views count for, on a circle of `period`; the widest gap tells whether it is open:
+ * one of `lost` does not make it so. */
+static int find_steps(struct ct_fdk_weights *o, double period, double lost, struct ct_err *e)
 {
 	struct turn *t;
 	size_t n = o->views, wide = 0, gaps = 0;
@@ -209,8 +210,10 @@ static int find_steps(struct ct_fdk_weights *o, double period, struct ct_err *e)
 
 	if (ct_alloc(&t, n, sizeof *t, e))
 		return -1;
-	for (size_t k = 0; k < n; k++)
+	for (size_t k = 0; k < n; k++) {
 		t[k] = (struct turn){fmod(o->view[k].angle, period), k};
+		o->view[k].step = 0;
+	}
 	qsort(t, n, sizeof *t, by_angle);
 	for (size_t k = 0; k < n; k++) { /* t[k] to the next */
 		double gap =
@@ -223,9 +226,9 @@ static int find_steps(struct ct_fdk_weights *o, double period, struct ct_err *e)
 		}
 	}
 	rest = gaps > 1 ? (period - widest) / (double)(gaps - 1) : 0;
-	o->closed = gaps > 1 && widest <= OPEN_GAP * rest;
+	o->closed = gaps > 1 && widest <= fmax(OPEN_GAP * rest, lost);
 	o->arc = o->closed ? period : period - widest + rest;
-	o->first = t[(wide + 1) % n].angle;
+	o->first = t[(wide + 1) % n].angle - rest / 2;
 	for (size_t k = 0; k < n; k++) {
 		size_t at = (wide + 1 + k) % n, next = (at + 1) % n;
 		double gap = t[next].angle - t[at].angle + (next <= at ? period : 0);
@@ -297,24 +300,23 @@ static void use_offset(struct ct_fdk_weights *o, double radius)
 
 static int weigh(struct ct_fdk_weights *o, double radius, bool parker, struct ct_err *e)
 {
-	if (find_steps(o, 2 * M_PI, e))
+	const bool parallel = o->beam == CT_PARALLEL;
+
+	if (find_steps(o, 2 * M_PI, LOST_GAP, e))
 		return -1;
 	if (o->closed)
 		use_offset(o, radius);
-	if (o->beam == CT_PARALLEL && o->redundancy == CT_RAYS_EVEN) {
-		for (size_t k = 0; k < o->views; k++)
-			o->view[k].step = 0;
-		if (find_steps(o, M_PI, e))
-			return -1;
-		if (!o->closed)
-			return ct_fail(e, CT_EGEOM,
-				"the views span %.4g degrees of the 180 that this method needs; "
-				"the iterative ones take any",
-				o->arc * 180 / M_PI);
+	if (o->redundancy == CT_RAYS_OFFSET)
 		return 0;
-	}
+	if (find_steps(o, parallel ? M_PI : 2 * M_PI, 0, e))
+		return -1;
 	if (o->closed)
 		return 0;
+	if (parallel)
+		return ct_fail(e, CT_EGEOM,
+			"the views span %.4g degrees of the 180 that this method needs; the "
+			"iterative ones take any",
+			o->arc * 180 / M_PI);
 	if (o->arc < M_PI - o->arc / (double)o->views)
 		return ct_fail(e, CT_EGEOM,
 			"the views span %.4g degrees, and this method needs 180 and the fan; the "
@@ -346,7 +348,8 @@ void ct_fdk_weights_free(struct ct_fdk_weights *o)
 	*o = (struct ct_fdk_weights){0};
 }
 
-/* beta from the first view, g the ray's angle so that (beta + pi + 2 g, -g) is the same line. */
+/* beta from where the arc begins, g the ray's angle so that (beta + pi + 2 g, -g) is the same line.
+ */
 static double parker_weight(double beta, double g, double delta)
 {
 	double s = 1;
@@ -369,9 +372,8 @@ static double share(
 	if (o->redundancy == CT_RAYS_PARKER) {
 		double beta = v->angle - o->first;
 
-		beta += beta < -1e-9 ? 2 * M_PI : 0;
-		return parker_weight(
-			beta + v->step / 2, -o->sign * atan(x / v->distance), o->delta);
+		beta += beta < 0 ? 2 * M_PI : 0;
+		return parker_weight(beta, -o->sign * atan(x / v->distance), o->delta);
 	}
 	if (o->redundancy == CT_RAYS_OFFSET) {
 		double at =

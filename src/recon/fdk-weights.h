@@ -45,7 +45,7 @@ struct ct_fdk_weights {
 	double arc;       /* that the views span, rad; closed: 2 pi (parallel: pi) */
 	bool closed;
 	enum ct_redundancy redundancy;
-	double first;    /* open: angle of the first view, rad */
+	double first;    /* open: angle where the arc begins, rad */
 	double delta;    /* Parker: half the fan that the arc makes short, rad */
 	double overlap;  /* offset: half of what both sides see, mm on the detector; */
 	size_t widen[2]; /* columns of zeros before and after the row that make it even: what the

@@ -22,7 +22,7 @@ int ddnm_input_blur(double *sigma, const struct ct_stack *in, size_t scale, stru
 	const struct ct_view *w = &in->view[0];
 	const struct ct_meta *m = &in->meta;
 	const char *up = ct_meta_get(m, CT_META_UPSAMPLE);
-	double voxels[3] = {(double)scale / 4, 0, 0}, dso = 1, dsd = 1, a[12], mm, pitch;
+	double voxels[3] = {(double)scale / 4, 0, 0}, dso = 1, dsd = 1, a[12], mm = 0, pitch;
 
 	*sigma = 0;
 	if (up && ct_words_find(CT_WORDS(CT_UPSAMPLE_LIST), up) >= CT_UPSAMPLE_DC)
@@ -38,10 +38,10 @@ int ddnm_input_blur(double *sigma, const struct ct_stack *in, size_t scale, stru
 	case 1: return 0;
 	default: return -1;
 	}
-	mm = hypot(hypot(a[0], a[4]), a[8]);
+	for (int c = 0; c < 3; c++)
+		mm += voxels[c] * hypot(hypot(a[c], a[c + 4]), a[c + 8]) / 3;
 	pitch = hypot(hypot(w->u[0], w->u[1]), w->u[2]) / (double)scale;
-	*sigma = 0.8 * (voxels[0] + voxels[1] + voxels[2]) / 3 * mm *
-		 (in->beam == CT_PARALLEL ? 1 : dsd / dso) / pitch;
+	*sigma = 0.8 * mm * (in->beam == CT_PARALLEL ? 1 : dsd / dso) / pitch;
 	return 0;
 }
 
