@@ -141,17 +141,6 @@ static int check(const struct sr *p, struct ct_err *e)
 	return dicom_check_name(p->out, p->in, e);
 }
 
-/* Of files, from the object of a sidecar, or NULL. */
-static void forget_names(json_t *about)
-{
-	json_t *slice;
-	size_t i;
-
-	json_object_del(about, "SourceFile");
-	json_array_foreach (json_object_get(about, "SourceSlices"), i, slice)
-		json_object_del(slice, "File");
-}
-
 static int read_in(struct files *f, const struct ct_env *env, struct ct_err *e)
 {
 	const struct sr *p = f->p;
@@ -167,7 +156,7 @@ static int read_in(struct files *f, const struct ct_env *env, struct ct_err *e)
 		return -1;
 	if (p->deid) { /* which name files, too */
 		ct_meta_drop(&f->in.meta, CT_META_HISTORY);
-		forget_names(f->about);
+		sidecar_forget_files(f->about);
 	}
 	if (ct_vol_check_finite(&f->in, e))
 		return ct_blame(e, p->in);
