@@ -175,9 +175,10 @@ ct-sr -q -Q draft -x 2 --deid --report names.html Secret_Patricia/ Patricia/; ! 
 ct-convert -q Secret_Patricia past.nii; ct-sr -qf -Q draft -x 2 --deid --report names.html past.nii Patricia/; ! grep -q Patricia names.html && grep -q 'times as many as IN:' names.html; ok $? 'nor that of what IN was made of'
 mkdir gap; "$PY" -c 'import glob, pydicom
 for k, f in enumerate(sorted(glob.glob("template/*"))): d = pydicom.dcmread(f); d.InstanceNumber = k + 1 + 2 * (k > 2); d.SliceThickness = 2; d.save_as("gap/Patricia%d.dcm" % k)'
-exits 0 'numbers that are left out' ct-sr -f -Q draft -x 2 --deid --report names.html --confidence names.nii gap Patricia.dcm
+uid=$("$PY" -c 'import pydicom; print(pydicom.dcmread("gap/Patricia0.dcm").SeriesInstanceUID)')
+exits 0 'numbers that are left out' ct-sr -f -Q draft -x 2 --deid --series "$uid" --report names.html --confidence names.nii gap Patricia.dcm
 has err 'InstanceNumber .*: slices may be missing' 'is a warning'; has names.html 'slices may be missing' 'and in the report'
-! grep -q Patricia names.html names.nii; ok $? 'without the name of the slice'
+! grep -q "Patricia\|$uid" names.html names.nii; ok $? 'without the name of the slice, and the UID of the series is nowhere'
 ct-phantom -q --size 12x12x12 sphere Patricia.nii; echo '{"SliceThickness": -3}' >Patricia.json
 exits 0 'NIfTI' ct-sr -f -Q draft -x 2 --deid --report names.html Patricia.nii Patricia.dcm; has names.html 'the JSON beside IN' 'and what lies beside it'; ! grep -q Patricia names.html; ok $? 'nor the names of NIfTI, of JSON beside it and of OUT'
 exits 2 'a report of projections' ct-sr -x 2 --paper --deid --report n.html Secret_Patricia no/; has err '^ct-sr: --deid: .*: not with --report' 'would tell'
