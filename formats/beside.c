@@ -140,7 +140,8 @@ int ct_beside_read(struct ct_vol *v, const char *path, const struct ct_env *env,
 	if (rc == 0)
 		ct_log(env, CT_INFO, "%s: says the scanner", name);
 	if (rc < 0 && e->code == CT_EINPUT) {
-		ct_log(env, CT_WARN, "%s: nothing of it is used", e->msg);
+		ct_log(env, CT_WARN, "%s: nothing of it is used",
+			env->deid ? "the JSON beside IN" : e->msg);
 		*e = (struct ct_err){0};
 		rc = 0;
 	}

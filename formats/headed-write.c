@@ -5,6 +5,7 @@
 #include "formats/headed.h"
 #include "formats/source.h"
 
+#include <ctype.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -36,10 +37,15 @@ static void put_numbers(FILE *f, const char *between, const double *x, size_t n)
 		put_number(f, i ? between : "", x[i]);
 }
 
-/* One that the header keeps as it is: no control character but new lines. */
+/* One that the header keeps as it is: no control character but new lines. A key, which may come
+ * from any file, is one word in which nothing parts key and value. */
 static void put_pair(FILE *f, const char *before, const struct ct_pair *p, const char *between)
 {
-	fprintf(f, "%s%s%s", before, p->key, between);
+	fputs(before, f);
+	for (const char *s = p->key; *s; s++)
+		fprintf(f, isgraph((unsigned char)*s) && !strchr("=:\\", *s) ? "%c" : "\\x%02x",
+			(unsigned char)*s);
+	fputs(between, f);
 	for (const char *s = p->value; *s; s++)
 		if (*s == '\n' || *s == '\\')
 			fputs(*s == '\n' ? "\\n" : "\\\\", f);

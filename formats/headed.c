@@ -97,6 +97,7 @@ int ct_headed_set(struct ct_headed *h, const char *ours, char *key, char *value,
 				key, before, value);
 		return ct_meta_set(&h->field, key, value, e);
 	}
+	ct_text_unescape(key);
 	ct_text_unescape(value);
 	return ct_meta_set(m, key + n, value, e);
 }

@@ -67,6 +67,9 @@ ct-convert -q --iso 5 q.nii i.nii && ct-info i.nii >info
 has info '^centre-mm  *0 0 0$' 'about the same centre'
 ct-phantom -q --size 8x8x8 --spacing 4 ellipsoids p4.nii; ct-convert -q --iso 4 p4.nii same.nii
 [ "$(tail -c 2048 p4.nii | cksum)" = "$(tail -c 2048 same.nii | cksum)" ]; ok $? '--iso of the same size changes nothing'
+head -c 64 /dev/zero | tr '\0' '2' >grey.raw
+exits 0 'a cube of grey values' ct-convert --units other --raw 4x4x4:u8:1,1,1 --cube 6 grey.raw grey.nii
+ct-info grey.nii >info; has info '^min  *0$' 'is padded with 0, not with air'
 exits 2 'too many voxels' ct-convert --iso 0.0001 --cube 8 q.nii d.nii; has err 'iso 0.0001 makes .* voxels along an axis' 'says so'
 if command -v nifti_tool >/dev/null 2>&1; then
 	nifti_tool -check_hdr -infiles a.nii >check 2>&1; grep -q 'IS GOOD' check; ok $? 'nifti_tool: header'

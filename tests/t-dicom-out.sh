@@ -173,6 +173,14 @@ ct-convert -q --deid Secret_Patricia names/ && ct-convert -q --deid --template S
 py removed names && py removed names.dcm; ok $? 'nor do names of files get in'
 ct-sr -q -Q draft -x 2 --deid --report names.html Secret_Patricia/ Patricia/; ! grep -q Patricia names.html && grep -q 'times as many as IN:' names.html; ok $? 'nor into the report'
 ct-convert -q Secret_Patricia past.nii; ct-sr -qf -Q draft -x 2 --deid --report names.html past.nii Patricia/; ! grep -q Patricia names.html && grep -q 'times as many as IN:' names.html; ok $? 'nor that of what IN was made of'
+mkdir gap; "$PY" -c 'import glob, pydicom
+for k, f in enumerate(sorted(glob.glob("template/*"))): d = pydicom.dcmread(f); d.InstanceNumber = k + 1 + 2 * (k > 2); d.SliceThickness = 2; d.save_as("gap/Patricia%d.dcm" % k)'
+uid=$("$PY" -c 'import pydicom; print(pydicom.dcmread("gap/Patricia0.dcm").SeriesInstanceUID)')
+exits 0 'numbers that are left out' ct-sr -f -Q draft -x 2 --deid --series "$uid" --report names.html --confidence names.nii gap Patricia.dcm
+has err 'InstanceNumber .*: slices may be missing' 'is a warning'; has names.html 'slices may be missing' 'and in the report'
+! grep -q "Patricia\|$uid" names.html names.nii; ok $? 'without the name of the slice, and the UID of the series is nowhere'
+ct-phantom -q --size 12x12x12 sphere Patricia.nii; echo '{"SliceThickness": -3}' >Patricia.json
+exits 0 'NIfTI' ct-sr -f -Q draft -x 2 --deid --report names.html Patricia.nii Patricia.dcm; has names.html 'the JSON beside IN' 'and what lies beside it'; ! grep -q Patricia names.html; ok $? 'nor the names of NIfTI, of JSON beside it and of OUT'
 exits 2 'a report of projections' ct-sr -x 2 --paper --deid --report n.html Secret_Patricia no/; has err '^ct-sr: --deid: .*: not with --report' 'would tell'
 ct-sr -q -Q draft -x 2 --report names.html -f Secret_Patricia/ Patricia/; grep -q 'times as many as Secret_Patricia:' names.html && grep -q '<title>Patricia: report' names.html; ok $? 'which names the folders otherwise'
 tag() { dcmdump +P "$1" "$2" | sed -n 's/.*\[\(.*\)\].*/\1/p' | sort -u; }

@@ -419,6 +419,7 @@ static void test_write(void)
 {
 	static const char *const name[] = {"w.mha", "w.mhd", "w.nrrd", "w.nhdr"},
 				 *const beside[] = {NULL, "w.raw", NULL, "w.raw"};
+	static const char odd[] = "x\nOffset = \\n:=#\xc3\xa9"; /* a key of another's file */
 	struct ct_vol a = {0};
 
 	if (ct_vol_alloc(&a, (const size_t[]){5, 4, 3}, &e))
@@ -436,6 +437,7 @@ static void test_write(void)
 			for (size_t i = 0; i < 60; i++)
 				a.data[i] = (float)i * 17 - 500 + (half ? .25f : 0);
 			ct_meta_set(&a.meta, "history", "one\ntwo \\n: = three:=", &e);
+			ct_meta_set(&a.meta, odd, "9 9 9", &e);
 			unlink("w.raw");
 			e = (struct ct_err){0};
 			OK(ct_headed_write(name[k / 2], &a, CT_NIFTI_AUTO, k & 1, &force, &e) ==
@@ -448,7 +450,9 @@ static void test_write(void)
 					far = fmax(far, fabs(a.affine[r][c] - b.affine[r][c]));
 			OK(far < 1e-15 && b.data &&
 					strcmp(ct_meta_get(&b.meta, "history"),
-						"one\ntwo \\n: = three:=") == 0,
+						"one\ntwo \\n: = three:=") == 0 &&
+					ct_meta_get(&b.meta, odd) &&
+					strcmp(ct_meta_get(&b.meta, odd), "9 9 9") == 0,
 				"with its place and metadata: %g", far);
 			OK(ct_headed_beside(&data, name[k / 2], false, &e) == 0 &&
 					(data ? beside[k / 2] && strcmp(data, beside[k / 2]) == 0

@@ -108,6 +108,18 @@ fi
 exits 0 'files' ct-convert ok/*.dcm files.nii; py check files.nii; ok $? 'are taken as they are'
 exits 0 'some of them' ct-convert ok/0[0-4].dcm some.nii; py check some.nii 5; ok $? 'and no others'
 exits 0 'one of a series' ct-convert ok/03.dcm one.nii; py check one.nii; ok $? 'stands for it'
+cp -r ok beside; for f in other/*; do cp "$f" "beside/x-${f#other/}"; done
+hash_of() { ct-info "$1" | grep '^hash'; }
+ct-convert -q other other.nii
+exits 0 'one of another series' ct-convert beside//x-01.dcm slashes.nii
+[ "$(hash_of slashes.nii)" = "$(hash_of other.nii)" ]; ok $? 'stands for that, whatever the slashes before it'
+cp report/* beside; cp more/broken-other.dcm beside
+for f in "$(basename report/*)" broken-other.dcm; do
+	rm -f beside/x-*
+	exits 3 "$f, beside a series" ct-convert "beside/$f" nothing.nii; has err "beside/$f: " 'does not stand for that'
+	[ ! -e nothing.nii ]; ok $? 'nothing is written'
+done
+exits 3 'one that is damaged' ct-convert bad-pixels/05.dcm d.nii; has err 'truncated.*skip-damaged' 'stands for its own series'
 exits 3 'one that is not there' ct-convert ok/01.dcm none.dcm d.nii; has err 'none.dcm: No such file' 'is named'
 exits 2 'files of other formats' ct-convert ok.nii more.nii d.nii; has err 'several files are taken if they are DICOM' 'are not joined'
 exits 2 'no OUT' ct-convert ok; has err 'missing OUT' 'says so'

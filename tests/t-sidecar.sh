@@ -59,6 +59,9 @@ exits 0 'without a name' ct-sr -q -Q draft -x 1,1,2 --deid --sidecar hidden.json
 ! grep -q SourceFile hidden.json; ok $? 'of a file'
 exits 0 'nor of slices' ct-sr -q -Q draft -x 1,1,2 --deid --sidecar bare.json even bare/
 grep -q '"Position"' bare.json && ! grep -q '"File"' bare.json; ok $? 'which are told, unnamed'
+exits 0 'of ct-convert' ct-convert -q --deid --sidecar own.json even own/
+exits 0 'nor' ct-convert -q --deid --template even --sidecar file.json even.nii file/
+! grep -E 'SourceFile|"File"' own.json file.json; ok $? 'which names none either'
 for f in even uneven named thin hidden bare; do
 	! grep -iE 'doering|jane|secret77|1960|2020|acc1|hosp|"op"|"s1"|ref"|1\.2\.[0-9]|synthetic' "$f.json"
 	ok $? "$f: nothing of the patient"

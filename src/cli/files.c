@@ -113,6 +113,14 @@ const char *ct_files_hidden(const struct ct_opt *opts, const void *params, const
 	for (struct walk w = begin(opts, params); step(&w);)
 		if (strcmp(w.path, word) == 0)
 			return w.output ? "OUT" : "IN";
+	for (const struct ct_opt *o = opts; o->type != CT_T_END; o++) {
+		const char *uid = o->name && strcmp(o->name, "series") == 0
+					  ? *(const char *const *)field(o, params)
+					  : NULL;
+
+		if (uid && strchr(uid, '.') && strcmp(uid, word) == 0)
+			return "UID";
+	}
 	return NULL;
 }
 

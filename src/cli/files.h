@@ -18,7 +18,7 @@ int ct_files_apart(
 /* Is standard output one of the files that are written? */
 bool ct_files_write_stdout(const struct ct_opt *opts, const void *params);
 /* "IN" or "OUT" for a word that names a file of a run with --deid, whose name may be a patient's;
- * else NULL. */
+ * "UID" for that of --series; else NULL. */
 const char *ct_files_hidden(const struct ct_opt *opts, const void *params, const char *word);
 /* Does the name of an output mean DICOM: a folder, or does it end in .dcm? */
 bool ct_files_is_dicom(const char *path);

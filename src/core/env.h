@@ -23,7 +23,8 @@ struct ct_env {
 	struct ct_out_set *together; /* outputs that are there when all are whole; or NULL */
 	int units; /* enum ct_units: what the user says of the volumes that are read */
 	bool json, dry_run;
-	const char *tool;                  /* name for messages */
+	bool deid;        /* warnings name no file beside those of the command line: see --deid */
+	const char *tool; /* name for messages */
 	const char *history;               /* tool, version and arguments, for provenance */
 	const struct ct_given *given;      /* the options of the command line */
 	const volatile sig_atomic_t *stop; /* non-zero: stop soon, state saved; may be NULL */

@@ -70,21 +70,49 @@ static int nothing(const struct ct_census *c, const char *path, struct ct_err *e
 		e, CT_EINPUT, "%s: no DICOM pictures among %zu files; %s", path, c->files, text);
 }
 
-int series_choose(
-	const struct series_set *set, const struct ct_dicom_in *in, size_t *pick, struct ct_err *e)
+/* The series of a file that is named: 0; 1 if that is a directory of files, which has no series.
+ * What is damaged is of the series that its header names; nothing else stands for the others of its
+ * folder, which may be of another patient. */
+static int choose_member(
+	const struct series_set *set, const char *member, size_t *pick, struct ct_err *e)
 {
 	const struct ct_slice *s = set->census.slice;
+	const struct ct_file *f = set->census.file, *end = f + set->census.files;
+	char text[sizeof e->msg];
+	struct ct_err why;
 
-	if (set->n == 0)
-		return nothing(&set->census, in->paths[0], e);
-	for (size_t k = 0; k < set->n && in->member; k++)
+	for (size_t k = 0; k < set->n; k++)
 		for (size_t i = 0; i < set->list[k].count; i++)
-			if (strcmp(s[set->list[k].first + i].path, in->member) == 0) {
+			if (strcmp(s[set->list[k].first + i].path, member) == 0) {
 				*pick = k;
 				return 0;
 			}
-	return ct_series_pick(set->list, set->n, s, in->series, pick, e) ? ct_blame(e, in->paths[0])
-									 : 0;
+	while (f < end && strcmp(f->path, member) != 0)
+		f++;
+	if (f == end)
+		return ct_fail(e, CT_EINPUT, "%s: is not found in its folder", member);
+	if (f->state == CT_FILE_BARE && !f->series[0])
+		return 1;
+	if (f->state == CT_FILE_DAMAGED && f->series[0] &&
+		ct_series_pick(set->list, set->n, s, f->series, pick, &why) == 0)
+		return 0;
+	say_file(text, sizeof text, f);
+	return ct_fail(e, CT_EINPUT, "%s", text);
+}
+
+int series_choose(
+	const struct series_set *set, const struct ct_dicom_in *in, size_t *pick, struct ct_err *e)
+{
+	int rc;
+
+	if (set->n == 0)
+		return nothing(&set->census, in->paths[0], e);
+	rc = in->member ? choose_member(set, in->member, pick, e) : 1;
+	if (rc <= 0)
+		return rc;
+	return ct_series_pick(set->list, set->n, set->census.slice, in->series, pick, e)
+		       ? ct_blame(e, in->paths[0])
+		       : 0;
 }
 
 enum {

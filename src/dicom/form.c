@@ -72,6 +72,7 @@ int dicom_from(struct dicom_from *f, const struct ct_dicom_in *in, struct ct_err
 {
 	const char *path = in->paths[0], *slash = strrchr(path, '/');
 	const enum dicom_form form = dicom_form_of(path);
+	size_t n;
 
 	*f = (struct dicom_from){.in = *in};
 	f->in.name = path;
@@ -79,8 +80,12 @@ int dicom_from(struct dicom_from *f, const struct ct_dicom_in *in, struct ct_err
 		return ct_fail(e, CT_EINPUT, "%s: is not DICOM", path);
 	if (form != FILE_OF_SERIES || in->n > 1)
 		return 0;
-	f->folder = slash ? strndup(path, slash == path ? 1 : (size_t)(slash - path)) : strdup(".");
-	if (!f->folder || asprintf(&f->member, "%s%s%s", f->folder, slash == path ? "" : "/",
+	/* as the scan of the folder puts names together, however many slashes part the two */
+	n = slash ? (size_t)(slash - path) : 0;
+	while (n > 0 && path[n - 1] == '/')
+		n--;
+	f->folder = slash ? strndup(path, n ? n : 1) : strdup(".");
+	if (!f->folder || asprintf(&f->member, "%s%s%s", f->folder, slash && n == 0 ? "" : "/",
 				  slash ? slash + 1 : path) < 0) {
 		f->member = NULL;
 		dicom_from_free(f);

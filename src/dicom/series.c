@@ -124,9 +124,10 @@ static void warn_numbers(
 
 		if (by > step && by % step == 0 && !l->lost[k])
 			ct_log(env, CT_WARN,
-				"InstanceNumber %d is followed by %d (%s): slices may be missing, though "
-				"no place is",
-				s[k - 1].instance, s[k].instance, s[k].path);
+				"InstanceNumber %d is followed by %d%s%s%s: slices may be missing, "
+				"though no place is",
+				s[k - 1].instance, s[k].instance, env->deid ? "" : " (",
+				env->deid ? "" : s[k].path, env->deid ? "" : ")");
 	}
 	if (s->announced > 0 && (size_t)s->announced > n && s->acquisition == s[n - 1].acquisition)
 		ct_log(env, CT_WARN, "ImagesInAcquisition is %d, but %zu slices are here",

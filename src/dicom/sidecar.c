@@ -155,6 +155,16 @@ int sidecar_volume(json_t *o, const struct ct_vol *v, const char *path, struct c
 	return bad ? no_memory(e) : 0;
 }
 
+void sidecar_forget_files(json_t *o)
+{
+	json_t *slice;
+	size_t i;
+
+	json_object_del(o, "SourceFile");
+	json_array_foreach (json_object_get(o, "SourceSlices"), i, slice)
+		json_object_del(slice, "File");
+}
+
 int sidecar_refined(json_t *o, const struct ct_vol *v, struct ct_err *e)
 {
 	static const char *const past[] = {"SliceThickness", "SpacingBetweenSlices", "PixelSpacing",

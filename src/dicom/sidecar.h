@@ -17,6 +17,8 @@ int sidecar_series(
 	json_t *o, const struct ct_slice *s, const struct ct_layout *l, struct ct_err *e);
 /* The grid as it was read, and of one file without slices its name. CT_ENOMEM. */
 int sidecar_volume(json_t *o, const struct ct_vol *v, const char *path, struct ct_err *e);
+/* The names of files go; o may be NULL. */
+void sidecar_forget_files(json_t *o);
 /* `v` was refined from what the sidecar says: the image is derived, what was said of its sampling
  * no longer holds, and SuperResolution has the operator and method of `v`. CT_ENOMEM. */
 int sidecar_refined(json_t *o, const struct ct_vol *v, struct ct_err *e);

@@ -9,6 +9,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 enum { AIR = -1024, BODY = -500 }; /* HU */
 #define MARGIN 10.0                /* mm about the body */
@@ -190,6 +191,8 @@ int ct_regrid_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct 
 
 int ct_regrid_cube(struct ct_vol *v, size_t n, struct ct_err *e)
 {
+	const char *quantity = ct_meta_get(&v->meta, CT_META_QUANTITY);
+	const bool hu = !quantity || strcasecmp(quantity, CT_QUANTITY_HU) == 0;
 	struct ct_vol w = {0};
 	ptrdiff_t start[3];
 	double centre[3];
@@ -197,7 +200,7 @@ int ct_regrid_cube(struct ct_vol *v, size_t n, struct ct_err *e)
 	ct_crop_body(centre, v->data, v->n, BODY);
 	for (int d = 0; d < 3; d++)
 		start[d] = ct_crop_start(v->n[d], n, centre[d]);
-	if (ct_crop(&w, v, (const size_t[]){n, n, n}, start, AIR, e))
+	if (ct_crop(&w, v, (const size_t[]){n, n, n}, start, hu ? AIR : 0, e))
 		return -1;
 	take(v, &w);
 	return 0;

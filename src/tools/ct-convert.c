@@ -306,6 +306,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (convert_check_out(p, env, e) || convert_read(p, &v, env, e) ||
 		(p->sidecar && sidecar_volume(p->about, &v, p->in, e)))
 		goto out;
+	if (p->deid)
+		sidecar_forget_files(own.about);
 	warn_place(&v, p->in, env);
 	if (ct_meta_copy(&read, &v.meta, e) || ct_units_note(&v, (enum ct_units)p->units, e) ||
 		(p->reorient && reorient(&v, p->reorient, e)) ||

@@ -20,6 +20,7 @@
 #include "tools/scan-read.h"
 #include "tools/sr.h"
 
+#include <ctype.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -84,7 +85,7 @@ struct files {
 	const struct sr *p;
 	const char *paths[2]; /* IN, OUT */
 	char name[2][256];    /* what the page calls them */
-	char hidden[256];     /* the name of IN */
+	char hidden[2][256];  /* their own names */
 	struct ct_vol in, out, error;
 	struct ct_slice_prior prior;
 	struct ct_meta prior_meta;
@@ -114,9 +115,10 @@ static void begin(struct files *f, const struct sr *p, const struct ct_env *env)
 	f->p = p;
 	f->paths[0] = p->in;
 	f->paths[1] = p->out;
-	for (int i = 0; i < 2; i++)
+	for (int i = 0; i < 2; i++) {
 		name_of(f->name[i], f->paths[i], p->deid ? i ? "OUT" : "IN" : NULL);
-	name_of(f->hidden, p->in, NULL);
+		name_of(f->hidden[i], f->paths[i], NULL);
+	}
 	f->convert = (struct convert){.files = {2, f->paths},
 		.in = p->in,
 		.out = p->out,
@@ -141,17 +143,6 @@ static int check(const struct sr *p, struct ct_err *e)
 	return dicom_check_name(p->out, p->in, e);
 }
 
-/* Of files, from the object of a sidecar, or NULL. */
-static void forget_names(json_t *about)
-{
-	json_t *slice;
-	size_t i;
-
-	json_object_del(about, "SourceFile");
-	json_array_foreach (json_object_get(about, "SourceSlices"), i, slice)
-		json_object_del(slice, "File");
-}
-
 static int read_in(struct files *f, const struct ct_env *env, struct ct_err *e)
 {
 	const struct sr *p = f->p;
@@ -167,7 +158,7 @@ static int read_in(struct files *f, const struct ct_env *env, struct ct_err *e)
 		return -1;
 	if (p->deid) { /* which name files, too */
 		ct_meta_drop(&f->in.meta, CT_META_HISTORY);
-		forget_names(f->about);
+		sidecar_forget_files(f->about);
 	}
 	if (ct_vol_check_finite(&f->in, e))
 		return ct_blame(e, p->in);
@@ -234,14 +225,19 @@ static int write_out(struct files *f, const struct ct_env *env, struct ct_err *e
 		       : 0;
 }
 
-/* Each `name` in the text becomes IN. */
-static void hide(char *text, const char *name)
+/* Each `name` in the text, which is no part of a word and no shorter than `by`, becomes that. */
+static void hide(char *text, const char *name, const char *by)
 {
-	const size_t n = strlen(name);
+	const size_t n = strlen(name), to = strlen(by);
+	bool apart;
 
-	for (char *at = text; (at = strstr(at, name)); at += 2) {
-		memcpy(at, "IN", 2);
-		memmove(at + 2, at + n, strlen(at + n) + 1);
+	for (char *at = text; n >= to && (at = strstr(at, name)); at += apart ? to : 1) {
+		apart = (at == text || !isalnum((unsigned char)at[-1])) &&
+			!isalnum((unsigned char)at[n]);
+		if (apart) {
+			memcpy(at, by, to);
+			memmove(at + to, at + n, strlen(at + n) + 1);
+		}
 	}
 }
 
@@ -255,8 +251,8 @@ static int write_report(struct files *f, double seconds, const struct ct_env *en
 		ct_clock_cpu(), ct_memory_held() / 0x1p20);
 	fflush(f->notes);
 	ct_page_forget_folders(f->said);
-	if (f->p->deid && strlen(f->hidden) >= 2)
-		hide(f->said, f->hidden);
+	for (int i = 0; i < 2 && f->p->deid; i++)
+		hide(f->said, f->hidden[i], f->name[i]);
 	page.log = f->said;
 	own.notes = NULL; /* so that it stays as it is */
 	if (f->p->confidence)
@@ -386,6 +382,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		return ct_fail(e, CT_ENOMEM, "no memory for a sidecar");
 	if (!p->report || ct_stream_open(&f.notes, &f.said, &said, e) == 0) {
 		own.notes = f.notes;
+		own.deid = p->deid;
 		rc = refine(&f, &own, e);
 	}
 	if (f.notes)
