@@ -35,7 +35,7 @@ __all__ = ['Error', 'Image', 'Operator', 'Projections', 'version', 'read', 'writ
 _lib = abi.load()
 _SAMPLING = ('sinc', 'point', 'mean')
 _METHODS = ('auto', 'linear', 'cubic', 'bspline', 'lanczos', 'sinc', 'dc', 'tv', 'htv', 'prior')
-_PRESETS = ('fast', 'balanced', 'best')
+_PRESETS = ('fast', 'balanced')
 _BEAMS = ('cone', 'parallel', 'fan')
 Progress = Callable[[str, int, int], Any]
 Axes = Union[float, Sequence[float]]
@@ -255,7 +255,7 @@ def superres(image, factor: Optional[Axes] = None, spacing: Optional[Axes] = Non
     factor    times finer along each axis, or one number; default: what the metadata say, else thick slices to the
               voxel size in plane, else 2. spacing: size of the new voxels instead, mm
     method    auto, linear, cubic, bspline, lanczos, sinc, dc, tv, htv or prior, as in ct-upsample(1)
-    preset    of the prior: fast, balanced or best
+    preset    of the prior: fast or balanced
     sigma, sampling, noise   how the scan was made, if known: in new voxels, as in Operator, in HU
     estimate  measure what is not known of that, as ct-sr does; False: such a scan is an error
     prior     file of the slice prior; default: the installed one
