@@ -109,6 +109,6 @@ exits 0 'files' ct-convert ok/*.dcm files.nii; py check files.nii; ok $? 'are ta
 exits 0 'some of them' ct-convert ok/0[0-4].dcm some.nii; py check some.nii 5; ok $? 'and no others'
 exits 0 'one of a series' ct-convert ok/03.dcm one.nii; py check one.nii; ok $? 'stands for it'
 exits 3 'one that is not there' ct-convert ok/01.dcm none.dcm d.nii; has err 'none.dcm: No such file' 'is named'
-exits 2 'files of other formats' ct-convert ok.nii more.nii d.nii; has err 'several files are taken if they are DICOM' 'are not joined'
+exits 2 'files of other formats' ct-convert ok.nii more.nii d.nii; has err 'only of DICOM several files make a volume' 'are not joined'
 exits 2 'no OUT' ct-convert ok; has err 'missing OUT' 'says so'
 done_testing
