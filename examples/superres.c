@@ -31,7 +31,6 @@ int main(int argc, char **argv)
 		return CTSR_USAGE;
 	}
 	c.progress = progress;
-	c.overwrite = 1;
 	ctsr_superres_options_init(&o, sizeof o);
 	o.factor[0] = o.factor[1] = o.factor[2] = strtod(argv[3], NULL);
 	o.method = argc > 4 ? CTSR_PRIOR : CTSR_TV;

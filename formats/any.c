@@ -68,6 +68,18 @@ bool ct_any_is_stack(const char *path)
 	return stat(path, &st) != 0 || !S_ISREG(st.st_mode) || st.st_size > 0; /* no empty file */
 }
 
+int ct_any_check_picture(const char *path, struct ct_err *e)
+{
+	unsigned char head[CT_SNIFF];
+	const enum ct_kind kind = ct_any_sniff(head, ct_any_head(head, path));
+
+	return kind == CT_KIND_UNKNOWN || kind == CT_KIND_PICTURE
+		       ? 0
+		       : ct_fail(e, CT_EINPUT,
+				 "%s: neither projections (EXR) nor a picture, but of the kind %s",
+				 path, ct_kind_name(kind));
+}
+
 int ct_any_read(const char *path, struct ct_any *a, struct ct_err *e)
 {
 	return ct_format_read(formats, path, a, e);

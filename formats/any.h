@@ -95,6 +95,8 @@ size_t ct_any_head(unsigned char head[static CT_SNIFF], const char *path);
 /* Does the reader of stacks get it? By its first bytes. It also gets "-", what is no regular file,
  * and what cannot be opened, to say why. */
 bool ct_any_is_stack(const char *path);
+/* CT_EINPUT for one of our files or DICOM in the place of projections or a picture. */
+int ct_any_check_picture(const char *path, struct ct_err *e);
 /* Any of our files, "-" too. *a must be zero. CT_EINPUT for another kind of file. */
 int ct_any_read(const char *path, struct ct_any *a, struct ct_err *e);
 

@@ -31,13 +31,40 @@ const struct ct_format *ct_format_find(
 	return best;
 }
 
+/* What people give in the place of one of our files, by its first bytes. */
+static const char *known_as(const unsigned char *data, size_t n, enum ct_kind wanted)
+{
+	static const struct {
+		size_t at, n;
+		const char *magic;
+		enum ct_kind kind;
+		const char *what;
+	} all[] = {
+		{0, 4, "\x76\x2f\x31\x01", CT_KIND_STACK, "projections (EXR)"},
+		{0, 4, "ply\n", CT_KIND_GAUSS, "Gaussians (PLY)"},
+		{4, 5, "\0\0\0\0{", CT_KIND_TENSORS, "a network (safetensors)"},
+		{344, 3, "n+1", CT_KIND_VOLUME, "a volume (NIfTI)"},
+		{0, 2, "\x1f\x8b", CT_KIND_VOLUME, "compressed (gzip), as volumes are"},
+		{128, 4, "DICM", CT_KIND_DICOM, "DICOM, of which ct-convert makes a volume"},
+		{0, 4, "\x89PNG", CT_KIND_PICTURE, "a picture (PNG)"},
+		{0, 3, "\xff\xd8\xff", CT_KIND_PICTURE, "a picture (JPEG)"},
+		{0, 6, "\x93NUMPY", CT_KIND_UNKNOWN, "an array of numpy"},
+	};
+
+	for (size_t i = 0; i < sizeof all / sizeof *all; i++)
+		if (all[i].kind != wanted && n >= all[i].at + all[i].n &&
+			memcmp(data + all[i].at, all[i].magic, all[i].n) == 0)
+			return all[i].what;
+	return n == 0 ? "empty" : NULL;
+}
+
 /* The same that can be read; if there is none the error is "not a NIfTI, NRRD or EXR file", in
  * words of the list. */
 static const struct ct_format *recognise(const struct ct_format *const *list,
 	const unsigned char *data, size_t n, const char *path, struct ct_err *e)
 {
 	const struct ct_format *is = ct_format_find(list, data, n);
-	const char *join = "";
+	const char *join = "", *what = known_as(data, n, list[1] ? CT_KIND_UNKNOWN : list[0]->kind);
 	char names[200] = "";
 	size_t at = 0, left = 0;
 
@@ -54,7 +81,8 @@ static const struct ct_format *recognise(const struct ct_format *const *list,
 	if (is)
 		ct_fail(e, CT_EINPUT, "%s: %s", path, is->refuse);
 	else
-		ct_fail(e, CT_EINPUT, "%s: not a%s %s file", path, *names == 'E' ? "n" : "", names);
+		ct_fail(e, CT_EINPUT, "%s: not a%s %s file%s%s", path, *names == 'E' ? "n" : "",
+			names, what ? ", but " : "", what ? what : "");
 	return NULL;
 }
 
@@ -151,15 +179,28 @@ static int read_any(
 static int read_first(
 	const struct ct_format *const *list, const char *path, struct ct_any *a, struct ct_err *e)
 {
+	unsigned char head[CT_SNIFF];
+	const char *what = NULL;
+	struct stat st;
 	FILE *f;
 	int first, rc;
 
+	if (stat(path, &st) == 0 && S_ISDIR(st.st_mode))
+		return ct_fail(e, CT_EINPUT,
+			"%s: is a folder, not a volume (of a DICOM series ct-convert makes one)",
+			path);
 	if (ct_io_open(path, &f, e))
 		return -1;
+	if (f != stdin && fstat(fileno(f), &st) == 0 && S_ISREG(st.st_mode)) {
+		what = known_as(head, fread(head, 1, sizeof head, f), list[0]->kind);
+		rewind(f);
+	}
 	first = getc(f);
 	if (first != EOF)
 		ungetc(first, f);
-	rc = ct_format_read_stream(list[isalpha(first) != 0], f, path, a, e);
+	rc = what ? ct_fail(e, CT_EINPUT, "%s: not a volume (NIfTI, MetaImage or NRRD), but %s",
+			    path, what)
+		  : ct_format_read_stream(list[isalpha(first) != 0], f, path, a, e);
 	ct_io_close(f);
 	return rc;
 }

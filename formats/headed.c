@@ -268,7 +268,7 @@ static int read_header(FILE *f, struct ct_headed *h, struct ct_err *e)
 	else if (rc > 0 &&
 		 sniff_metaimage((const unsigned char *)line, strlen(line)) != CT_SNIFF_NO)
 		rc = ct_headed_mha(f, line, h, e);
-	else if (rc > 0)
+	else if (rc > 0 || (e->code == CT_EINPUT && !ferror(f)))
 		rc = ct_fail(e, CT_EINPUT, "not a NIfTI file, nor MetaImage or NRRD");
 	free(line);
 	return rc;

@@ -56,6 +56,8 @@ static const char *why_not(const struct look *l)
 		return ": they are as if 1000 or 1024 was added";
 	if (l->lo < 0 && l->hi <= 1300 && l->opposite * 10 >= l->n && l->air * 100 < l->n)
 		return ": air is near 1000, as if their sign was changed";
+	if (l->lo == 0 && (l->hi == 255 || l->hi == 65535))
+		return ": they fill 8 or 16 bits, as grey values do";
 	if (l->lo == 0 && l->hi <= 1000 && l->lowest * 20 >= l->n)
 		return ": they begin at a background of 0, as grey values do";
 	return NULL;

@@ -15,6 +15,10 @@ for t in $CT_TOOLS; do
 	( "$t" --help; echo $? >code ) 2>err | head -c 1 >out # a closed pipe is no noise
 	[ ! -s err ]; ok $? "$t is quiet when the pipe closes"
 	[ -f "$srcdir/man/$t.1.in" ]; ok $? "$t has a man page"
+	sed -n '/^.Sh EXIT STATUS/,/^.Sh SEE/p' "$srcdir/man/$t.1.in" >page
+	left=$(for s in 0 1 2 3 4 5 7 75; do grep -qw -- $s page || echo $s; done)
+	[ -z "$left" ]; ok $? "$t: its page lists the exit statuses $left"
+	exits 2 "$t: an option with an empty file" "$t" ''
 	if command -v mandoc >/dev/null 2>&1; then
 		page=$srcdir/man/$t.1; [ -f "$page" ] || page=$builddir/man/$t.1
 		mandoc -Tlint -W warning "$page" >lint 2>&1 || { grep -v "sections out of conventional order: Sh DESCRIPTION" lint >left; mv left lint; [ ! -s lint ]; }; ok $? "$t: mandoc finds nothing"

@@ -30,6 +30,8 @@ ct-phantom -q --size 20x24x28 --spacing 4 ellipsoids hr.nii && ct-degrade -q -x 
 	ct-project -q --views 8 hr.nii p.exr && ct-nabgs -q -b up.nii -n 20 -g 300 p.exr r.ply >/dev/null
 exits 0 'the residual as a volume' ct-compose --residual-out r.nii b.nii r.ply o.nii
 is 'max(map(abs, vol("r.nii"))) > 10 and apart(vol("o.nii"), compose("b.nii", "r.nii", 1, -1024, -1024, 3071)) < 1e-3' 'is added'
+ct-phantom -q --size 400x8x8 --spacing 4 cube - | ct-convert -q --crop 390:400,0:8,0:8 - far.nii
+exits 0 'Gaussians beside the base' ct-compose far.nii r.ply far-o.nii; has err 'warning: r.ply: 0 of .* Gaussians touch the grid of far.nii' 'add nothing, which is said'
 exits 0 'other gain, other floor' ct-compose -g -2.5 --floor -700 --residual-out r2.nii b.nii r.ply g.nii
 is 'apart(vol("g.nii"), compose("b.nii", "r.nii", -2.5, -700, -1024, 3071)) < 1e-3' 'are those'
 is 'vol("r2.nii") == vol("r.nii") and info("r.nii")["quantity"] == "residual"' 'the residual is that before both'

@@ -38,6 +38,9 @@ above "$(psnr hr.nii points.nii)" "$(psnr hr.nii linear.nii) - 3"; ok $? 'points
 ct-degrade -x 2 profile.nii again.nii && above "$(psnr lr.nii again.nii)" 32; ok $? 'the operator leads back to the scan'
 exits 0 'the grid of a volume' ct-field -q --samples points -b 2 --grid hr.nii lr.nii grid.nii
 good grid.nii '16 16 16' 'is that of OUT'
+ct-phantom -q --size 400x8x8 --spacing 4 cube - | ct-convert -q --crop 390:400,0:8,0:8 - far.nii
+exits 5 'a grid beside IN' ct-field -q --samples points -b 2 --grid far.nii lr.nii no.nii
+has err 'far.nii: lies beside IN along axis 0' 'is refused'; [ ! -e no.nii ]; ok $? 'and nothing is made'
 exits 0 'JSON' ct-field --json --samples points -b 2 lr.nii j.nii
 has out '"iterations": 2' 'with the iterations'
 exits 0 'seconds' ct-field --samples points -b 0.2s lr.nii s.nii

@@ -29,6 +29,8 @@ exits 0 'compares' ct-metrics --ssim all --json ref.nii test.nii
 mv out all.json
 exits 0 'with a mask' ct-metrics --ssim all --json --mask mask.nii ref.nii test.nii
 mv out mask.json
+ct-convert -q --crop 0:9,0:9,0:9 mask.nii small-mask.nii
+exits 5 'a mask of another grid' ct-metrics --mask small-mask.nii ref.nii test.nii; has err '^ct-metrics: small-mask.nii: grids differ' 'is named'
 exits 0 'without padding' ct-metrics --ssim none --json --mask padding noisy.nii test.nii
 "$PY" - >log 2>&1 <<'PY'; ok $? 'the padding of REF does not count'
 import json

@@ -107,7 +107,7 @@ exits 4 'a folder of the series itself' ct-convert first first/out/; has err 'fi
 exits 4 'a file there' ct-convert first first/out.dcm; exits 4 'one in the template' ct-convert --template first v.nii first/out.dcm
 exits 4 'one file that is there' ct-convert v.nii one.dcm; exits 0 'with --force' ct-convert -f v.nii one.dcm
 for o in '--template first' --deid; do exits 2 "$o without DICOM" ct-convert $o v.nii d.nii; has err "^ct-convert: ${o%% *}: needs OUT to be DICOM" 'says so'; done
-exits 2 '--type with it' ct-convert --type i16 v.nii no/; exits 3 'a template that is none' ct-convert --template v.nii w.nii no/; has err 'v.nii: is not DICOM' 'says so'
+exits 2 '--type with it' ct-convert --type i16 v.nii no/; exits 3 'a template that is not there' ct-convert --template none v.nii no/; has err 'none: No such file' 'is named'; exits 3 'a template that is none' ct-convert --template v.nii w.nii no/; has err 'v.nii: is not DICOM' 'says so'
 exits 2 'projections' ct-convert --scanner s.json v.nii no/
 exits 2 'another command' ct-degrade -x 2 v.nii no.dcm; [ ! -e no ] && [ ! -e no.dcm ]; ok $? 'nothing is made'
 

@@ -63,6 +63,24 @@ exits 0 'but if told' ct-degrade -x 2 --units hu r.mhd yes.nii
 printf 'a text\n' >text
 exits 3 'a text' ct-convert text no.nii
 has err 'text: not a NIfTI file, nor MetaImage or NRRD' 'is none'
+ct-project -q -n 3 a.nii kind.exr; printf '\211PNG\r\n\032\nIHDR' >kind.png; printf '\020\0\0\0\0\0\0\0{}' >kind.safetensors; : >kind.nii; printf 'ply\nformat\n' >kind.ply; mkdir kind
+while IFS=: read -r f what; do
+	exits 3 "$f for a volume" ct-degrade -x 2 "$f" no.nii; has err "^ct-degrade: $f: .*not a volume.*$what" 'is named for what it is'
+done <<END
+kind.exr:projections (EXR)
+kind.png:a picture (PNG)
+kind.safetensors:a network (safetensors)
+kind.ply:Gaussians (PLY)
+kind.nii:empty
+kind:ct-convert makes one
+END
+exits 3 'from a pipe' sh -c 'cat kind.exr | ct-degrade -x 2 - no.nii'; has err 'not a NIfTI file, nor MetaImage or NRRD' 'too'
+exits 3 'a volume for projections' ct-fdk a.nii no.nii; has err 'a.nii: not an EXR file, but a volume (NIfTI)' 'is named, too'
+if grep -q '^#define HAVE_OIIO 1' "$builddir/config.h"; then
+	exits 3 'or for a picture' ct-ddnm a.nii no.exr; has err 'a.nii: neither projections (EXR) nor a picture, but of the kind volume' 'is named, too'
+else
+	skip 'or for a picture' 'no pictures'
+fi
 
 # every command that reads volumes takes them, with the same result
 for f in mhd.mhd --compressnrrd.nrrd; do

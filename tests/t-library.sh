@@ -62,6 +62,7 @@ for how in shared static; do
 done
 exits 3 'a file that is not there is status 3' ./shared none.nii x.nii 2
 has err 'none.nii' 'and named'
+cp lo.nii was.nii; exits 4 'files that exist stay' ./shared hi.nii lo.nii 2; cmp -s lo.nii was.nii; ok $? 'as they were'
 exits 2 'a factor that is none is status 2' ./shared lo.nii x.nii 5000
 
 # A program that names NIfTI alone holds no other reader.

@@ -31,6 +31,8 @@ for f in nii exr ply csv safetensors; do ln -s /nowhere/at/all link.$f; done; ea
 rm link.*
 ( trap '' XFSZ; ulimit -f 0; ct-upsample -x 2 none.nii full.nii 2>&1; echo $? ) | cat >err
 [ "$(sed -n '$p' err)" = 4 ] && grep -q 'full.nii: File too large' err; ok $? 'a full folder'
+( ulimit -f 1; ct-phantom --size 32x32x32 cube full.nii 2>&1; echo $? ) | cat >err
+[ "$(sed -n '$p' err)" = 4 ] && grep -q 'full.nii: File too large' err; ok $? 'a limit on the size of files is an error, no end'
 [ -z "$(ls | grep -vE '^(a|lr|up)\.nii$|^(a|low)\.exr$|^(text|out|err)$')" ]; ok $? 'and nothing is left'
 
 # Of two outputs one has no room: neither is there, and what was there stays.

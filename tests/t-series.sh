@@ -121,6 +121,6 @@ for f in "$(basename report/*)" broken-other.dcm; do
 done
 exits 3 'one that is damaged' ct-convert bad-pixels/05.dcm d.nii; has err 'truncated.*skip-damaged' 'stands for its own series'
 exits 3 'one that is not there' ct-convert ok/01.dcm none.dcm d.nii; has err 'none.dcm: No such file' 'is named'
-exits 2 'files of other formats' ct-convert ok.nii more.nii d.nii; has err 'several files are taken if they are DICOM' 'are not joined'
+exits 2 'files of other formats' ct-convert ok.nii more.nii d.nii; has err 'only of DICOM several files make a volume' 'are not joined'
 exits 2 'no OUT' ct-convert ok; has err 'missing OUT' 'says so'
 done_testing

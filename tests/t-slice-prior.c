@@ -541,7 +541,7 @@ static void knowing(void)
 		"%s", err.msg);
 	ct_slice_prior_free(&q);
 	OK(ct_slice_prior_alloc(&q, &none, &err) == -1 && err.code == CT_EINPUT &&
-			strcmp(err.msg, "no tensor \"4.shape\": no prior of slices") == 0,
+			strstr(err.msg, "no prior of slices") != NULL,
 		"%s", err.msg);
 	ct_slice_prior_free(&p);
 	ct_slice_network_free(&a);

@@ -9,6 +9,7 @@ make() { ct-convert -q --raw 4x3x2:i16:1,2,3 --rescale "$2,$3" a.raw "$1.nii"; }
 make unit 0.008 0; make plus 10 0; make both 0.016 -0.98; make hu 10 -1000; make crop 8 0; make bone 30 0; make one 1 0; make tissue 1 -60
 make far 1e7 -1e9; make negated -9 1012
 for k in 1 2 3 4 5 6; do printf '\000\000\000\000\000\000\205\000'; done >g.raw; ct-convert -q --raw 4x3x2:i16:1,2,3 g.raw grey.nii
+(printf '\000\377'; head -c 22 /dev/zero | tr '\000' '\144') >8.raw; ct-convert -q --raw 4x3x2:u8:1,2,3 8.raw bits.nii
 ct-phantom -q --size 16x16x16 --spacing 2 sphere p.nii; ct-phantom -q --size 8x8x8 --spacing 4 sphere lr.nii
 u='ct-upsample -q -x 2 --method linear'
 train='ct-train -q --kind slices -x 2 --expert cubes=1,cube=24 -n 1 no.safetensors'
@@ -28,6 +29,7 @@ no plus '--range or --window' ct-metrics hu.nii plus.nii
 no far 'no CT reaches that far.*--units' $u far.nii o.nii
 no negated 'air is near 1000, as if their sign was changed.*--units' $u negated.nii o.nii
 no grey 'a background of 0, as grey values do.*--units' $u grey.nii o.nii
+no bits 'fill 8 or 16 bits, as grey values do.*--units' $u bits.nii o.nii
 ct-project -q --views 2 --det 4x4 p.nii s.exr
 no unit '--units' ct-nabgs -q --base unit.nii s.exr o.ply
 exits 3 'ct-sr' ct-sr -q -x 2 unit.nii o.nii; has err 'values from 0 to 0.984 are not HU' 'too'

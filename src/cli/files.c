@@ -165,10 +165,13 @@ int ct_files_names(const struct ct_tool *t, const void *params, struct ct_err *e
 		const char *ends = w.output ? ends_of(w.opt, t, params) : NULL;
 		char text[200], name[CT_TABLE_NAME];
 
+		ct_table_name(name, w.opt);
+		if (!*w.path)
+			return ct_fail(
+				e, CT_EUSAGE, "%s: its name is empty: expected a file", name);
 		if (!w.output || may_end(w.opt, w.path, ends))
 			continue;
 		ct_ends_text(text, sizeof text, ends);
-		ct_table_name(name, w.opt);
 		return ct_fail(e, CT_EUSAGE, "%s: %s is written as %s", w.path, name, text);
 	}
 	return 0;

@@ -9,7 +9,7 @@
 int ct_files_check(
 	const struct ct_opt *opts, const void *params, const struct ct_env *env, struct ct_err *e);
 /* CT_EUSAGE for an output whose name ends otherwise than in what its row writes (formats/ends.h); a
- * name without an end is fine. */
+ * name without an end is fine, an empty name is not. */
 int ct_files_names(const struct ct_tool *t, const void *params, struct ct_err *e);
 /* The same of one more file that the run writes: that it is none of those. */
 int ct_files_apart(

@@ -104,6 +104,7 @@ int ct_stop_catch(const char *tool, struct ct_err *e)
 	if (sem_init(&came, 0, 0) != 0)
 		return ct_fail(e, CT_EFAIL, "cannot make a semaphore");
 	on_each(take);
+	signal(SIGXFSZ, SIG_IGN); /* a file at its limit is an error of the write */
 	pthread_sigmask(SIG_BLOCK, &s, NULL);
 	if (pthread_create(&thread, NULL, watch, NULL) != 0)
 		return ct_fail(e, CT_ENOMEM, "cannot start a thread");

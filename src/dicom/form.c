@@ -76,6 +76,8 @@ int dicom_from(struct dicom_from *f, const struct ct_dicom_in *in, struct ct_err
 
 	*f = (struct dicom_from){.in = *in};
 	f->in.name = path;
+	if (form == NOT_DICOM && access(path, F_OK))
+		return ct_fail_errno(e, CT_EINPUT, path);
 	if (form == NOT_DICOM)
 		return ct_fail(e, CT_EINPUT, "%s: is not DICOM", path);
 	if (form != FILE_OF_SERIES || in->n > 1)

@@ -39,7 +39,7 @@ int ct_slice_prior_alloc(struct ct_slice_prior *p, const struct ct_tensors *w, s
 				return ct_fail(
 					e, CT_EINPUT, "tensor \"%s\" is of other slices", tensor);
 		}
-	return p->n ? 0 : ct_fail(e, CT_EINPUT, "no tensor \"4.shape\": no prior of slices");
+	return p->n ? 0 : ct_fail(e, CT_EINPUT, "no prior of slices: no tensor \"4.shape\"");
 }
 
 void ct_slice_prior_free(struct ct_slice_prior *p)

@@ -89,8 +89,8 @@ static int read_other(const struct convert *p, struct ct_vol *v, struct ct_err *
 	if (p->raw)
 		return read_raw(p, v, e);
 	if (p->files.n > 2)
-		return ct_fail(
-			e, CT_EUSAGE, "%s: several files are taken if they are DICOM", p->in);
+		return ct_fail(e, CT_EUSAGE,
+			"%s: is not DICOM: only of DICOM several files make a volume", p->in);
 	if (p->series && !p->template)
 		return ct_fail(e, CT_EUSAGE, "--series: %s is not DICOM", p->in);
 	return convert_is_picture(p->in)

@@ -65,7 +65,9 @@ static int residual(struct ct_vol *out, struct ct_any *res, const struct ct_vol 
 	if (ct_mixture_render(out->data, out->n, (const double(*)[4])out->affine, &res->gauss,
 		    window[1] - window[0], &touch, env, e))
 		return -1;
-	ct_log(env, CT_INFO, "%zu of %zu Gaussians touch the grid", touch, res->gauss.n);
+	ct_log(env, touch || !res->gauss.n ? CT_INFO : CT_WARN,
+		"%s: %zu of %zu Gaussians touch the grid of %s", p->res, touch, res->gauss.n,
+		p->base);
 	return 0;
 }
 

@@ -127,6 +127,25 @@ static int read_stack(struct field_input *i, const struct field_files *f, struct
 	return 0;
 }
 
+/* Do the boxes along the world's axes meet? A field says nothing of what lies beyond IN. */
+static int meet(const struct ct_vol *a, const struct ct_vol *b, struct ct_err *e)
+{
+	for (int c = 0; c < 3; c++) {
+		double lo[2] = {INFINITY, INFINITY}, hi[2] = {-INFINITY, -INFINITY}, x[3];
+
+		for (unsigned k = 0; k < 16; k++) {
+			ct_vol_corner(k < 8 ? a : b, k % 8, x);
+			lo[k / 8] = fmin(lo[k / 8], x[c]);
+			hi[k / 8] = fmax(hi[k / 8], x[c]);
+		}
+		if (!(lo[0] < hi[1] && lo[1] < hi[0]))
+			return ct_fail(e, CT_EGEOM,
+				"lies beside IN along axis %d: from %g to %g mm, IN from %g to %g mm",
+				c, lo[0], hi[0], lo[1], hi[1]);
+	}
+	return 0;
+}
+
 static int find_grids(struct field_input *i, const struct field_files *f, const struct ct_env *env,
 	struct ct_err *e)
 {
@@ -148,7 +167,7 @@ static int find_grids(struct field_input *i, const struct field_files *f, const 
 		return -1;
 	memcpy(i->out.n, i->like.n, sizeof i->out.n);
 	memcpy(i->out.affine, i->like.affine, sizeof i->out.affine);
-	return ct_vol_check_grid(&i->out, e) ? ct_blame(e, f->grid) : 0;
+	return ct_vol_check_grid(&i->out, e) || meet(&i->out, &i->lr, e) ? ct_blame(e, f->grid) : 0;
 }
 
 static int read_volume(struct field_input *i, const struct field_files *f, const struct ct_env *env,

@@ -111,7 +111,7 @@ static int report(const struct params *p, const char *path, bool first, json_t *
 	int rc;
 
 	says.factor = p->factor;
-	if (said_parse(&said, &says, e))
+	if (said_parse(&said, &says, CT_SAID_TIMES, e))
 		return -1;
 	said.estimate = true;
 	if (!first && !env->json)

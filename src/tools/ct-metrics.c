@@ -367,6 +367,7 @@ static int compare(struct ct_figures *f, struct params *p, const struct ct_vol *
 	if (ct_vol_read(p->ref, &ref, e) || check_quantity(&ref, test, p, e) ||
 		(p->mask && (strcmp(p->mask, "padding") == 0 ? mask_padding(&mask, &ref, env, e)
 							     : read_checked(&mask, p->mask, e))) ||
+		(p->mask && ct_vol_same_grid(&ref, &mask, e) && ct_blame(e, p->mask)) ||
 		(p->std && ct_vol_read(p->std, &std, e)))
 		goto out;
 	choose_ssim(&p->rule.metrics, p, ref.n, env);

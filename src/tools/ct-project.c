@@ -332,6 +332,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		.kind = ct_pixel_measures((enum ct_pixel)p->pixel),
 		.coarsen = (size_t)p->coarsen,
 		.photons = {p->photons, p->electronic, p->water, env->seed}};
+	struct ct_err beside;
 	double deg[3];
 	float *mu = NULL;
 	int rc = -1;
@@ -349,8 +350,11 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		goto out;
 	if (p->rotate)
 		ct_vol_rotate(&in, deg);
-	if (ct_geometry_opts_make(&fine, &p->scan, &in, e) ||
-		(p->coarsen > 1 && ct_stack_coarsen(&coarse, &fine, (size_t)p->coarsen, e)) ||
+	if (ct_geometry_opts_make(&fine, &p->scan, &in, e))
+		goto out;
+	if (ct_geometry_seen(&fine, &in, &beside))
+		ct_log(env, CT_WARN, "%s: %s", p->in, beside.msg);
+	if ((p->coarsen > 1 && ct_stack_coarsen(&coarse, &fine, (size_t)p->coarsen, e)) ||
 		to_density(&in, &mu, &j.unit, p, env, e))
 		goto out;
 	j.mu = mu;

@@ -165,22 +165,12 @@ static int read_in(struct files *f, const struct ct_env *env, struct ct_err *e)
 	return 0;
 }
 
-static int check_factor(const struct ct_said *said, struct ct_err *e)
-{
-	for (int a = 0; a < 3; a++)
-		if (said->factor[a] > 16)
-			return ct_fail(
-				e, CT_EUSAGE, "--factor: %g is outside [1, 16]", said->factor[a]);
-	return 0;
-}
-
 static int rule_of(struct ct_refine_rule *r, const struct files *f, struct ct_err *e)
 {
 	const struct sr *p = f->p;
 
 	*r = (struct ct_refine_rule)CT_REFINE_DEFAULTS;
-	if (said_parse(&r->said, &p->said, e) || check_factor(&r->said, e) ||
-		ct_cli_memory(&r->memory, p->memory, e))
+	if (said_parse(&r->said, &p->said, 16, e) || ct_cli_memory(&r->memory, p->memory, e))
 		return -1;
 	r->said.estimate = !p->said.sigma;
 	r->method = p->quality == DRAFT ? CT_UPSAMPLE_AUTO : CT_REFINE_PRIOR;

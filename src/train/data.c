@@ -56,7 +56,7 @@ static int read_picture(struct ct_pictures *s, const char *path, struct ct_err *
 	size_t w, h;
 	float *px;
 
-	if (ct_image_read(path, &w, &h, &px, e))
+	if (ct_any_check_picture(path, e) || ct_image_read(path, &w, &h, &px, e))
 		return -1;
 	if (ct_image_check(path, w, h, px, e)) {
 		free(px);

@@ -237,3 +237,28 @@ void ct_view_shadow(const struct ct_stack *s, size_t view, size_t n, const doubl
 	pixels_of(s->w, seen ? lo[0] : 0, seen ? hi[0] : (double)s->w, col);
 	pixels_of(s->h, seen ? lo[1] : 0, seen ? hi[1] : (double)s->h, row);
 }
+
+int ct_geometry_seen(const struct ct_stack *s, const struct ct_vol *grid, struct ct_err *e)
+{
+	size_t row[2], col[2], seen = 0;
+	double x[8][3], map[3][4];
+
+	for (unsigned k = 0; k < 8; k++)
+		ct_vol_corner(grid, k, x[k]);
+	for (size_t k = 0; k < s->views; k++) {
+		unsigned front = 0;
+
+		if (!ct_view_map(map, s, k, s->view[k].centre))
+			continue;
+		for (unsigned c = 0; c < 8; c++)
+			front += ct_vec3_dot(map[2], x[c]) + map[2][3] > 0;
+		ct_view_shadow(s, k, 8, (const double(*)[3])x, row, col);
+		seen += front && row[0] < row[1] && col[0] < col[1];
+	}
+	return seen * 3 >= s->views
+		       ? 0
+		       : ct_fail(e, CT_EGEOM,
+				 "lies beside the scan: %zu of %zu views see it; expected both "
+				 "of one patient, in one place",
+				 seen, s->views);
+}

@@ -49,6 +49,10 @@ int ct_geometry_fill(struct ct_stack *out, const struct ct_geometry *s, struct c
  * the grid: such rays would begin within the object. */
 int ct_geometry_check(const struct ct_stack *s, const struct ct_vol *grid, struct ct_err *e);
 
+/* CT_EGEOM if the shadow of the grid misses the detector in more than two thirds of the views: of
+ * half a fan every second view sees what is off the axis. */
+int ct_geometry_seen(const struct ct_stack *s, const struct ct_vol *grid, struct ct_err *e);
+
 /* Ray of a pixel: the points origin + t dir, mm. Cone and fan: origin is the source, t = 1 the
  * pixel, t < 0 behind the source. Parallel: t = 1 is the pixel and t any number. */
 void ct_view_ray(const struct ct_stack *s, size_t view, size_t row, size_t col, double origin[3],

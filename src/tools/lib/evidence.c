@@ -107,6 +107,8 @@ static int read_base(struct ct_evidence *d, const struct ct_evidence_files *f,
 	if ((f->lr || !is_density(d)) &&
 		ct_evidence_quantity(&d->base.meta, CT_QUANTITY_HU, f->base, e))
 		return -1;
+	if (ct_geometry_seen(&d->in, &d->base, e))
+		return ct_blame(e, f->base);
 	return choose_window(d, f, e) || (f->lr && read_lr(d, f, env, e)) ? -1 : 0;
 }
 

@@ -145,7 +145,8 @@ int ct_geometry_opts_grid(
 	memcpy(grid->n, like.n, sizeof like.n);
 	memcpy(grid->affine, like.affine, sizeof like.affine);
 	ct_vol_free(&like);
-	return ct_vol_check_grid(grid, e) ? ct_blame(e, option) : 0;
+	return ct_vol_check_grid(grid, e) || ct_geometry_seen(scan, grid, e) ? ct_blame(e, option)
+									     : 0;
 }
 
 int ct_geometry_opts_volume(struct ct_vol *out, const struct ct_stack *in, const char *option,
