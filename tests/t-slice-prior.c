@@ -88,8 +88,8 @@ static size_t predict(float *h, float *error, const struct ct_scene *s,
 		used++;
 		ct_slicing_of(&of, s->x, s->n, axis, s->coarse);
 		for (at[2] = 0; at[2] < of.n[2]; at[2] += r->shape.slices)
-			for (at[1] = 0; at[1] + cell <= of.n[1]; at[1] += cell)
-				for (at[0] = 0; at[0] + cell <= of.n[0]; at[0] += cell) {
+			for (at[1] = 0; at[1] < of.n[1]; at[1] += cell)
+				for (at[0] = 0; at[0] < of.n[0]; at[0] += cell) {
 					const size_t phases = s->coarse[axis] ? cell : 1;
 
 					++*cells;
