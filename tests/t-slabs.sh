@@ -65,7 +65,12 @@ exits 7 'a bound that no slab fits into' ct-upsample --memory 30M thick.nii made
 has err '^ct-upsample: thick.nii: takes [0-9]* MiB of memory in slabs, and 30 MiB are given: ' 'is refused in words'
 ct-degrade -q -x 4 hr.nii sinc.nii
 exits 7 'a CT that cannot be cut' ct-sr -Q draft --memory 40M sinc.nii made/no.nii
-has err '^ct-sr: sinc.nii: takes [0-9]* MiB of memory as a whole, which band-limited sampling (sinc) along all axes asks, ' 'is refused, too'
+has err '^ct-sr: sinc.nii: takes [0-9]* MiB of memory as a whole, which band-limited sampling (sinc) or a wide blur along all axes asks, ' 'is refused, too'
+ct-phantom -q --size 192x48x256 ellipsoids wide.nii && ct-degrade -q -f -x 1,1,4 --sigma 0,0,4 --decimate point wide.nii wide4.nii && ct-upsample -q -m tv wide4.nii wide-tv.nii
+exits 0 'a blur of whole slices, in slabs' ct-upsample -v -m tv --memory 60M wide4.nii made/wide.nii
+has err 'refines in [0-9]* slabs' 'of which there are some'
+near wide-tv.nii made/wide.nii; ok $? 'the same'
+rm -f wide*.nii
 for w in 100 M -1M 1e3M 600MB; do
 	exits 2 "--memory=$w" ct-upsample --memory=$w thick.nii made/no.nii
 	has err "'$w' is no size such as 600M or 2G" 'is no size'

@@ -88,8 +88,8 @@ static size_t predict(float *h, float *error, const struct ct_scene *s,
 		used++;
 		ct_slicing_of(&of, s->x, s->n, axis, s->coarse);
 		for (at[2] = 0; at[2] < of.n[2]; at[2] += r->shape.slices)
-			for (at[1] = 0; at[1] + cell <= of.n[1]; at[1] += cell)
-				for (at[0] = 0; at[0] + cell <= of.n[0]; at[0] += cell) {
+			for (at[1] = 0; at[1] < of.n[1]; at[1] += cell)
+				for (at[0] = 0; at[0] < of.n[0]; at[0] += cell) {
 					const size_t phases = s->coarse[axis] ? cell : 1;
 
 					++*cells;
@@ -374,7 +374,7 @@ static void between_factors(double fx, double fy, double fz, size_t cell)
 	struct ct_slice_prior p = {.n = 1};
 	struct ct_restore_rule rule = {.weight = 1, .axes = {true, true, true}};
 	struct ct_separable there = {0}, back = {0};
-	double start[2][3], step[2][3], residual;
+	double start[2][3], step[2][3], residual, before;
 	struct ct_scene seen = {.n = {24, 20, 16}};
 	struct ct_guess g = {0};
 	struct ct_restore_report got;
@@ -390,14 +390,13 @@ static void between_factors(double fx, double fy, double fz, size_t cell)
 		seen.coarse[a] = factor[a] > 1;
 		step[0][a] = seen.coarse[a] ? factor[a] / (double)cell : 1;
 		step[1][a] = 1 / step[0][a];
-		for (int q = 0; q < 2; q++)
-			start[q][a] = (step[q][a] - 1) / 2;
+		before = ((double)s.x.n[a] - (double)s.lo.n[a] * factor[a]) / 2;
+		start[0][a] = (step[0][a] - 1) / 2 + before;
+		start[1][a] = (step[1][a] - 1) / 2 - before * step[1][a];
 		seen.n[a] = seen.coarse[a] ? s.lo.n[a] * cell : s.x.n[a];
+		seen.regime.sigma += s.by.sigma[a] / factor[a] / ((fx > 1) + (fy > 1) + (fz > 1));
 	}
 	seen.regime.decimate = s.by.decimate;
-	for (int a = 0; a < 3; a++)
-		seen.regime.sigma += s.by.sigma[a] / factor[a] /
-				     (seen.coarse[0] + seen.coarse[1] + seen.coarse[2]);
 	must(ct_resample_plan(
 		&there, s.x.n, seen.n, start[0], step[0], CT_CUBIC, true, NULL, &err));
 	must(ct_resample_plan(&back, seen.n, s.x.n, start[1], step[1], CT_CUBIC, true, NULL, &err));
@@ -692,6 +691,7 @@ int main(void)
 	restoring();
 	between_factors(1, 1, 2, 3);
 	between_factors(4, 4, 4, 3);
+	between_factors(4.7, 2.8, 2.25, 3);
 	between_factors(2, 2, 1, 4);
 	wide_points();
 	knowing();

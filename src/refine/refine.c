@@ -82,14 +82,9 @@ static double volumes_of(const struct ct_refine *r, const struct ct_vol *in)
 /* Share of the CT that the widest of m slabs is, with what is about it. */
 static double widest_of(const struct ct_refine *r, const struct ct_vol *in, size_t m)
 {
-	double widest = 0;
+	const int axis = ct_slab_axis(&r->is.by, in->n);
 
-	for (size_t k = 0; k < m; k++) {
-		const struct ct_slab s = ct_slab_at(&r->is.by, in->n, k, m);
-
-		widest = fmax(widest, (double)(s.hi - s.lo) / (double)s.of);
-	}
-	return widest;
+	return axis < 0 ? 1 : (double)ct_slab_widest(&r->is.by, in->n, m) / (double)in->n[axis];
 }
 
 /* Bytes in m slabs: volumes, and the work of the largest slab; or those of what is tried before
@@ -151,8 +146,8 @@ static int choose_slabs(struct ct_refine *r, const struct ct_vol *in, struct ct_
 		ceil(need / MIB),
 		can > 0        ? " in slabs"
 		: !r->is.known ? ", as a CT of unknown blur and sampling is not cut into slabs"
-			       : " as a whole, which band-limited sampling (sinc) along all axes "
-				 "asks",
+			       : " as a whole, which band-limited sampling (sinc) or a wide blur "
+				 "along all axes asks",
 		floor(most / MIB), given > 0 ? "given" : "free");
 }
 

@@ -2,9 +2,10 @@
  *
  * A slab is refined with so much about it that the rest does not matter. That holds along an axis
  * that is not refined, or that was point-sampled or averaged over cells: there a voxel depends on
- * what is near. Along an axis that was band-limited (sinc) every voxel depends on all others. What
- * lies about the slabs is refined twice, so the longest axis that can be cut is cut, of equal ones
- * the last.
+ * what is near, the wider the blur the less near. Along an axis that was band-limited (sinc), or
+ * blurred until a frequency was lost (svd.h), every voxel depends on all others. What lies about
+ * the slabs is refined twice, so the axis that is longest beside what lies about a slab is cut, of
+ * equal ones the last.
  */
 #ifndef CT_REFINE_SLABS_H
 #define CT_REFINE_SLABS_H
@@ -27,6 +28,8 @@ size_t ct_slab_most(const struct ct_degrade *by, const size_t n[static 3]);
 /* Slab k of m, from 0, m no more than there are. The one of 1 is all, be it cut or not. */
 struct ct_slab ct_slab_at(
 	const struct ct_degrade *by, const size_t n[static 3], size_t k, size_t m);
+/* Coarse voxels of the widest of m slabs, with those about it. */
+size_t ct_slab_widest(const struct ct_degrade *by, const size_t n[static 3], size_t m);
 /* *part (zeroed struct) gets the slab of `in` and what is about it, without metadata; or of a
  * volume on the fine grid. CT_ENOMEM. */
 int ct_slab_cut(struct ct_vol *part, const struct ct_vol *in, const struct ct_slab *s, bool fine,

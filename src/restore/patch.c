@@ -262,30 +262,40 @@ void ct_patch_back(float *cell, const float *in, const struct ct_patch_shape *sh
 					*in++ * pose->s * pose->share;
 }
 
+/* Is the place i, j, k of a cell one of the volume? */
+static bool inside(
+	const struct ct_slicing *s, const size_t at[static 3], size_t i, size_t j, size_t k)
+{
+	return at[0] + i < s->n[0] && at[1] + j < s->n[1] && at[2] + k < s->n[2];
+}
+
+static size_t place(
+	const struct ct_slicing *s, const size_t at[static 3], size_t i, size_t j, size_t k)
+{
+	return (at[0] + i) * s->stride[0] + (at[1] + j) * s->stride[1] + (at[2] + k) * s->stride[2];
+}
+
 void ct_patch_take(float *cell, const float *from, const struct ct_slicing *s,
 	const struct ct_patch_shape *shape, const size_t at[static 3])
 {
 	for (size_t k = 0; k < shape->slices; k++)
 		for (size_t j = 0; j < shape->cell; j++)
 			for (size_t i = 0; i < shape->cell; i++)
-				*cell++ = at[2] + k < s->n[2] ? from[(at[0] + i) * s->stride[0] +
-									(at[1] + j) * s->stride[1] +
-									(at[2] + k) * s->stride[2]]
-							      : 0;
+				*cell++ = inside(s, at, i, j, k) ? from[place(s, at, i, j, k)] : 0;
 }
 
 void ct_patch_put(float *to, float *square, const float *cell, const struct ct_slicing *s,
 	const struct ct_patch_shape *shape, const size_t at[static 3])
 {
-	for (size_t k = 0; k < shape->slices && at[2] + k < s->n[2]; k++)
+	for (size_t k = 0; k < shape->slices; k++)
 		for (size_t j = 0; j < shape->cell; j++)
 			for (size_t i = 0; i < shape->cell; i++, cell++) {
-				const size_t place = (at[0] + i) * s->stride[0] +
-						     (at[1] + j) * s->stride[1] +
-						     (at[2] + k) * s->stride[2];
+				const size_t here = place(s, at, i, j, k);
 
-				to[place] += *cell;
+				if (!inside(s, at, i, j, k))
+					continue;
+				to[here] += *cell;
 				if (square)
-					square[place] += *cell * *cell;
+					square[here] += *cell * *cell;
 			}
 }

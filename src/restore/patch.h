@@ -93,10 +93,10 @@ void ct_patch_back(float *cell, const float *in, const struct ct_patch_shape *sh
 	const struct ct_patch_pose *pose);
 /* From 0 at t = 0 to 1 at t = 1, smoothly. */
 float ct_patch_rise(float t);
-/* What a volume of that slicing holds in a cell, as it lies; 0 behind its last slice. */
+/* What a volume of that slicing holds in a cell, as it lies; 0 beyond its borders. */
 void ct_patch_take(float *cell, const float *from, const struct ct_slicing *s,
 	const struct ct_patch_shape *shape, const size_t at[static 3]);
-/* Add a cell, as it lies, to a volume of that slicing, but for slices behind its last; and the
+/* Add a cell, as it lies, to a volume of that slicing, but for what is beyond its borders; and the
  * squares to another, if it is not NULL. Thread-safe for different cells. */
 void ct_patch_put(float *to, float *square, const float *cell, const struct ct_slicing *s,
 	const struct ct_patch_shape *shape, const size_t at[static 3]);

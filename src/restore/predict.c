@@ -111,16 +111,20 @@ static double added(const struct predict_job *j, const size_t at[static 3])
 	return (double)b->rms[block];
 }
 
-/* What the axes before expect of a cell, RMS. */
+/* What the axes before expect of a cell, RMS of what of it is in the volume. */
 static double expected(const struct predict_job *j, const size_t at[static 3])
 {
+	const struct ct_patch_shape *shape = &j->r->shape;
+	const size_t side[3] = {shape->cell, shape->cell, shape->slices};
 	float was[CT_PATCH_CELL_MOST];
-	double square = 0;
+	double square = 0, count = 1;
 
-	ct_patch_take(was, j->g->h, &j->s, &j->r->shape, at);
+	ct_patch_take(was, j->g->h, &j->s, shape, at);
 	for (size_t k = 0; k < j->r->cell; k++)
 		square += (double)was[k] * (double)was[k];
-	return sqrt(square / (double)j->r->cell) / (double)j->g->axes;
+	for (int a = 0; a < 3; a++)
+		count *= fmin((double)side[a], (double)(j->s.n[a] - at[a]));
+	return sqrt(square / count) / (double)j->g->axes;
 }
 
 /* The share of a cell that is looked at. */
@@ -179,8 +183,8 @@ static void slices(void *arg, size_t group, size_t worker)
 	if (worker == 0 && j->g->slices) /* the calling thread */
 		ct_progress(j->env, "slices", j->g->done + k, j->g->slices);
 	was = ct_dnn_enter();
-	for (size_t v = 0; v + cell <= j->s.n[1]; v += cell)
-		for (size_t u = 0; u + cell <= j->s.n[0]; u += cell)
+	for (size_t v = 0; v < j->s.n[1]; v += cell)
+		for (size_t u = 0; u < j->s.n[0]; u += cell)
 			look(j, d, (const size_t[3]){u, v, k});
 	flush(j, d);
 	ct_dnn_leave(was);

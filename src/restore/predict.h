@@ -1,9 +1,9 @@
 /* predict.h: what a volume lacks, by a slice network (slice-network.h) on its slices.
  *
  * Across an axis whose other two axes are ones that the slice network knows (both coarse, or one
- * coarse and one fine), every r->shape.slices slices are cut into cells, the last of them in part;
- * what is predicted for a voxel is the mean over the axes. Cells whose patch is flat are 0 and cost
- * nothing but the look.
+ * coarse and one fine), every r->shape.slices slices are cut into cells, the last ones of an axis
+ * in part, the border repeated; what is predicted for a voxel is the mean over the axes. Cells
+ * whose patch is flat are 0 and cost nothing but the look.
  *
  * Most cells lack little. Across the axes after the first, a cell in which those before expect less
  * than `least` HU RMS is not looked at: what they expect counts once more. Where a pass before was
@@ -50,7 +50,7 @@ struct ct_guess {
 
 /* Add those of the axes of `axes` that are usable; *textured += the cells that were looked at and
  * not flat, of *cells. The same bytes for any number of threads. CT_EGEOM if there is no usable
- * axis or an axis is shorter than a cell; CT_ENOMEM, CT_EFAIL, CT_ESTOP. */
+ * axis; CT_ENOMEM, CT_EFAIL, CT_ESTOP. */
 int ct_predict(struct ct_guess *g, const struct ct_scene *s, const struct ct_slice_network *r,
 	const bool axes[static 3], size_t *textured, size_t *cells, const struct ct_env *env,
 	struct ct_err *e);

@@ -272,10 +272,13 @@ static int plan_between(struct ct_separable *plan, const struct pass *s, bool ba
 	double start[3], step[3];
 
 	for (int a = 0; a < 3; a++) {
-		const double ratio = s->rule->by.factor[a] / (double)s->cell;
+		const struct ct_scene *c = &s->scene;
+		const double ratio = c->coarse[a] ? s->rule->by.factor[a] / (double)s->cell : 1;
+		/* voxels of x before the first LR voxel */
+		const double before = ((double)s->x->n[a] - (double)c->n[a] * ratio) / 2;
 
-		step[a] = !s->scene.coarse[a] ? 1 : back ? 1 / ratio : ratio;
-		start[a] = 0.5 * step[a] - 0.5;
+		step[a] = back ? 1 / ratio : ratio;
+		start[a] = back ? (0.5 - before) * step[a] - 0.5 : 0.5 * step[a] + before - 0.5;
 	}
 	return ct_resample_plan(plan, n, m, start, step, CT_CUBIC, true, s->env->par, e);
 }
@@ -308,10 +311,7 @@ static int bring(const struct pass *s, float *x, const float *y, bool add, struc
 
 	if (plan_between(&plan, s, true, s->scene.n, s->x->n, e))
 		return -1;
-	if (add)
-		ct_separable_add(&plan, x, y, s->env->par);
-	else
-		ct_separable_apply(&plan, x, y, s->env->par);
+	(add ? ct_separable_add : ct_separable_apply)(&plan, x, y, s->env->par);
 	ct_separable_free(&plan);
 	return 0;
 }
