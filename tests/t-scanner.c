@@ -129,8 +129,14 @@ static void aims(void)
 	const struct ct_profile sure = {.spread = 1, .deviation = 0.02};
 	const struct ct_profile poor = {.spread = 1, .deviation = 0.4};
 
-	OK(ct_scanner_aim(&sure) > 0.97 && ct_scanner_aim(&sure) < 1, "what is sure is inverted");
-	OK(ct_scanner_aim(&poor) < 0.9, "what is poor is sharpened less");
+	for (int slices = 0; slices < 2; slices++) {
+		const double aim = ct_scanner_aim(&sure, slices);
+
+		OK(aim > 0.97 && aim < 1, "what is sure is inverted");
+		OK(ct_scanner_aim(&poor, slices) < 0.9, "what is poor is sharpened less");
+	}
+	OK(ct_scanner_aim(&poor, true) > 1.05 * ct_scanner_aim(&poor, false),
+		"of slices less is taken off");
 }
 
 /* The text of a sidecar. */

@@ -239,6 +239,7 @@ static void assume_slices(struct ct_profile joint[3], const double x[3])
 /* What is known by now, and who said it. */
 static void settle(struct ct_operator *r, const double x[3], const struct ct_env *env)
 {
+	const bool slices = (x[0] > 1) + (x[1] > 1) + (x[2] > 1) == 1;
 	bool some = false, seen = false, told = false;
 
 	for (int a = 0; a < 3; a++) {
@@ -253,7 +254,7 @@ static void settle(struct ct_operator *r, const double x[3], const struct ct_env
 		some = true;
 		seen = seen || !isnan(r->seen[a].spread);
 		told = told || (!isnan(r->told[a].spread) && !r->apart[a]);
-		r->by.sigma[a] = sigma_left(ct_scanner_aim(p), x[a], r->by.decimate);
+		r->by.sigma[a] = sigma_left(ct_scanner_aim(p, slices), x[a], r->by.decimate);
 		if (!isnan(r->told[a].spread))
 			ct_log(env, CT_INFO,
 				"axis %d: DICOM expects a spread of %.3g +- %.2g voxels, edges show "

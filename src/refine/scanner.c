@@ -235,11 +235,12 @@ bool ct_scanner_join(struct ct_profile *p, const struct ct_profile *expected)
 	return false;
 }
 
-/* Loss is a square of log(assumed/true), and TOO_WIDE times as large above as below; the least
- * expected is then so many deviations below the mean. */
+/* Loss is a square of log(assumed/true). It is three times as large above as below, of slices at
+ * most twice: the least expected is then so many deviations below the mean. */
 #define BELOW 0.44
+#define BELOW_SLICES 0.27
 
-double ct_scanner_aim(const struct ct_profile *p)
+double ct_scanner_aim(const struct ct_profile *p, bool slices)
 {
-	return p->spread * exp(-BELOW * p->deviation);
+	return p->spread * exp(-(slices ? BELOW_SLICES : BELOW) * p->deviation);
 }

@@ -39,7 +39,7 @@ double ct_scanner_thickness(const struct ct_acquired *a);
  * than 3 deviations apart do not: the measured one stays, and true is returned. */
 bool ct_scanner_join(struct ct_profile *p, const struct ct_profile *expected);
 /* The spread to invert: that of least expected loss, as too wide a profile costs more than too
- * narrow a one. */
-double ct_scanner_aim(const struct ct_profile *p);
+ * narrow a one, but less so of slices, of which one axis is refined. */
+double ct_scanner_aim(const struct ct_profile *p, bool slices);
 
 #endif
