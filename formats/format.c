@@ -191,7 +191,7 @@ static int read_first(
 			path);
 	if (ct_io_open(path, &f, e))
 		return -1;
-	if (f != stdin && fstat(fileno(f), &st) == 0 && S_ISREG(st.st_mode)) {
+	if (strcmp(path, "-") != 0 && fstat(fileno(f), &st) == 0 && S_ISREG(st.st_mode)) {
 		what = known_as(head, fread(head, 1, sizeof head, f), list[0]->kind);
 		rewind(f);
 	}

@@ -199,7 +199,8 @@ static void test_refusals(void)
 	save("x", "hello", 5);
 	refused("x", "not a NIfTI, MetaImage, NRRD, EXR, PLY, safetensors or PyTorch file");
 	save("x", "", 0);
-	refused("x", "not a NIfTI, MetaImage, NRRD, EXR, PLY, safetensors or PyTorch file");
+	refused("x",
+		"not a NIfTI, MetaImage, NRRD, EXR, PLY, safetensors or PyTorch file, but empty");
 	OK(ct_any_read("none", &a, &err) == -1 && err.code == CT_EINPUT, "no file: %s", err.msg);
 }
 

@@ -52,12 +52,11 @@ static size_t block_of(size_t i, const size_t m[3])
 	return (i / 14 / 12 / CELL * m[1] + i / 14 % 12 / CELL) * m[0] + i % 14 / CELL;
 }
 
-/* RMS of h over the voxels of the cell that voxel i is in, of slices across an axis; of those
- * behind the last slice as zeros. */
+/* RMS of h over the voxels of the cell that voxel i is in, of slices across an axis. */
 static double cell_rms(const double *h, size_t i, int axis, size_t slices)
 {
 	const size_t at[3] = {i % 14, i / 14 % 12, i / 14 / 12};
-	double sum = 0;
+	double sum = 0, count = 0;
 
 	for (size_t v = 0; v < ALL; v++) {
 		const size_t to[3] = {v % 14, v / 14 % 12, v / 14 / 12};
@@ -69,8 +68,9 @@ static double cell_rms(const double *h, size_t i, int axis, size_t slices)
 			in = in && to[a] / of == at[a] / of;
 		}
 		sum += in ? h[v] * h[v] : 0;
+		count += in;
 	}
-	return sqrt(sum / (double)(CELL * CELL * slices));
+	return sqrt(sum / count);
 }
 
 /* One axis after the other: every voxel has its share of what the network says and of what the mean
@@ -105,11 +105,6 @@ static void test_axes(size_t slices, const struct ct_added *before, double least
 			const double part = rise(known / least - 1);
 			const double is = part * (double)one[i] + (1 - part) * mean[i];
 
-			/* No cell ends in part. */
-			if (i % 14 >= 12 && a != 0)
-				continue;
-			if (i / 14 / 12 >= 8 && a != 2)
-				continue;
 			none += part <= 0;
 			some += part > 0 && part < 1;
 			sum[i] += is;
@@ -144,7 +139,7 @@ static void test_predictions(void)
 
 	for (size_t i = 0; i < 36; i++)
 		rms[i] = (float)(i % 7 * 6);
-	test_axes(4, NULL, 25);
+	test_axes(4, NULL, 32);
 	test_axes(1, NULL, 25);
 	test_axes(4, &before, 15);
 }
@@ -195,8 +190,8 @@ static void test_passes(void)
 	rule.passes = 2;
 	must(ct_restore(&x, sd, &lo, &p, &rule, &did, &env, &err));
 	NEAR(maxdiff(ALL, x.data, h), 0, 0.01, "the second pass looks where the first added much");
-	OK(did.textured == textured && textured < cells / 2, "at %zu of %zu cells", did.textured,
-		cells);
+	OK(did.textured == textured && textured < 3 * cells / 5, "at %zu of %zu cells",
+		did.textured, cells);
 	rule.least = 1e6;
 	memcpy(h, was, ALL * sizeof *was);
 	memcpy(x.data, was, ALL * sizeof *was);

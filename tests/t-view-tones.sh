@@ -121,7 +121,7 @@ else
 	skip 'pictures' 'no ct-view'
 fi
 
-# 0.8 of the mean blur of the axes, in mm along the first, seen on the detector, in its fine pixels
+# 0.8 of the mean blur of the axes, in mm, seen on the detector, in its fine pixels
 ct-phantom -q --size 24x24x24 --spacing 5,2,3 ellipsoids hr.nii && ct-degrade -q -x 2 --sigma 1,2,3.5 hr.nii lr.nii &&
 	ct-upsample -q -m cubic lr.nii up.nii && ct-upsample -q lr.nii tv.nii
 told() { # told BLUR NAME ARGS...: of projections of these
@@ -132,12 +132,12 @@ told() { # told BLUR NAME ARGS...: of projections of these
 geometry='--expert dso=300,dsd=900 --det 32 --expert pitch=3,4'
 # shellcheck disable=SC2086
 {
-told 8.66667 'the blur that the file says' --coarsen 4 $geometry up.nii # 0.8 6.5/3 5 3/3
-told 8.66667 'of a volume that is turned' --coarsen 4 --expert rotate=20,30,40 $geometry up.nii
-told 2.88889 'of parallel rays' --coarsen 4 --beam parallel --det 32 --expert pitch=3,4 up.nii
+told 5.2 'the blur that the file says' --coarsen 4 $geometry up.nii # 0.8 (1 5 + 2 2 + 3.5 3)/3 3/3
+told 5.2 'of a volume that is turned' --coarsen 4 --expert rotate=20,30,40 $geometry up.nii
+told 1.73333 'of parallel rays' --coarsen 4 --beam parallel --det 32 --expert pitch=3,4 up.nii
 told 0 'none where it is undone' --coarsen 4 $geometry tv.nii
-told 4 'a quarter of a coarse voxel where nothing is said' --coarsen 4 $geometry hr.nii # 0.8 1 5 3/3
-told 8 'of twice as coarse a one' --coarsen 8 $geometry hr.nii
+told 2.66667 'a quarter of a coarse voxel where nothing is said' --coarsen 4 $geometry hr.nii # 0.8 (5 + 2 + 3)/3 3/3
+told 5.33333 'of twice as coarse a one' --coarsen 8 $geometry hr.nii
 }
 exact ellipsoids bare.exr '--size 24x24x24' -n 2 --det 8
 ct-ddnm -f -v -n 1 -x 8 --expert operator=matched --sampler ddnm bare.exr t.exr 2>err; has err 'operator of blur 1.6 px' 'and of no volume'
