@@ -54,3 +54,11 @@ bench_train_project_SOURCES = bench/train/project.c
 bench_train_project_LDFLAGS = -static $(AM_LDFLAGS)
 bench_train_project_LDADD = libct.a -ldeflate -lz $(JANSSON_LIBS) -lm
 EXTRA_DIST += bench/train/projections.py bench/train/measure_projections.py
+# The same of the volume network (bench/train/volume.py). dnn-plain.c stands for oneDNN.
+EXTRA_PROGRAMS += bench/train/pairs
+bench_train_pairs_SOURCES = bench/train/pairs.c bench/train/dnn-plain.c
+bench_train_pairs_CFLAGS = $(AM_CFLAGS) -O3 $(TRAIN_MARCH) -ffp-contract=fast
+bench_train_pairs_LDFLAGS = -static $(AM_LDFLAGS)
+bench_train_pairs_LDADD = libct.a -ldeflate -lz $(JANSSON_LIBS) -lm
+TRAIN_MARCH = -march=x86-64-v3
+EXTRA_DIST += bench/train/pack.py bench/train/train.py bench/train/volume.py
