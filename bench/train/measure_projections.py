@@ -5,8 +5,8 @@
 
 DEV holds CTs that were not trained on. From the middle of three a cube of SIDE^3 voxels is cut, clipped and made 4
 times coarser (P1), as in examples/paper.mk. Projections of the coarse cube go through ct-ddnm as ct-sr --paper calls
-it, once with each prior, and are compared with those of the cube itself: PSNR, dB of the largest value, of some of
-the 100 views. `cubic` is of projections of the cubically refined cube. `held` is the same with the means of the true
+it, once with each prior, and are compared with those of the cube itself: PSNR, dB of the largest value, of VIEWS
+views instead of 100. `cubic` is of projections of the cubically refined cube. `held` is the same with the means of the true
 projections for those of the coarse cube: there is nothing between the result and the truth but the prior.
 """
 import math
@@ -18,7 +18,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), '..'
 from exr import read  # noqa: E402
 
 SCANS = ('head_invesalius', 'chest_lidc0314', 'torso_totalseg')
-SIDE, FACTOR, VIEWS, WINDOW = 128, 4, 8, '-512:3071'
+SIDE, FACTOR, VIEWS, WINDOW = 96, 4, 6, '-512:3071'
 
 
 def psnr(truth, test):

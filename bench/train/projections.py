@@ -175,7 +175,9 @@ class Net(nn.Module):
         kind = x.device.type
         with torch.autocast(kind, dtype=torch.bfloat16, enabled=False):
             e = self.embed(t)
-            h = self.input_blocks[0][0](x.float())
+            # One channel is in both orders, and would make all that follows be in the other.
+            order = torch.channels_last if x.is_cuda else torch.contiguous_format
+            h = self.input_blocks[0][0](x.float()).contiguous(memory_format=order)
         if torch.is_autocast_enabled() if kind == 'cuda' else torch.is_autocast_cpu_enabled():
             h = h.to(torch.bfloat16)
         kept = [h]
@@ -305,7 +307,7 @@ class Projections:
         self.names = [os.path.basename(f).split('_iso')[0].split('.')[0] for f in self.patients]
         self.held = [i for i, n in enumerate(self.names) if any(h in n for h in HELD)]
         if not self.patients or len(self.held) == len(self.patients):
-            raise SystemExit('%s: no CT to train on: expected ct/*.nii' % data)
+            raise SystemExit('%s: no CT to train on: expected ct/*.nii, beside those held out' % data)
         if tiny:
             train = [i for i in range(len(self.names)) if i not in self.held][:2]
             self.jobs = [(i, 0) for i in self.held[:1] + train]
