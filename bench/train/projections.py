@@ -277,7 +277,7 @@ class Projections:
     """Pieces of 96 to 192 pixels of projections, and of radiographs with random tone curves; noise prediction
     as in DDPM, plain mean square (see loss).
 
-    Every patient is seen as often as another, limbs half as often (13 of 27 CTs are of limbs). `data` holds
+    Every patient is seen as often as another, limbs half as often (13 of 26 CTs are of limbs). `data` holds
     ct/*.nii, xray.npy and bin/project; what is made stays in projections/.
     """
     name = 'projections'
