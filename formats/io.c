@@ -229,7 +229,7 @@ int ct_put(struct ct_out *o, const void *data, size_t n, struct ct_err *e)
 	if (fwrite(data, 1, n, o->f) != n)
 		return ct_fail_errno(e, CT_EOUTPUT, o->path ? o->path : "standard output");
 	o->unsent += n;
-	if (o->tmp && o->unsent >= SEND)
+	if (o->tmp.path && o->unsent >= SEND)
 		send_off(o);
 	return 0;
 }
@@ -239,7 +239,7 @@ int ct_out_set_commit(struct ct_out_set *s, struct ct_err *e)
 	size_t done = 0;
 	int rc = 0;
 
-	while (done < s->n && rename(s->file[done].tmp, s->file[done].path) == 0)
+	while (done < s->n && rename(s->file[done].tmp.path, s->file[done].path) == 0)
 		done++;
 	if (done < s->n) {
 		rc = ct_fail_errno(e, CT_EOUTPUT, s->file[done].path);
@@ -255,10 +255,7 @@ void ct_out_set_drop(struct ct_out_set *s)
 	for (size_t i = 0; i < s->n; i++) {
 		struct ct_out_waiting *w = &s->file[i];
 
-		ct_temp_remove(w->tmp);
-		if (w->lock >= 0)
-			close(w->lock);
-		free(w->tmp);
+		ct_temp_remove(&w->tmp);
 		free(w->path);
 	}
 	s->n = 0;
@@ -268,32 +265,23 @@ int ct_out_commit(struct ct_out *o, struct ct_err *e)
 {
 	const char *name = o->path ? o->path : "standard output";
 	int bad = fflush(o->f) != 0 || ferror(o->f);
-	int lock = o->tmp ? dup(fileno(o->f)) : -1; /* until it is renamed */
 
-	if (!bad && o->tmp)
+	if (!bad && o->tmp.path)
 		bad = set_rights(o) != 0 || fsync(fileno(o->f)) != 0;
 	if (o->path) {
 		bad |= fclose(o->f) != 0;
 		o->f = NULL;
 	}
-	if (!bad && o->tmp && o->together) {
+	if (!bad && o->tmp.path && o->together) {
 		assert(o->together->n < CT_OUT_SET);
-		o->together->file[o->together->n++] =
-			(struct ct_out_waiting){o->path, o->tmp, lock};
+		o->together->file[o->together->n++] = (struct ct_out_waiting){o->path, o->tmp};
 		*o = (struct ct_out){0};
 		return 0;
 	}
-	if (!bad && o->tmp)
-		bad = rename(o->tmp, o->path) != 0;
+	if (!bad && o->tmp.path)
+		bad = rename(o->tmp.path, o->path) != 0;
 	if (bad)
 		ct_fail_errno(e, CT_EOUTPUT, name);
-	else if (o->tmp) {
-		ct_temp_forget(o->tmp);
-		free(o->tmp);
-		o->tmp = NULL;
-	}
-	if (lock >= 0)
-		close(lock);
 	ct_out_abandon(o);
 	return bad ? -1 : 0;
 }
@@ -302,9 +290,7 @@ void ct_out_abandon(struct ct_out *o)
 {
 	if (o->f && o->path)
 		fclose(o->f);
-	if (o->tmp)
-		ct_temp_remove(o->tmp);
-	free(o->tmp);
+	ct_temp_remove(&o->tmp);
 	free(o->path);
 	*o = (struct ct_out){0};
 }

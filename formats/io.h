@@ -6,6 +6,7 @@
 #ifndef CT_FORMATS_IO_H
 #define CT_FORMATS_IO_H
 #include "core/env.h"
+#include "formats/temp.h"
 
 #include <stdbool.h>
 #include <stdio.h>
@@ -23,8 +24,8 @@ enum { CT_OUT_SET = 2 };
 struct ct_out_set {
 	size_t n;
 	struct ct_out_waiting {
-		char *path, *tmp;
-		int lock;
+		char *path;
+		struct ct_temp tmp;
 	} file[CT_OUT_SET];
 };
 
@@ -35,9 +36,10 @@ void ct_out_set_drop(struct ct_out_set *s);
 
 struct ct_out {
 	FILE *f;
-	char *path, *tmp; /* NULL for standard output */
-	bool secret;      /* for its owner alone */
-	size_t unsent;    /* bytes since the disk was told of them */
+	char *path;         /* NULL for standard output */
+	struct ct_temp tmp; /* of neither that nor a device */
+	bool secret;        /* for its owner alone */
+	size_t unsent;      /* bytes since the disk was told of them */
 	struct ct_out_set *together;
 };
 

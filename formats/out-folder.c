@@ -1,12 +1,11 @@
 /* out-folder.c: see out-folder.h. */
 #include "config.h"
 #include "formats/out-folder.h"
-#include "formats/temp.h"
+#include "formats/temp-proof.h"
 
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
-#include <fnmatch.h>
 #include <libgen.h>
 #include <limits.h>
 #include <stdio.h>
@@ -37,9 +36,11 @@ static char *target(const char *path)
 }
 
 /* Is the folder empty, or may it be replaced? */
-static int replaceable(const struct ct_out_folder *f, const char *own, bool force, struct ct_err *e)
+static int replaceable(const struct ct_out_folder *f, const char *folder, const char *own,
+	bool force, struct ct_err *e)
 {
-	DIR *d = opendir(f->path);
+	DIR *d = opendir(folder);
+	struct stat st;
 	struct dirent *x;
 	int rc = 0;
 
@@ -52,7 +53,9 @@ static int replaceable(const struct ct_out_folder *f, const char *own, bool forc
 			rc = ct_fail(e, CT_EOUTPUT,
 				"%s: holds files; --force replaces a series that was written here",
 				f->name);
-		else if (fnmatch(own, x->d_name, 0) != 0)
+		else if (!ct_temp_listed(own, x->d_name) ||
+			 fstatat(dirfd(d), x->d_name, &st, AT_SYMLINK_NOFOLLOW) != 0 ||
+			 !S_ISREG(st.st_mode))
 			rc = ct_fail(e, CT_EOUTPUT,
 				"%s: holds %.100s, which is not of a series that was written "
 				"here: will not replace it",
@@ -77,20 +80,27 @@ static int allowed(
 		return ct_fail(e, CT_EOUTPUT,
 			"%s: a file system begins here; name a folder in it, which is made",
 			f->name);
-	return replaceable(f, own, env->force, e);
+	return replaceable(f, f->path, own, env->force, e);
 }
 
 int ct_out_folder_open(struct ct_out_folder *f, const char *path, const char *own,
 	const struct ct_env *env, struct ct_err *e)
 {
-	*f = (struct ct_out_folder){.name = path, .lock = -1};
+	*f = (struct ct_out_folder){.name = path};
 	f->path = target(path);
 	if (!f->path)
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
-	if (allowed(f, own, env, e) == 0)
-		f->lock = ct_temp_folder(f->path, &f->tmp, e);
-	if (f->lock >= 0)
-		return 0;
+	if (allowed(f, own, env, e) == 0) {
+		const size_t n = strlen(f->path);
+		struct ct_err why;
+
+		if (ct_temp_folder(f->path, own, &f->tmp, &why) == 0)
+			return 0;
+		/* as the user called it */
+		*e = why;
+		if (strncmp(why.msg, f->path, n) == 0)
+			ct_fail(e, why.code, "%s%s", path, why.msg + n);
+	}
 	ct_out_folder_abandon(f);
 	return -1;
 }
@@ -107,7 +117,7 @@ int ct_out_folder_check(
 
 static int sync_files(const struct ct_out_folder *f)
 {
-	DIR *d = opendir(f->tmp);
+	DIR *d = opendir(f->tmp.path);
 	struct dirent *x;
 	int rc = d ? 0 : -1;
 
@@ -131,53 +141,58 @@ static mode_t rights(const char *path)
 	return stat(path, &st) == 0 ? st.st_mode & 07777 : 0777 & ~ct_temp_umask();
 }
 
-/* In the place of one that holds files, which goes to f->tmp. */
-static int exchange(struct ct_out_folder *f)
+/* In the place of one that holds files, which goes to f->tmp, or back if they are not such as we
+ * may remove: somebody may have put one there meanwhile. */
+static int exchange(struct ct_out_folder *f, struct ct_err *e)
 {
-	struct ct_err why;
-	char *old;
-	int lock, rc;
+	struct ct_temp old;
+	bool moved;
+	int rc;
 
-	if (renameat2(AT_FDCWD, f->tmp, AT_FDCWD, f->path, RENAME_EXCHANGE) == 0)
-		return 0;
-	lock = ct_temp_folder(f->path, &old, &why); /* a file system that cannot */
-	if (lock < 0)
+	if (renameat2(AT_FDCWD, f->tmp.path, AT_FDCWD, f->path, RENAME_EXCHANGE) == 0) {
+		rc = replaceable(f, f->tmp.path, f->tmp.own, true, e);
+		if (rc && renameat2(AT_FDCWD, f->tmp.path, AT_FDCWD, f->path, RENAME_EXCHANGE) == 0)
+			return -1;
+		return 0; /* or what is not ours stays in the working folder */
+	}
+	if (ct_temp_folder(f->path, f->tmp.own, &old, e)) /* a file system that cannot */
 		return -1;
-	rc = rename(f->path, old);
-	if (rc == 0 && (rc = rename(f->tmp, f->path)) != 0)
-		rename(old, f->path);
-	if (rc == 0)
-		ct_temp_remove(old);
+	rc = rename(f->path, old.path);
+	moved = rc == 0;
+	if (moved)
+		rc = replaceable(f, old.path, f->tmp.own, true, e);
 	else
-		rmdir(old);
-	ct_temp_forget(old);
-	free(old);
-	close(lock);
+		ct_fail_errno(e, CT_EOUTPUT, f->name);
+	if (rc == 0 && (rc = rename(f->tmp.path, f->path)) != 0)
+		ct_fail_errno(e, CT_EOUTPUT, f->name);
+	if (rc && moved && rename(old.path, f->path) != 0) {
+		const struct ct_err why = *e;
+
+		old.stays = true;
+		ct_fail(e, why.code, "%.200s; what was there is in %.200s", why.msg, old.path);
+	}
+	ct_temp_remove(&old);
 	return rc;
 }
 
 int ct_out_folder_commit(struct ct_out_folder *f, struct ct_err *e)
 {
-	int bad = chmod(f->tmp, rights(f->path)) != 0 || sync_files(f) != 0;
+	int rc = 0;
 
-	if (!bad && rename(f->tmp, f->path) != 0)
-		bad = (errno != ENOTEMPTY && errno != EEXIST) || exchange(f) != 0;
-	if (bad)
-		ct_fail_errno(e, CT_EOUTPUT, f->name);
+	if (chmod(f->tmp.path, rights(f->path)) != 0 || sync_files(f) != 0)
+		rc = ct_fail_errno(e, CT_EOUTPUT, f->name);
+	else if (rename(f->tmp.path, f->path) != 0)
+		rc = errno == ENOTEMPTY || errno == EEXIST ? exchange(f, e)
+							   : ct_fail_errno(e, CT_EOUTPUT, f->name);
 	ct_out_folder_abandon(f);
-	return bad ? -1 : 0;
+	return rc;
 }
 
 void ct_out_folder_abandon(struct ct_out_folder *f)
 {
-	if (f->tmp) {
-		ct_temp_remove(f->tmp);
-		if (f->lock >= 0)
-			close(f->lock);
-	}
-	free(f->tmp);
+	ct_temp_remove(&f->tmp);
 	free(f->path);
-	*f = (struct ct_out_folder){.lock = -1};
+	*f = (struct ct_out_folder){0};
 }
 
 bool ct_out_folder_holds(const char *folder, const char *path)

@@ -7,13 +7,14 @@
 #ifndef CT_FORMATS_OUT_FOLDER_H
 #define CT_FORMATS_OUT_FOLDER_H
 #include "core/env.h"
+#include "formats/temp.h"
 
 #include <stdbool.h>
 
 struct ct_out_folder {
-	const char *name; /* as it was given, borrowed */
-	char *path, *tmp; /* without links; files are made in tmp */
-	int lock;
+	const char *name;   /* as it was given, borrowed */
+	char *path;         /* without links */
+	struct ct_temp tmp; /* files are made in it */
 };
 
 /* Does the name mean a folder: does it end in "/", or is one there? */
@@ -21,7 +22,7 @@ bool ct_out_folder_named(const char *path);
 /* Is an output of this name allowed now, and can it be made there? CT_EOUTPUT. */
 int ct_out_folder_check(
 	const char *path, const char *own, const struct ct_env *env, struct ct_err *e);
-/* The same, and f->tmp is there. */
+/* The same, and f->tmp.path is there. */
 int ct_out_folder_open(struct ct_out_folder *f, const char *path, const char *own,
 	const struct ct_env *env, struct ct_err *e);
 /* Sync all files, rename. CT_EOUTPUT; the temporary folder is gone either way. */

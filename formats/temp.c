@@ -2,6 +2,7 @@
 #include "config.h"
 #include "formats/temp.h"
 #include "core/clock.h"
+#include "formats/temp-proof.h"
 
 #include <dirent.h>
 #include <errno.h>
@@ -15,29 +16,29 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#define MARK ".ct-XXXXXX"
-#define CLAIM ".ct-locked" /* like one of those */
+#define CLAIM ".ct-locked"
 /* Seconds: who looks whether it is stale has a lock for a moment; what a killed run started ends
  * within them. */
 #define PATIENCE 2.0
-enum { KEPT = 16, TRIES = 100, MARKED = sizeof MARK - 1, RANDOM = 6 };
+enum { KEPT = 16, TRIES = 100, OWN = 256 };
 
 /* Where the thread finds them that ends the program. */
 enum { FREE, TAKEN, USED };
 struct ct_temp_kept {
-	atomic_int is; /* TAKEN: a thread is writing the name */
-	char name[PATH_MAX];
+	atomic_int is; /* TAKEN: a thread is writing the rest */
+	char name[PATH_MAX], own[OWN];
+	bool claimed; /* a lock, not a working folder */
 };
-static struct ct_temp_kept own[KEPT], *kept = own;
+static struct ct_temp_kept table[KEPT], *kept = table;
 
 struct ct_temp_kept *ct_temp_table(void)
 {
 	return kept;
 }
 
-void ct_temp_share(struct ct_temp_kept *table)
+void ct_temp_share(struct ct_temp_kept *other)
 {
-	kept = table;
+	kept = other;
 }
 
 mode_t ct_temp_umask(void)
@@ -72,161 +73,232 @@ bool ct_temp_wait(int fd)
 	return got;
 }
 
-static void keep(const char *tmp)
+static void keep(const char *name, const char *own, bool claimed)
 {
-	for (size_t i = 0; i < KEPT && strlen(tmp) < PATH_MAX; i++) {
+	for (size_t i = 0; i < KEPT && strlen(name) < PATH_MAX; i++) {
 		int is = FREE;
 
 		if (atomic_compare_exchange_strong(&kept[i].is, &is, TAKEN)) {
-			snprintf(kept[i].name, PATH_MAX, "%s", tmp);
+			snprintf(kept[i].name, PATH_MAX, "%s", name);
+			snprintf(kept[i].own, OWN, "%s", own ? own : "");
+			kept[i].claimed = claimed;
 			kept[i].is = USED;
 			return;
 		}
 	}
 }
 
-void ct_temp_forget(const char *tmp)
+static void forget(const char *name)
 {
 	for (size_t i = 0; i < KEPT; i++)
-		if (kept[i].is == USED && strcmp(kept[i].name, tmp) == 0)
+		if (kept[i].is == USED && strcmp(kept[i].name, name) == 0)
 			kept[i].is = FREE;
 }
 
-/* The files in it. Without memory, for there may be none: opendir() needs some. */
-static void empty(int at, const char *folder)
+static const char *base_of(const char *path)
 {
-	_Alignas(struct dirent64) char block[4096];
-	int fd = openat(at, folder, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
-	ssize_t n;
+	const char *slash = strrchr(path, '/');
 
-	while (fd >= 0 && (n = getdents64(fd, block, sizeof block)) > 0)
-		for (const char *p = block; p < block + n;) {
-			const struct dirent64 *x = (const void *)p;
+	return slash ? slash + 1 : path;
+}
 
-			if (strcmp(x->d_name, ".") != 0 && strcmp(x->d_name, "..") != 0)
-				unlinkat(fd, x->d_name, 0);
-			p += x->d_reclen;
-		}
+/* The lock of a path, if the file of its name is ours. */
+static void drop_claim(const char *name)
+{
+	const char *base = base_of(name);
+	char of[NAME_MAX + 1];
+	struct stat st;
+	const int fd = open(name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+
+	snprintf(of, sizeof of, "%.*s", (int)(strlen(base) - (sizeof CLAIM - 1)), base);
+	if (fd >= 0 && fstat(fd, &st) == 0 && ct_temp_signed(fd, st.st_ino, of, true))
+		unlink(name);
 	if (fd >= 0)
 		close(fd);
 }
 
-void ct_temp_clear(int at, const char *folder)
+static void drop(const char *name, const char *own, bool claimed)
 {
 	int i = 0;
 
-	do
-		empty(at, folder);
-	while (unlinkat(at, folder, AT_REMOVEDIR) != 0 && errno == ENOTEMPTY && ++i < TRIES);
+	if (claimed)
+		drop_claim(name);
+	else /* a thread may still put files there */
+		while (!ct_temp_drop(AT_FDCWD, name, *own ? own : NULL) && ++i < TRIES)
+			;
 }
 
-static void remove_any(int at, const char *name)
+/* The end of the working folder's name; in the table it stands without what is in it. */
+static char *end_of(const struct ct_temp *t)
 {
-	if (unlinkat(at, name, 0) != 0 && (errno == EISDIR || errno == EPERM))
-		ct_temp_clear(at, name);
+	return t->path + strlen(t->path) - (sizeof "/" CT_TEMP_DATA - 1);
 }
 
-void ct_temp_remove(const char *tmp)
+void ct_temp_remove(struct ct_temp *t)
 {
-	remove_any(AT_FDCWD, tmp);
-	ct_temp_forget(tmp);
+	if (t->path) {
+		if (!t->claimed)
+			*end_of(t) = '\0';
+		if (!t->stays)
+			drop(t->path, t->own ? t->own : "", t->claimed);
+		forget(t->path);
+		if (t->lock >= 0)
+			close(t->lock);
+	}
+	free(t->path);
+	*t = (struct ct_temp){.lock = -1};
 }
 
 void ct_temp_remove_all(void)
 {
 	for (size_t i = 0; i < KEPT; i++)
 		if (kept[i].is == USED)
-			remove_any(AT_FDCWD, kept[i].name);
+			drop(kept[i].name, kept[i].own, kept[i].claimed);
 }
 
-static bool marked(const char *name, const char *base, size_t n)
+/* Of a path: its folder, up to and with the slash; "" if it names none. */
+static int folder_of(const char *path)
 {
-	const size_t len = strlen(name);
-
-	return len >= n + MARKED && strncmp(name, base, n) == 0 &&
-	       strncmp(name + len - MARKED, MARK, MARKED - RANDOM) == 0 &&
-	       !name[len - RANDOM +
-		       strspn(name + len - RANDOM, "abcdefghijklmnopqrstuvwxyz"
-						   "ABCDEFGHIJKLMNOPQRSTUVWXYZ"
-						   "0123456789")];
-}
-
-static void remove_stale(int folder, const char *name)
-{
-	struct stat st;
-	int fd = openat(folder, name, O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
-
-	if (fd < 0 && errno == EISDIR)
-		fd = openat(folder, name, O_RDONLY | O_NOFOLLOW | O_CLOEXEC);
-	if (fd < 0)
-		return;
-	if (fstat(fd, &st) == 0 && (S_ISREG(st.st_mode) || S_ISDIR(st.st_mode)) &&
-		st.st_uid == geteuid() && ct_temp_lock(fd))
-		remove_any(folder, name);
-	close(fd);
+	return (int)(base_of(path) - path);
 }
 
 /* What killed processes left of this name. */
-static void sweep(const char *path)
+static void sweep(const char *path, const char *own)
 {
-	const char *slash = strrchr(path, '/'), *base = slash ? slash + 1 : path;
+	const int n = folder_of(path);
 	char folder[PATH_MAX] = ".";
 	struct dirent *x;
 	DIR *d;
 
-	if (slash && (size_t)(slash - path) + 2 > sizeof folder)
+	if ((size_t)n >= sizeof folder)
 		return;
-	if (slash)
-		snprintf(folder, sizeof folder, "%.*s", (int)(slash - path) + 1, path);
+	if (n)
+		snprintf(folder, sizeof folder, "%.*s", n, path);
 	d = opendir(folder);
 	while (d && (x = readdir(d)))
-		if (marked(x->d_name, base, strlen(base)))
-			remove_stale(dirfd(d), x->d_name);
+		if (ct_temp_named(x->d_name))
+			ct_temp_drop_stale(dirfd(d), x->d_name, base_of(path), own);
 	if (d)
 		closedir(d);
 }
 
-/* One that nobody swept away before it was locked. */
-static int make(char *tmp, bool folder)
+/* Some masks take their owner's rights away. */
+static int own_rights(int at, const char *name)
 {
 	struct stat st;
 
-	for (int i = 0; i < TRIES; i++) {
-		int fd;
-
-		memcpy(tmp + strlen(tmp) - RANDOM, MARK + MARKED - RANDOM, RANDOM);
-		if (folder)
-			fd = mkdtemp(tmp) ? open(tmp, O_RDONLY | O_DIRECTORY | O_CLOEXEC) : -1;
-		else
-			fd = mkostemp(tmp, O_CLOEXEC);
-		if (fd < 0)
-			return -1;
-		keep(tmp);
-		ct_temp_lock(fd);
-		if (fstat(fd, &st) == 0 && st.st_nlink > 0)
-			return fd;
-		ct_temp_forget(tmp);
-		close(fd);
-	}
-	errno = EAGAIN;
-	return -1;
+	if (fstatat(at, name, &st, AT_SYMLINK_NOFOLLOW) != 0)
+		return -1;
+	return (st.st_mode & 0700) == 0700 ? 0 : fchmodat(at, name, (st.st_mode & 07777) | 0700, 0);
 }
 
-/* The lock of the file `tmp`, and the file still of that name; else -1, errno EWOULDBLOCK if
- * another has it. Where there are no locks, it is taken. */
-static int claim(const char *tmp)
+/* The mark, locked, and what is to be renamed, in the working folder `name`: its descriptor, of a
+ * folder 0. */
+static int fill(struct ct_temp *t, const char *name, const char *base, bool folder)
+{
+	const int how = O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC;
+	struct stat st;
+	int at, fd = -1, why;
+
+	if (own_rights(AT_FDCWD, name) ||
+		(at = open(name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC)) < 0)
+		return -1;
+	t->lock = openat(at, CT_TEMP_MARK, how, 0600);
+	if (t->lock >= 0 && fstat(at, &st) == 0) {
+		ct_temp_lock(t->lock);
+		if (ct_temp_sign(t->lock, st.st_ino, base) == 0)
+			fd = !folder ? openat(at, CT_TEMP_DATA, how, 0600)
+			     : mkdirat(at, CT_TEMP_DATA, 0700) || own_rights(at, CT_TEMP_DATA) ? -1
+											       : 0;
+	}
+	why = errno;
+	close(at);
+	errno = why;
+	return fd;
+}
+
+static int fail(const char *path, const char *suffix, struct ct_err *e)
+{
+	const size_t n = strlen(base_of(path)) + strlen(suffix);
+
+	if (errno == ENAMETOOLONG && n > NAME_MAX)
+		return ct_fail(e, CT_EOUTPUT,
+			"%s: the name%s%s is %zu bytes long, and a file's name has at most %d: "
+			"choose a shorter one",
+			path, *suffix ? " of its lock, with " : "", suffix, n, NAME_MAX);
+	return ct_fail_errno(e, CT_EOUTPUT, path);
+}
+
+static int make(const char *path, const char *own, bool folder, struct ct_temp *t, struct ct_err *e)
+{
+	struct stat st;
+	int fd = -1;
+
+	*t = (struct ct_temp){.lock = -1, .own = own};
+	if (lstat(path, &st) != 0 && errno != ENOENT)
+		return fail(path, "", e);
+	sweep(path, own);
+	if (asprintf(&t->path, "%.*s" CT_TEMP_STEM "XXXXXX/" CT_TEMP_DATA, folder_of(path), path) <
+		0) {
+		t->path = NULL;
+		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
+	}
+	*end_of(t) = '\0';
+	if (!mkdtemp(t->path)) {
+		ct_fail_errno(e, CT_EOUTPUT, path);
+		free(t->path);
+		t->path = NULL;
+		return -1;
+	}
+	keep(t->path, own, false);
+	fd = fill(t, t->path, base_of(path), folder);
+	t->path[strlen(t->path)] = '/';
+	if (fd < 0) {
+		ct_fail_errno(e, CT_EOUTPUT, path);
+		ct_temp_remove(t);
+	}
+	return fd;
+}
+
+int ct_temp_open(const char *path, struct ct_temp *t, struct ct_err *e)
+{
+	return make(path, NULL, false, t, e);
+}
+
+int ct_temp_folder(const char *path, const char *own, struct ct_temp *t, struct ct_err *e)
+{
+	return make(path, own, true, t, e);
+}
+
+/* The lock of the file t->path, and the file still of that name; else -1, errno EWOULDBLOCK if
+ * another has it, EEXIST if that is no file. Where there are no locks, it is taken. A new file gets
+ * our mark, and one that a killed run left has it. */
+static int claim(struct ct_temp *t, const char *base)
 {
 	bool had = false;
 	struct stat st;
 
 	for (int i = 0; i < TRIES && !had; i++) {
-		const int fd = open(tmp, O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600);
+		const int how = O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC;
+		int fd = open(t->path, how | O_CREAT | O_EXCL, 0600);
+		const bool new = fd >= 0, there = !new &&errno == EEXIST;
 
+		if (there && (fd = open(t->path, how)) < 0 && errno == ENOENT)
+			continue; /* it went meanwhile */
 		if (fd < 0)
 			return -1;
+		if (fstat(fd, &st) == 0 && !S_ISREG(st.st_mode)) {
+			close(fd);
+			errno = EEXIST;
+			return -1;
+		}
 		had = !ct_temp_wait(fd) && errno == EWOULDBLOCK;
 		if (!had && fstat(fd, &st) == 0 && st.st_nlink > 0) {
-			keep(tmp);
+			if (new)
+				ct_temp_sign(fd, st.st_ino, base);
+			t->stays = !ct_temp_signed(fd, st.st_ino, base, true);
+			if (!t->stays)
+				keep(t->path, NULL, true);
 			return fd;
 		}
 		close(fd);
@@ -235,41 +307,22 @@ static int claim(const char *tmp)
 	return -1;
 }
 
-enum kind { NEW_FILE, NEW_FOLDER, CLAIMED };
-
-static int open_new(const char *path, enum kind kind, char **tmp, struct ct_err *e)
+int ct_temp_claim(const char *path, struct ct_temp *t, struct ct_err *e)
 {
-	int fd;
-
-	if (kind != CLAIMED)
-		sweep(path);
-	if (asprintf(tmp, "%s%s", path, kind == CLAIMED ? CLAIM : MARK) < 0) {
-		*tmp = NULL;
+	*t = (struct ct_temp){.lock = -1, .claimed = true};
+	sweep(path, NULL);
+	if (asprintf(&t->path, "%s" CLAIM, path) < 0) {
+		t->path = NULL;
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
 	}
-	fd = kind == CLAIMED ? claim(*tmp) : make(*tmp, kind == NEW_FOLDER);
-	if (fd >= 0)
-		return fd;
-	if (kind == CLAIMED && errno == EWOULDBLOCK)
+	t->lock = claim(t, base_of(path));
+	if (t->lock >= 0)
+		return t->lock;
+	if (errno == EWOULDBLOCK)
 		ct_fail(e, CT_EOUTPUT, "%s: another run is making it", path);
 	else
-		ct_fail_errno(e, CT_EOUTPUT, path);
-	free(*tmp);
-	*tmp = NULL;
+		fail(path, CLAIM, e);
+	free(t->path);
+	t->path = NULL;
 	return -1;
-}
-
-int ct_temp_open(const char *path, char **tmp, struct ct_err *e)
-{
-	return open_new(path, NEW_FILE, tmp, e);
-}
-
-int ct_temp_folder(const char *path, char **tmp, struct ct_err *e)
-{
-	return open_new(path, NEW_FOLDER, tmp, e);
-}
-
-int ct_temp_claim(const char *path, char **tmp, struct ct_err *e)
-{
-	return open_new(path, CLAIMED, tmp, e);
 }

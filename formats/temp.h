@@ -1,8 +1,9 @@
 /* temp.h: the files, and folders of files, that are not yet what they are to become.
  *
- * PATH.ct-XXXXXX beside PATH, locked by the process that writes it. One whose process was killed
- * has no lock: the next that is made of the same PATH removes it, and those of files whose names
- * begin like it, such as its state.
+ * FOLDER/.ctsr-tmp-XXXXXX, for its owner alone, is a working folder beside what is made in it. It
+ * holds "mark", locked by the process that works there, and "data", the file or folder that is to
+ * be renamed. The mark says to what it belongs (temp-proof.h). A killed process has no lock: the
+ * next that makes the same file removes what the mark proves, and nothing else.
  */
 #ifndef CT_FORMATS_TEMP_H
 #define CT_FORMATS_TEMP_H
@@ -15,22 +16,28 @@
 extern "C" {
 #endif
 
-/* A file for PATH, empty, open for writing, for its owner alone: its descriptor and name, to be
- * freed after ct_temp_remove or, when it is renamed, ct_temp_forget. CT_EOUTPUT naming PATH,
- * CT_ENOMEM. */
-int ct_temp_open(const char *path, char **tmp, struct ct_err *e);
-void ct_temp_remove(const char *tmp);
-void ct_temp_forget(const char *tmp);
-/* The same as a folder; its descriptor holds the lock. */
-int ct_temp_folder(const char *path, char **tmp, struct ct_err *e);
-/* A folder and the files in it, of the folder `at`: also those that come while it goes. */
-void ct_temp_clear(int at, const char *folder);
+struct ct_temp {
+	char *path;      /* the file or folder, or the lock; owned; NULL: none */
+	int lock;        /* descriptor; it holds the lock */
+	const char *own; /* a folder's files: patterns, separated by '|'; borrowed */
+	bool claimed;    /* a lock, not a working folder */
+	bool stays;      /* what is there is not to be removed */
+};
+
+/* A file for PATH, empty, open for reading and writing, for its owner alone: its descriptor. In
+ * the end rename t->path or do not, and call ct_temp_remove. CT_EOUTPUT naming PATH, CT_ENOMEM. */
+int ct_temp_open(const char *path, struct ct_temp *t, struct ct_err *e);
+/* The same as a folder, of files that are called as `own`: 0 or -1. */
+int ct_temp_folder(const char *path, const char *own, struct ct_temp *t, struct ct_err *e);
+/* What is at t->path now, if we may have made it, and the working folder. Legal on zeroes. */
+void ct_temp_remove(struct ct_temp *t);
 /* All of this process, from any thread, when it ends. */
 void ct_temp_remove_all(void);
 
-/* For the one run that makes PATH: PATH.ct-locked, locked; as above. CT_EOUTPUT naming PATH, also
- * if another run has it (and does not end within two seconds), CT_ENOMEM. */
-int ct_temp_claim(const char *path, char **tmp, struct ct_err *e);
+/* For the one run that makes PATH: the lock of PATH.ct-locked. A file of that name without our mark
+ * is locked, and stays as it is. CT_EOUTPUT naming PATH, also if another run has it (and does not
+ * end within two seconds), CT_ENOMEM. */
+int ct_temp_claim(const char *path, struct ct_temp *t, struct ct_err *e);
 
 /* The process's umask, read and not set, since other threads may make files; 077 if the system does
  * not report it. */

@@ -247,7 +247,7 @@ endif
 dist_check_SCRIPTS += tests/t-levels.sh
 check_PROGRAMS += tests/t-solve
 tests_t_solve_SOURCES = tests/t-solve.c
-dist_check_SCRIPTS += tests/t-resume.sh tests/t-chain.sh tests/t-stop.sh tests/t-make.sh
+dist_check_SCRIPTS += tests/t-resume.sh tests/t-chain.sh tests/t-stop.sh tests/t-neighbours.sh tests/t-make.sh
 dist_check_SCRIPTS += tests/t-pipeline.sh tests/t-contradictions.sh tests/t-modes.sh tests/t-paper.sh
 include tests/fuzz/local.mk
 dist_check_SCRIPTS += tests/t-long.sh

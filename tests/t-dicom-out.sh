@@ -129,14 +129,14 @@ ct-phantom -q --size 24x24x1500 --spacing 1 cube long.nii; ct-convert -q long.ni
 for sig in 2 15 9; do
 	for o in long/ long.dcm; do
 		signalled 100 $sig ct-convert -q long.nii $o 2>/dev/null
-		echo "$sig $o $? $(ls -d long* | tr '\n' ' ')"
+		echo "$sig $o $? $(ls -d long* .ctsr-* 2>/dev/null | tr '\n' ' ')"
 	done
 done >stopped
 [ "$(grep -c '^[21].* 75 long.nii $' stopped)" -eq 4 ]; ok $? 'SIGINT and SIGTERM leave nothing'
-[ "$(grep '^9.* 137 ' stopped | grep -c 'long.*\.ct-.*')" -eq 2 ]; ok $? 'SIGKILL leaves what it had begun'
+[ "$(grep '^9.* 137 ' stopped | grep -c '\.ctsr-tmp-.* long')" -eq 2 ]; ok $? 'SIGKILL leaves what it had begun'
 [ -z "$(awk '{for (i = 4; i <= NF; i++) if ($i == "long" || $i == "long.dcm") print}' stopped)" ]; ok $? 'but nothing of that name'
 exits 0 'the next run' ct-convert -q long.nii long/; exits 0 'of either kind' ct-convert -q long.nii long.dcm
-[ "$(ls -d long* | tr '\n' ' ')" = 'long long.dcm long.nii ' ]; ok $? 'sweeps up what was left'
+[ "$(ls -d long* .ctsr-* 2>/dev/null | tr '\n' ' ')" = 'long long.dcm long.nii ' ]; ok $? 'sweeps up what was left'
 [ "$(ls long | wc -l) $(ls long | tail -n 1)" = '1500 ctsr1500.dcm' ]; ok $? 'and is whole'
 
 # whose it is

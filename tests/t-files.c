@@ -227,7 +227,8 @@ static void test_content(void)
 static void test_temporary(void)
 {
 	struct ct_chain c, d;
-	char path[100];
+	char path[200], left[100];
+	FILE *f;
 
 	setenv("TMPDIR", "", 1);
 	OK(strcmp(ct_keep_folder(), "/tmp") == 0, "where temporary files go");
@@ -236,16 +237,39 @@ static void test_temporary(void)
 			strcmp(c.folder, "/tmp/ct-sr.ct-XXXXXX") == 0,
 		"a dry one is named");
 	ct_chain_close(&c);
-	if (mkdir("tmp", 0777) || mkdir("tmp/ct-sr.ct-stale0", 0777) ||
-		mkdir("tmp/ct-sr.kept", 0777))
+	if (mkdir("tmp", 0777) || mkdir("tmp/ct-sr.ct-stale0", 0777))
 		exit(99);
-	put_text("tmp/ct-sr.ct-stale0/more", "");
+	put_text("tmp/ct-sr.ct-stale0/lr.nii", "");
 	setenv("TMPDIR", "tmp", 1);
 	OK(ct_chain_open(&c, NULL, false, &e) == 0 && !c.kept && c.lock >= 0 &&
-			strncmp(c.folder, "tmp/ct-sr.ct-", 13) == 0 && rights_of(c.folder) == 0700,
+			strncmp(c.folder, "tmp/.ctsr-tmp-", 14) == 0 && rights_of(c.folder) == 0700,
 		"a temporary folder");
-	OK(!is_there("tmp/ct-sr.ct-stale0") && is_there("tmp/ct-sr.kept"),
-		"one that was left is removed, and nothing else");
+	OK(is_there("tmp/ct-sr.ct-stale0/lr.nii"), "what has no mark stays");
+	for (int others = 0; others < 2; others++) {
+		const pid_t pid = fork(); /* a run that is killed at work */
+
+		if (pid == 0) {
+			if (ct_chain_open(&d, NULL, false, &e))
+				_exit(1);
+			put_text("left", d.folder);
+			snprintf(path, sizeof path, "%s/up.nii", d.folder);
+			put_text(path, "");
+			snprintf(path, sizeof path, "%s/notes.txt", d.folder);
+			if (others)
+				put_text(path, "");
+			_exit(0);
+		}
+		waitpid(pid, NULL, 0);
+		f = fopen("left", "r");
+		if (!f || !fgets(left, sizeof left, f))
+			exit(99);
+		fclose(f);
+		OK(is_there(left), "a killed run leaves its folder");
+		OK(ct_chain_open(&d, NULL, false, &e) == 0 && is_there(left) == others, "%s",
+			others ? "the next run keeps one that holds another file"
+			       : "the next run removes it");
+		ct_chain_close(&d);
+	}
 	OK(ct_chain_open(&d, NULL, false, &e) == 0 && is_there(c.folder), "one in use stays");
 	snprintf(path, sizeof path, "%s", d.folder);
 	ct_chain_close(&d);

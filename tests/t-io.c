@@ -130,7 +130,7 @@ static void test_names(void)
 	struct stat a, b;
 	struct ct_out o;
 
-	OK(write_to("a", "one", NULL) == 0 && count("a.ct-*") == 0, "a file is made");
+	OK(write_to("a", "one", NULL) == 0 && count(".ctsr-*") == 0, "a file is made");
 	OK(says(write_to("a", "two", NULL), CT_EOUTPUT, "a: exists; overwrite = 1"),
 		"kept without force");
 	OK(write_to("a", "three", &force) == 0 && stat("a", &a) == 0 && a.st_size == 5, "or not");
@@ -195,30 +195,33 @@ static void test_ends(void)
 	struct ct_out o;
 	char name[100];
 
-	OK(ct_out_open(&o, "a", NULL, &err) == 0 && ct_put(&o, "x", 1, &err) == 0 && there(o.tmp) &&
-			!there("a"),
+	OK(ct_out_open(&o, "a", NULL, &err) == 0 && ct_put(&o, "x", 1, &err) == 0 &&
+			there(o.tmp.path) && !there("a"),
 		"until the end there is a temporary file");
 	ct_out_abandon(&o);
-	OK(!o.f && !o.path && !o.tmp && count("a*") == 0, "and none if it is abandoned");
+	OK(!o.f && !o.path && !o.tmp.path && count("a*") == 0, "and none if it is abandoned");
 	ct_out_abandon(&o);
 	if (ct_out_open(&o, "a", NULL, &err) || mkdir("a", 0777))
 		exit(99);
-	OK(says(ct_out_commit(&o, &err), CT_EOUTPUT, "a: ") && count("a.ct-*") == 0,
+	OK(says(ct_out_commit(&o, &err), CT_EOUTPUT, "a: ") && count(".ctsr-*") == 0,
 		"a folder that comes between is an error");
 	rmdir("a");
 	if (ct_out_open(&o, "a", NULL, &err))
 		exit(99);
-	snprintf(name, sizeof name, "%s", o.tmp);
-	OK(ct_out_commit(&o, &err) == 0 && !o.f && !o.tmp && there("a") && !there(name), "an end");
-	save(name, "", 0);
+	snprintf(name, sizeof name, "%s", o.tmp.path);
+	OK(ct_out_commit(&o, &err) == 0 && !o.f && !o.tmp.path && there("a") && !there(name),
+		"an end");
+	*strrchr(name, '/') = '\0';
+	if (mkdir(name, 0700))
+		exit(99);
 	ct_temp_remove_all();
 	OK(there(name), "its name is forgotten");
-	unlink(name);
+	rmdir(name);
 	unlink("a");
 	if (ct_out_open(&o, "a", NULL, &err))
 		exit(99);
 	ct_temp_remove_all();
-	OK(!there(o.tmp), "what is not at its end goes when the program does");
+	OK(!there(o.tmp.path), "what is not at its end goes when the program does");
 	ct_out_abandon(&o);
 	OK(ct_out_open(&o, "-", NULL, &err) == 0 && o.f == stdout && ct_out_commit(&o, &err) == 0 &&
 			fileno(stdout) == STDOUT_FILENO,
@@ -320,60 +323,117 @@ static void test_terminal(void)
 	close(pty);
 }
 
+/* A working folder as a killed run leaves it, all but what `wrong` says. */
+static void leave(const char *name, const char *base, const char *wrong)
+{
+	char host[256] = "", boot[256] = "", text[2000], path[200];
+	FILE *f = fopen("/proc/sys/kernel/random/boot_id", "r");
+	struct stat st;
+
+	if (!f || fscanf(f, "%255s", boot) != 1 || gethostname(host, sizeof host) ||
+		mkdir(name, 0700) || stat(name, &st))
+		exit(99);
+	fclose(f);
+	if (strcmp(wrong, "host") == 0)
+		boot[0] = host[0] = '-';
+	snprintf(text, sizeof text, "ctsr temporary 1\ninode %ju\nof %s\nhost %s\nboot %s\n",
+		(uintmax_t)st.st_ino + (strcmp(wrong, "inode") == 0), base, host, boot);
+	if (strcmp(wrong, "version") == 0)
+		text[strlen("ctsr temporary ")] = '0';
+	if (strcmp(wrong, "end") == 0)
+		snprintf(text + strlen(text), 10, "more\n");
+	snprintf(path, sizeof path, "%s/mark", name);
+	if (strcmp(wrong, "mark") != 0)
+		save(path, text, strcmp(wrong, "short") == 0 ? strlen(text) / 2 : strlen(text));
+	if (strcmp(wrong, "link") == 0) {
+		snprintf(text, sizeof text, "%s.mark", name);
+		if (rename(path, text) || symlink(strrchr(text, '/') + 1, path))
+			exit(99);
+	}
+	if (strcmp(wrong, "owner") == 0 && (geteuid() != 0 || chown(path, 65534, 65534)))
+		unlink(path);
+	if (strcmp(wrong, "folder's owner") == 0 && (geteuid() != 0 || chown(name, 65534, 65534)))
+		unlink(path);
+	if (strcmp(wrong, "rights") == 0 && chmod(name, 0755))
+		exit(99);
+	snprintf(path, sizeof path, "%s/%s", name, strcmp(wrong, "more") == 0 ? "more" : "data");
+	if (strcmp(wrong, "folder") == 0 && mkdir(path, 0700))
+		exit(99);
+	else if (strcmp(wrong, "folder") != 0)
+		save(path, "x", 1);
+}
+
 static void test_temp(void)
 {
 	enum { MANY = 40 };
-	char *tmp, *first;
+	const char *const wrong[] = {"host", "inode", "version", "end", "mark", "short", "link",
+		"owner", "folder's owner", "rights", "more", "folder"};
+	struct ct_temp t, first;
+	char name[100];
 	int fd, held[3];
 
 	if (mkdir("d", 0777))
 		exit(99);
-	save("d/p.ct-abcXYZ", "", 0);
-	save("d/p.state.ct-012345", "", 0);
-	save("d/p.ct-abcde", "", 0);
-	save("d/p.ct-abcd.f", "", 0);
-	save("d/p.ct.abcdef", "", 0);
-	save("d/q.ct-abcdef", "", 0);
-	save("d/p.ct-locked", "", 0);
-	save("p.ct-abcdef", "", 0);
-	if (symlink("q.ct-abcdef", "d/p.ct-linked") || (fd = open("d/p.ct-locked", O_RDWR)) < 0)
+	leave("d/.ctsr-tmp-abcXYZ", "p", "");
+	leave("d/.ctsr-tmp-000000", "p", "");
+	leave("d/.ctsr-tmp-other0", "q", "");
+	leave("d/.ctsr-tmp-other1", "p.state", "");
+	leave("d/.ctsr-tmp-other2", "p\nhost x", "");
+	leave("d/.ctsr-tmp-abcde", "p", "");
+	leave("d/.ctsr-tmp-abcd.f", "p", "");
+	leave("d/ctsr-tmp-abcdef", "p", "");
+	leave("d/.ctsr-tmp-locked", "p", "");
+	leave("./.ctsr-tmp-abcdef", "p", "");
+	for (int i = 0; i < (int)(sizeof wrong / sizeof *wrong); i++) {
+		snprintf(name, sizeof name, "d/.ctsr-tmp-wrong%c", 'A' + i);
+		leave(name, "p", wrong[i]);
+	}
+	if (symlink("ctsr-tmp-abcdef", "d/.ctsr-tmp-linked") ||
+		(fd = open("d/.ctsr-tmp-locked/mark", O_RDWR)) < 0)
 		exit(99);
 	if (!ct_temp_lock(fd)) {
 		OK(1, "temporary files # skip no locks here");
 		return;
 	}
 	for (int i = 0; i < MANY; i++) { /* as many as there are, one after the other */
-		int f = ct_temp_open("d/p", &tmp, &err);
+		int f = ct_temp_open("d/p", &t, &err);
 
-		if (f < 0 || mode_of(tmp) != 0600 || strncmp(tmp, "d/p.ct-", 7) != 0 ||
-			strlen(tmp) != 13 || strcmp(tmp + 7, "XXXXXX") == 0)
+		if (f < 0 || mode_of(t.path) != 0600 || strncmp(t.path, "d/.ctsr-tmp-", 12) != 0 ||
+			strlen(t.path) != 23 || strcmp(t.path + 12, "XXXXXX/data") == 0)
 			OK(0, "a temporary file: %s", err.msg);
 		close(f);
-		ct_temp_remove(tmp);
-		free(tmp);
+		ct_temp_remove(&t);
 	}
-	OK(!there("d/p.ct-abcXYZ") && !there("d/p.state.ct-012345"), "what others left is swept");
-	OK(there("d/p.ct-abcde") && there("d/p.ct-abcd.f") && there("d/p.ct.abcdef") &&
-			there("d/q.ct-abcdef") && there("d/p.ct-linked") && there("p.ct-abcdef"),
-		"but nothing else");
-	OK(there("d/p.ct-locked"), "nor what is in use");
+	OK(!there("d/.ctsr-tmp-abcXYZ") && !there("d/.ctsr-tmp-000000"),
+		"what killed runs left of this file is swept");
+	OK(there("d/.ctsr-tmp-other0/data") && there("d/.ctsr-tmp-other1/data") &&
+			there("d/.ctsr-tmp-other2/data"),
+		"but not what they left of another");
+	OK(there("d/.ctsr-tmp-abcde/data") && there("d/.ctsr-tmp-abcd.f/data") &&
+			there("d/ctsr-tmp-abcdef/data") && there("d/.ctsr-tmp-linked") &&
+			there(".ctsr-tmp-abcdef/data"),
+		"nor what has another name or is elsewhere");
+	for (int i = 0; i < (int)(sizeof wrong / sizeof *wrong); i++) {
+		snprintf(name, sizeof name, "d/.ctsr-tmp-wrong%c/%s", 'A' + i,
+			strcmp(wrong[i], "more") == 0 ? wrong[i] : "data");
+		OK(there(name), "nor what is not proven: its %s is wrong", wrong[i]);
+	}
+	OK(there("d/.ctsr-tmp-locked/data"), "nor what is in use");
 	held[0] = ct_temp_open("d/p", &first, &err);
-	held[1] = ct_temp_open("d/p", &tmp, &err);
-	OK(there(first), "what is in use is not swept");
-	ct_temp_remove(tmp);
-	free(tmp);
-	held[2] = ct_temp_open("p", &tmp, &err);
-	OK(there(first) && there(tmp) && !there("p.ct-abcdef"), "in this folder, too");
+	held[1] = ct_temp_open("d/p", &t, &err);
+	OK(there(first.path), "nor what this process works in");
+	ct_temp_remove(&t);
+	held[2] = ct_temp_open("p", &t, &err);
+	OK(there(first.path) && there(t.path) && !there(".ctsr-tmp-abcdef"), "in this folder, too");
 	ct_temp_remove_all();
-	OK(!there(first) && !there(tmp), "all of this process go at once");
-	ct_temp_forget(first);
-	ct_temp_forget(tmp);
-	free(first);
-	free(tmp);
+	OK(!there(first.path) && !there(t.path), "all of this process go at once");
+	ct_temp_remove(&first);
+	ct_temp_remove(&t);
 	close(fd);
 	for (int i = 0; i < 3; i++)
 		must(close(held[i]));
-	OK(system("rm -r d") == 0 && count("p*") == 0, "and nothing is left");
+	OK(system("rm -r d") == 0 && count("p*") == 0 && count(".ctsr-*") == 0,
+		"and nothing is left");
 }
 
 /* Seconds of the processor so far. */
@@ -390,55 +450,68 @@ static double busy(void)
 static void test_many(void)
 {
 	enum { AT_ONCE = 16 };
-	char *tmp[AT_ONCE];
+	struct ct_temp tmp[AT_ONCE];
 
 	for (int i = 0; i < AT_ONCE; i++)
 		close(ct_temp_open("m", tmp + i, &err));
 	ct_temp_remove_all();
-	OK(count("m.ct-*") == 0, "%d temporary files go at once", AT_ONCE);
-	for (int i = 0; i < AT_ONCE; i++) {
-		ct_temp_forget(tmp[i]);
-		free(tmp[i]);
-	}
+	OK(count(".ctsr-*") == 0, "%d temporary files go at once", AT_ONCE);
+	for (int i = 0; i < AT_ONCE; i++)
+		ct_temp_remove(tmp + i);
 }
 
 /* A file that others may not have, until we end. */
 static void test_claim(void)
 {
-	char *tmp, *again;
-	int fd = ct_temp_claim("c", &tmp, &err), status = 0;
+	struct ct_temp t, again;
+	int fd = ct_temp_claim("c", &t, &err), status = 0;
 	pid_t child;
 	const double before = busy();
 
-	OK(fd >= 0 && strcmp(tmp, "c.ct-locked") == 0 && mode_of(tmp) == 0600, "one run has it");
+	OK(fd >= 0 && strcmp(t.path, "c.ct-locked") == 0 && mode_of(t.path) == 0600,
+		"one run has it");
 	OK(says(ct_temp_claim("c", &again, &err), CT_EOUTPUT, "c: another run is making it") &&
-			!again,
+			!again.path,
 		"and no other");
 	OK(busy() - before < 0.7, "who waits rests");
 	for (int clean = 0; clean < 2; clean++) {
 		child = fork(); /* shares the lock */
 		if (child == 0)
-			_exit(poll(NULL, 0, 300) != 0 || (clean && unlink(tmp) != 0));
+			_exit(poll(NULL, 0, 300) != 0 || (clean && unlink(t.path) != 0));
 		close(fd);
 		fd = ct_temp_claim("c", &again, &err);
 		OK(fd >= 0 && waitpid(child, &status, 0) == child && status == 0,
 			"who ends soon is waited for");
-		OK(there(tmp), "%s", clean ? "and the file is made again" : "and the file stays");
-		free(again);
+		OK(there(t.path), "%s",
+			clean ? "and the file is made again" : "and the file stays");
+		free(t.path);
+		t = again;
 	}
-	close(fd);
-	ct_temp_remove(tmp);
-	OK(!there(tmp), "nothing is left");
-	free(tmp);
-	fd = ct_temp_claim("c", &tmp, &err);
+	ct_temp_remove(&t);
+	OK(!there("c.ct-locked"), "nothing is left");
+	fd = ct_temp_claim("c", &t, &err);
 	ct_temp_remove_all();
-	OK(fd >= 0 && !there(tmp), "nor by who is told to end at once");
-	close(fd);
-	free(tmp);
-	OK(says(ct_temp_claim("none/c", &tmp, &err), CT_EOUTPUT, "none/c: No such"), "no folder");
+	OK(fd >= 0 && !there(t.path), "nor by who is told to end at once");
+	ct_temp_remove(&t);
+	for (int full = 0; full < 2; full++) { /* a file of the user's, or of an older version */
+		save("c.ct-locked", "mine", full ? 4 : 0);
+		fd = ct_temp_claim("c", &t, &err);
+		OK(fd >= 0 && says(ct_temp_claim("c", &again, &err), CT_EOUTPUT, "another run"),
+			"a file of that name is locked all the same");
+		ct_temp_remove_all();
+		ct_temp_remove(&t);
+		OK(there("c.ct-locked"), "but what this program did not make stays");
+	}
+	unlink("c.ct-locked");
+	if (mkdir("c.ct-locked", 0777))
+		exit(99);
+	OK(says(ct_temp_claim("c", &t, &err), CT_EOUTPUT, "c: ") && there("c.ct-locked"),
+		"a folder of that name is an error: %s", err.msg);
+	rmdir("c.ct-locked");
+	OK(says(ct_temp_claim("none/c", &t, &err), CT_EOUTPUT, "none/c: No such"), "no folder");
 	if (symlink("x", "l.ct-locked"))
 		exit(99);
-	OK(says(ct_temp_claim("l", &tmp, &err), CT_EOUTPUT, "l: ") && !there("x"),
+	OK(says(ct_temp_claim("l", &t, &err), CT_EOUTPUT, "l: ") && !there("x"),
 		"a link is not followed");
 	unlink("l.ct-locked");
 }

@@ -54,7 +54,7 @@ static void test_rights(void)
 	struct stat st;
 
 	umask(022);
-	OK(ct_out_open(&o, "x", NULL, &e) == 0 && stat(o.tmp, &st) == 0 &&
+	OK(ct_out_open(&o, "x", NULL, &e) == 0 && stat(o.tmp.path, &st) == 0 &&
 			(st.st_mode & 0777) == 0600,
 		"a temporary file is for its owner");
 	OK(ct_put(&o, "x", 1, &e) == 0 && ct_out_commit(&o, &e) == 0 && stat("x", &st) == 0 &&

@@ -357,7 +357,7 @@ static void test_header(void)
 	OK(ct_tensors_write(path, &w, false, &force, &e) == -1 && e.code == CT_EOUTPUT &&
 			strstr(e.msg, "not UTF-8"),
 		"a name that is no text: %s", e.msg);
-	snprintf(left, sizeof left, "! ls %s.ct-* 2>/dev/null", path);
+	snprintf(left, sizeof left, "! ls -d .ctsr-* %s.ct-* 2>/dev/null", path);
 	OK(system(left) == 0, "leaves no file");
 	ct_tensors_free(&w);
 }

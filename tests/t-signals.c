@@ -16,7 +16,7 @@
 
 #define MOST 30 /* seconds: what does not end is ended */
 
-static char *temporary;
+static struct ct_temp temporary;
 
 static void catch (void)
 {

@@ -52,7 +52,7 @@ works() { # works SECONDS TOOL ARGS...: it is told to stop when it has worked so
 	[ $got -eq 75 ] || sed 's/^/# /' err
 	[ $got -eq 75 ]; ok $? "$1 at work: stopped (status $got)"
 	awk "BEGIN {exit !($now - $start - $at < 2.5)}"; ok $? "after $(awk "BEGIN {print $now - $start - $at}") s of CPU time"
-	ls new*.ct-* >/dev/null 2>&1; [ $? -ne 0 ]; ok $? 'nothing half-written stays'
+	ls -d .ctsr-* >/dev/null 2>&1; [ $? -ne 0 ]; ok $? 'nothing half-written stays'
 }
 ct-phantom -q --size 128x128x128 --spacing 2 ellipsoids big.nii
 ct-degrade -q -x 4 big.nii big-lr.nii
@@ -67,16 +67,12 @@ works 1 ct-fuse -q -n 100000 --expert lambda-projections=1 big-up.nii big-lr.nii
 works 2 ct-train -q --steps 100000 new.safetensors big.exr
 [ -s new.safetensors.state ] && [ -s new.safetensors ]; ok $? 'and the state, and the prior of then'
 
-# What killed runs leave is removed by the next that makes the same file, and nothing else is.
-exits 0 'a volume' ct-convert -q hr.nii out.nii.gz
-: >out.nii.gz.ct-Ab3xY9; : >out.nii.gz.state.ct-000000; : >out.nii.gz.ct-mine
-: >out.nii.gz.ct-locked; : >other.nii.ct-Ab3xY9; ln -s hr.nii out.nii.gz.ct-linked; : >out.nii.gz.ct-Ab3x.9
-exec 8>out.nii.gz.ct-locked; flock 8
-exits 0 'again' ct-convert -q -f hr.nii out.nii.gz
-[ "$(ls -d out.* other* | tr '\n' ' ')" = \
-	'other.nii.ct-Ab3xY9 out.nii.gz out.nii.gz.ct-Ab3x.9 out.nii.gz.ct-linked out.nii.gz.ct-locked out.nii.gz.ct-mine ' ]
-ok $? 'stale files are gone, others are not'
-ls -d out.* other* | sed 's/^/# /'
+# What killed runs leave is removed by the next that makes the same file; t-neighbours.sh has what is not.
+ct-phantom -q --size 24x24x1500 --spacing 1 cube long.nii
+signalled 100 9 ct-convert -q long.nii out.nii.gz 2>/dev/null
+[ "$(ls -d .ctsr-tmp-*/data | wc -l)" -eq 1 ] && [ ! -e out.nii.gz ]; ok $? 'a killed run leaves what it had begun'
+exits 0 'the next run' ct-convert -q long.nii other.nii.gz; [ "$(ls -d .ctsr-tmp-* | wc -l)" -eq 1 ]; ok $? 'of another file leaves it'
+exits 0 'of the same file' ct-convert -q long.nii out.nii.gz; [ -z "$(ls -d .ctsr-tmp-* 2>/dev/null)" ]; ok $? 'removes it'
 # Progress: on a terminal, and nowhere else.
 few() { echo "ct-nabgs -f -b up.nii -n 20 -g 300 --expert max-gaussians=300 $* p.exr bar.ply"; }
 if script -qec true /dev/null </dev/null >/dev/null 2>&1; then

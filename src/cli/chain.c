@@ -63,10 +63,12 @@ int ct_chain_open(struct ct_chain *c, const char *folder, bool dry, struct ct_er
 			   : "/ct-sr") < 0)
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
 	if (!folder && !dry) {
-		c->lock = ct_temp_folder(name, &c->folder, e);
+		const int rc = ct_temp_folder(name, CT_CHAIN_OWN, &c->tmp, e);
+
 		free(name);
-		if (c->lock < 0)
-			return -1;
+		if (rc || !(c->folder = strdup(c->tmp.path)))
+			return rc ? -1 : ct_fail(e, CT_ENOMEM, "no memory for a file name");
+		c->lock = c->tmp.lock;
 	} else
 		c->folder = name;
 	if (dry)
@@ -206,10 +208,9 @@ void ct_chain_close(struct ct_chain *c)
 	for (size_t i = 0; i < c->n; i++)
 		for (size_t k = 0; k < c->step[i].argc; k++)
 			free(c->step[i].argv[k]);
-	if (c->lock >= 0 && !c->kept)
-		ct_temp_remove(c->folder);
-	if (c->lock >= 0)
+	if (c->lock >= 0 && c->kept)
 		close(c->lock);
+	ct_temp_remove(&c->tmp);
 	free(c->folder);
 	*c = (struct ct_chain){.lock = -1};
 }

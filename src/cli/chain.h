@@ -10,6 +10,12 @@
 #ifndef CT_CLI_CHAIN_H
 #define CT_CLI_CHAIN_H
 #include "core/env.h"
+#include "formats/temp.h"
+
+/* The files that may be in a temporary folder: what commands make, their states and locks. */
+#define CT_CHAIN_OWN                                                                               \
+	"lr.nii|up.nii|sr.nii|*-proj.exr|residual.ply|log.txt|*-proj.exr.state|residual.ply.state" \
+	"|*.state.ct-locked"
 
 enum { CT_CHAIN_STEPS = 10, CT_CHAIN_WORDS = 24 };
 
@@ -22,8 +28,9 @@ struct ct_step {
 
 struct ct_chain {
 	char *folder;          /* of the intermediate files */
+	struct ct_temp tmp;    /* that is temporary */
 	bool kept;             /* it stays; else it is removed when the chain is closed */
-	int lock;              /* its descriptor; -1: none */
+	int lock;              /* its descriptor, or that of tmp; -1: none */
 	char tools[4096];      /* where the commands are: a folder and a slash, or empty */
 	const char *source[2]; /* files that commands read and none makes; borrowed */
 	const char *called;    /* what messages call what the first command is made of, or NULL */

@@ -101,8 +101,7 @@ int ct_resume_open(struct ct_resume *r, const char *out, bool wanted, const stru
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
 	}
 	if (r->path && (ct_files_apart(opts, params, r->path, e) ||
-			       (r->claimed = ct_temp_claim(r->path, &r->claim, e)) < 0 ||
-			       may_replace(r, env, e)))
+			       ct_temp_claim(r->path, &r->claim, e) < 0 || may_replace(r, env, e)))
 		return -1;
 	if (r->path)
 		ct_stop_hold();
@@ -264,11 +263,7 @@ void ct_resume_done(const struct ct_resume *r)
 
 void ct_resume_close(struct ct_resume *r)
 {
-	if (r->claim) {
-		ct_temp_remove(r->claim);
-		close(r->claimed);
-	}
-	free(r->claim);
+	ct_temp_remove(&r->claim);
 	free(r->path);
 	ct_meta_free(&r->key);
 	*r = (struct ct_resume){0};

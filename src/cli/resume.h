@@ -12,14 +12,14 @@
 #define CT_CLI_RESUME_H
 #include "cli/cli.h"
 #include "core/tensors.h"
+#include "formats/temp.h"
 
 struct ct_resume {
-	char *path;  /* NULL: nothing is kept, as OUT is a stream or the run is dry */
-	char *claim; /* held open as `claimed` while this run makes OUT: temp.h */
-	int claimed;
-	bool wanted;        /* go on from what is there */
-	bool own;           /* what is there, if anything, is a state that this run may replace */
-	struct ct_meta key; /* what the run is, in the order in which it is compared */
+	char *path;           /* NULL: nothing is kept, as OUT is a stream or the run is dry */
+	struct ct_temp claim; /* held while this run makes OUT */
+	bool wanted;          /* go on from what is there */
+	bool own;             /* what is there, if anything, is a state that this run may replace */
+	struct ct_meta key;   /* what the run is, in the order in which it is compared */
 	const struct ct_opt *opts;
 	const void *params;
 };

@@ -140,7 +140,7 @@ static int write_series(
 	for (size_t k = 0; k < im->v->n[2] && rc == 0; k++) {
 		char *path = NULL;
 
-		if (asprintf(&path, "%s/ctsr%04zu.dcm", out.tmp, k + 1) < 0) {
+		if (asprintf(&path, "%s/ctsr%04zu.dcm", out.tmp.path, k + 1) < 0) {
 			rc = ct_fail(e, CT_ENOMEM, "no memory for a file name");
 			break;
 		}
@@ -161,7 +161,7 @@ static int write_frames(
 
 	if (ct_out_open(&out, to, env, e))
 		return -1;
-	rc = write_file(out.tmp ? out.tmp : out.path, to, im, 0, im->v->n[2], env, e);
+	rc = write_file(out.tmp.path ? out.tmp.path : out.path, to, im, 0, im->v->n[2], env, e);
 	if (rc == 0)
 		rc = ct_out_commit(&out, e);
 	ct_out_abandon(&out);
