@@ -1,7 +1,7 @@
 /* out-folder.c: see out-folder.h. */
 #include "config.h"
 #include "formats/out-folder.h"
-#include "formats/temp-proof.h"
+#include "formats/proof.h"
 
 #include <dirent.h>
 #include <errno.h>
@@ -53,7 +53,7 @@ static int replaceable(const struct ct_out_folder *f, const char *folder, const 
 			rc = ct_fail(e, CT_EOUTPUT,
 				"%s: holds files; --force replaces a series that was written here",
 				f->name);
-		else if (!ct_temp_listed(own, x->d_name) ||
+		else if (!ct_proof_listed(own, x->d_name) ||
 			 fstatat(dirfd(d), x->d_name, &st, AT_SYMLINK_NOFOLLOW) != 0 ||
 			 !S_ISREG(st.st_mode))
 			rc = ct_fail(e, CT_EOUTPUT,

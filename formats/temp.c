@@ -2,7 +2,7 @@
 #include "config.h"
 #include "formats/temp.h"
 #include "core/clock.h"
-#include "formats/temp-proof.h"
+#include "formats/proof.h"
 
 #include <dirent.h>
 #include <errno.h>
@@ -111,7 +111,7 @@ static void drop_claim(const char *name)
 	const int fd = open(name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
 
 	snprintf(of, sizeof of, "%.*s", (int)(strlen(base) - (sizeof CLAIM - 1)), base);
-	if (fd >= 0 && fstat(fd, &st) == 0 && ct_temp_signed(fd, st.st_ino, of, true))
+	if (fd >= 0 && fstat(fd, &st) == 0 && ct_proof_is(fd, st.st_ino, of, true))
 		unlink(name);
 	if (fd >= 0)
 		close(fd);
@@ -124,7 +124,7 @@ static void drop(const char *name, const char *own, bool claimed)
 	if (claimed)
 		drop_claim(name);
 	else /* a thread may still put files there */
-		while (!ct_temp_drop(AT_FDCWD, name, *own ? own : NULL) && ++i < TRIES)
+		while (!ct_proof_drop(AT_FDCWD, name, *own ? own : NULL) && ++i < TRIES)
 			;
 }
 
@@ -176,8 +176,8 @@ static void sweep(const char *path, const char *own)
 		snprintf(folder, sizeof folder, "%.*s", n, path);
 	d = opendir(folder);
 	while (d && (x = readdir(d)))
-		if (ct_temp_named(x->d_name))
-			ct_temp_drop_stale(dirfd(d), x->d_name, base_of(path), own);
+		if (ct_proof_named(x->d_name))
+			ct_proof_drop_stale(dirfd(d), x->d_name, base_of(path), own);
 	if (d)
 		closedir(d);
 }
@@ -206,7 +206,7 @@ static int fill(struct ct_temp *t, const char *name, const char *base, bool fold
 	t->lock = openat(at, CT_TEMP_MARK, how, 0600);
 	if (t->lock >= 0 && fstat(at, &st) == 0) {
 		ct_temp_lock(t->lock);
-		if (ct_temp_sign(t->lock, st.st_ino, base) == 0)
+		if (ct_proof_write(t->lock, st.st_ino, base) == 0)
 			fd = !folder ? openat(at, CT_TEMP_DATA, how, 0600)
 			     : mkdirat(at, CT_TEMP_DATA, 0700) || own_rights(at, CT_TEMP_DATA) ? -1
 											       : 0;
@@ -295,8 +295,8 @@ static int claim(struct ct_temp *t, const char *base)
 		had = !ct_temp_wait(fd) && errno == EWOULDBLOCK;
 		if (!had && fstat(fd, &st) == 0 && st.st_nlink > 0) {
 			if (new)
-				ct_temp_sign(fd, st.st_ino, base);
-			t->stays = !ct_temp_signed(fd, st.st_ino, base, true);
+				ct_proof_write(fd, st.st_ino, base);
+			t->stays = !ct_proof_is(fd, st.st_ino, base, true);
 			if (!t->stays)
 				keep(t->path, NULL, true);
 			return fd;

@@ -2,7 +2,7 @@
  *
  * FOLDER/.ctsr-tmp-XXXXXX, for its owner alone, is a working folder beside what is made in it. It
  * holds "mark", locked by the process that works there, and "data", the file or folder that is to
- * be renamed. The mark says to what it belongs (temp-proof.h). A killed process has no lock: the
+ * be renamed. The mark says to what it belongs (proof.h). A killed process has no lock: the
  * next that makes the same file removes what the mark proves, and nothing else.
  */
 #ifndef CT_FORMATS_TEMP_H

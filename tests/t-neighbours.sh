@@ -13,10 +13,10 @@ ct-nabgs -q -n 20 -g 100 --expert max-gaussians=100 -b up.nii hr.exr residual.pl
 ct-convert -q hr.nii dicom/ 2>/dev/null
 [ -s residual.ply ] || exit 99
 cd ../w || exit 99
+host=$(uname -n) boot=$(cat /proc/sys/kernel/random/boot_id)
 mark() { # mark FOLDER OF [HOST [BOOT [INODE]]]: a working folder of a killed run
 	mkdir -m 700 "$1"
-	printf 'ctsr temporary 1\ninode %s\nof %s\nhost %s\nboot %s\n' "${5-$(stat -c %i "$1")}" "$2" "${3-$(uname -n)}" \
-		"${4-$(cat /proc/sys/kernel/random/boot_id)}" >"$1/mark"
+	printf 'ctsr temporary 1\ninode %s\nof %s\nhost %s\nboot %s\n' "${5-$(stat -c %i "$1")}" "$2" "${3-$host}" "${4-$boot}" >"$1/mark"
 	echo data >"$1/data"
 }
 neighbours() { # neighbours OUT: more than 30, named like it
@@ -31,7 +31,7 @@ neighbours() { # neighbours OUT: more than 30, named like it
 	n=$(printf .ctsr-tmp-n%02d $k)
 	echo file >"${n}fff"; mkdir -m 700 "${n}eee"; mkdir -m 700 "${n}uuu"; echo mine >"${n}uuu/data"
 	mark "${n}hhh" "$1" elsewhere 0-0
-	mark "${n}iii" "$1" "$(uname -n)" '' 1
+	mark "${n}iii" "$1" "$host" "$boot" 1
 	mark "${n}bbb" "$1x"; mark "${n}sss" "$1.state.more"; mark "${n}eeX" ''
 	mark "${n}rrr" "$1"; chmod 755 "${n}rrr"
 	mark "${n}mmm" "$1"; echo note >"${n}mmm/note"
@@ -42,7 +42,7 @@ neighbours() { # neighbours OUT: more than 30, named like it
 	mark "${n}zzz" "$1"; echo more >>"${n}zzz/mark"
 	mark "${n}long" "$1"; mark "ctsr-tmp-$k" "$1"; ln -s "ctsr-tmp-$k" "${n}LLL"
 }
-outs='o.nii o.nii.gz o.mha o.nrrd series o.dcm o.exr o.png o.html o.csv o.txt o.json o.ply o.safetensors o2.nii'
+outs='o.nii o.nii.gz o.mha o.nrrd series o.dcm o.exr o.png o.html o.ply o.safetensors o2.nii o.csv o.json o.txt'
 k=0
 for o in $outs; do neighbours "$o"; done
 cp -r ../in/hr.nii keep.ct-folder
@@ -84,6 +84,8 @@ run o.safetensors ct-train -q --arch model_channels=32,channel_mult=1 -p 8 --exp
 run o.nii ct-metrics -q --consistency $i/lr.nii --map o.nii $i/hr.nii; rm -f o.nii
 run o.nii ct-sr -q -x 4 --paper --expert views=6,iterations=20,gaussians=100 --keep kept $i/lr4.nii o.nii; rm -rf kept o.nii
 TMPDIR=. run o.nii ct-sr -q -x 4 --paper --expert views=6,iterations=20,gaussians=100 $i/lr4.nii o.nii; rm -f o.nii
+[ ! -e $i/dicom ] || run o.json ct-convert -q --sidecar=o.json $i/dicom/ o.nii; rm -f o.nii
+run o.csv ct-metrics -q --per-slice=o.csv $i/hr.nii $i/up.nii
 run o.html ct-report -q $i/lr.nii $i/up.nii o.html
 ! command -v ct-view >/dev/null || run o.png ct-view -q $i/hr.nii o.png
 signalled 1 9 ct-nabgs -q -b $i/up.nii -n 20 -g 100 --expert max-gaussians=100 -f $i/hr.exr o.ply 2>/dev/null

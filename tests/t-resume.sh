@@ -72,6 +72,7 @@ has err 'resume wants OUT to be a file' 'and that is said'
 # one run an output, while it lives
 exits 4 'two runs into one output' flock two.exr.state.ct-locked ct-ddnm -n 2 -x 4 hr-low.exr two.exr
 has err 'two.exr.state: another run is making it' 'and that is said'
-[ ! -e two.exr ] && ct-ddnm -q -n 2 -x 4 hr-low.exr two.exr && [ "$(echo two.exr*)" = two.exr ]
-ok $? 'one that is gone holds nothing, and nothing is left beside it'
+[ ! -e two.exr ] && ct-ddnm -q -n 2 -x 4 hr-low.exr two.exr && [ "$(echo two.exr*)" = 'two.exr two.exr.state.ct-locked' ]
+ok $? 'one that is gone holds nothing, and a lock file that another program made stays'
+rm two.exr*; ct-ddnm -q -n 2 -x 4 hr-low.exr two.exr && [ "$(echo two.exr*)" = two.exr ]; ok $? 'our own goes'
 done_testing

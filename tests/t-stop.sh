@@ -69,10 +69,10 @@ works 2 ct-train -q --steps 100000 new.safetensors big.exr
 
 # What killed runs leave is removed by the next that makes the same file; t-neighbours.sh has what is not.
 ct-phantom -q --size 24x24x1500 --spacing 1 cube long.nii
-signalled 100 9 ct-convert -q long.nii out.nii.gz 2>/dev/null
-[ "$(ls -d .ctsr-tmp-*/data | wc -l)" -eq 1 ] && [ ! -e out.nii.gz ]; ok $? 'a killed run leaves what it had begun'
+signalled 100 9 ct-convert -q long.nii killed.nii.gz 2>/dev/null
+[ "$(ls -d .ctsr-tmp-*/data | wc -l)" -eq 1 ] && [ ! -e killed.nii.gz ]; ok $? 'a killed run leaves what it had begun'
 exits 0 'the next run' ct-convert -q long.nii other.nii.gz; [ "$(ls -d .ctsr-tmp-* | wc -l)" -eq 1 ]; ok $? 'of another file leaves it'
-exits 0 'of the same file' ct-convert -q long.nii out.nii.gz; [ -z "$(ls -d .ctsr-tmp-* 2>/dev/null)" ]; ok $? 'removes it'
+exits 0 'of the same file' ct-convert -q long.nii killed.nii.gz; [ -z "$(ls -d .ctsr-tmp-* 2>/dev/null)" ]; ok $? 'removes it'
 # Progress: on a terminal, and nowhere else.
 few() { echo "ct-nabgs -f -b up.nii -n 20 -g 300 --expert max-gaussians=300 $* p.exr bar.ply"; }
 if script -qec true /dev/null </dev/null >/dev/null 2>&1; then

@@ -1,6 +1,6 @@
-/* temp-proof.c: see temp-proof.h. */
+/* proof.c: see proof.h. */
 #include "config.h"
-#include "formats/temp-proof.h"
+#include "formats/proof.h"
 #include "formats/temp.h"
 
 #include <dirent.h>
@@ -18,7 +18,7 @@
 #define LETTERS "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"
 enum { NAME = 256, TEXT = 1024 };
 
-bool ct_temp_named(const char *name)
+bool ct_proof_named(const char *name)
 {
 	const size_t n = sizeof CT_TEMP_STEM - 1;
 
@@ -26,7 +26,7 @@ bool ct_temp_named(const char *name)
 	       strspn(name + n, LETTERS) == CT_TEMP_RANDOM;
 }
 
-bool ct_temp_listed(const char *own, const char *name)
+bool ct_proof_listed(const char *own, const char *name)
 {
 	char one[80];
 
@@ -56,7 +56,7 @@ static void who(char host[NAME], char boot[NAME])
 	host[NAME - 1] = '\0';
 }
 
-int ct_temp_sign(int fd, ino_t inode, const char *base)
+int ct_proof_write(int fd, ino_t inode, const char *base)
 {
 	char text[TEXT], host[NAME], boot[NAME];
 	size_t n;
@@ -95,7 +95,7 @@ static bool from_here(const char *rest)
 	return *boot && strcmp(second + 1, line) == 0;
 }
 
-bool ct_temp_signed(int fd, ino_t inode, const char *base, bool hosts)
+bool ct_proof_is(int fd, ino_t inode, const char *base, bool hosts)
 {
 	char text[TEXT], first[TEXT];
 	struct stat st;
@@ -162,7 +162,7 @@ static int proof(int folder, const char *base)
 	if (fstat(folder, &st) != 0 || st.st_uid != geteuid() || (st.st_mode & 0777) != 0700)
 		return -1;
 	fd = openat(folder, CT_TEMP_MARK, O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
-	if (fd >= 0 && !ct_temp_signed(fd, st.st_ino, base, false)) {
+	if (fd >= 0 && !ct_proof_is(fd, st.st_ino, base, false)) {
 		close(fd);
 		fd = -1;
 	}
@@ -174,7 +174,7 @@ static bool known(int folder, const char *own);
 /* One that a killed command left in the folder of another. */
 static bool known_within(int at, const char *name)
 {
-	const int fd = ct_temp_named(name) ? open_folder(at, name) : -1;
+	const int fd = ct_proof_named(name) ? open_folder(at, name) : -1;
 	const int mark = fd >= 0 ? proof(fd, NULL) : -1;
 	const bool is = mark >= 0 && known(fd, NULL);
 
@@ -192,7 +192,7 @@ static bool known_files(int at, const char *name, const char *own)
 	bool all = w.fd >= 0;
 
 	for (const char *x; all && (x = next(&w));)
-		all = (ct_temp_listed(own, x) && plain(w.fd, x)) || known_within(w.fd, x);
+		all = (ct_proof_listed(own, x) && plain(w.fd, x)) || known_within(w.fd, x);
 	if (w.fd >= 0)
 		close(w.fd);
 	return all;
@@ -217,15 +217,15 @@ static void drop_files(int at, const char *own)
 	struct names w = {.fd = open_folder(at, CT_TEMP_DATA)};
 
 	for (const char *x; (x = next(&w));)
-		if (ct_temp_listed(own, x) && plain(w.fd, x))
+		if (ct_proof_listed(own, x) && plain(w.fd, x))
 			unlinkat(w.fd, x, 0);
 		else
-			ct_temp_drop_stale(w.fd, x, NULL, NULL);
+			ct_proof_drop_stale(w.fd, x, NULL, NULL);
 	if (w.fd >= 0)
 		close(w.fd);
 }
 
-bool ct_temp_drop(int at, const char *name, const char *own)
+bool ct_proof_drop(int at, const char *name, const char *own)
 {
 	const int fd = open_folder(at, name);
 
@@ -244,15 +244,15 @@ bool ct_temp_drop(int at, const char *name, const char *own)
 	return unlinkat(at, name, AT_REMOVEDIR) == 0 || errno != ENOTEMPTY;
 }
 
-void ct_temp_drop_stale(int at, const char *name, const char *base, const char *own)
+void ct_proof_drop_stale(int at, const char *name, const char *base, const char *own)
 {
-	const int fd = ct_temp_named(name) ? open_folder(at, name) : -1;
+	const int fd = ct_proof_named(name) ? open_folder(at, name) : -1;
 	const int mark = fd >= 0 ? proof(fd, base) : -1;
 	struct stat st;
 
 	if (mark >= 0 && ct_temp_lock(mark) && fstat(mark, &st) == 0 && st.st_nlink == 1 &&
 		known(fd, own))
-		ct_temp_drop(at, name, own);
+		ct_proof_drop(at, name, own);
 	if (mark >= 0)
 		close(mark);
 	if (fd >= 0)
