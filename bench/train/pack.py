@@ -1,7 +1,7 @@
-"""pack.py TRAIN_FOLDER XRAY_FOLDER BUILD OUT: what a training takes along, in one folder of files.
+"""pack.py TRAIN_FOLDER XRAY_FOLDER BUILD OUT [4|thick-4|2]: what a training takes along, in one folder of files.
 
 CTs of TRAIN_FOLDER (HU, int16, gzipped NIfTI-1) whose licence allows weights under Apache-2.0, without loss but for
-steps of 4 HU; radiographs; the slice networks; the static programs of BUILD. Prints the sizes and fails above LIMIT."""
+steps of 4 HU; radiographs; the slice network of such scans; the static programs of BUILD. Prints the sizes and fails above LIMIT."""
 import glob
 import gzip
 import json
@@ -20,7 +20,6 @@ LEFT_OUT = ('mouse', 'covidctmd')
 MOST, MOST_HELD = 184, 150  # voxels along an axis: the middle of larger ones
 HELD = ('lidc0003', 'fullhead', 'tciasts047')  # validated on: a part will do
 STEP, BASE = 4, -1024  # HU
-NETWORKS = ('4', 'thick-4')
 
 
 def voxels(path):
@@ -99,13 +98,13 @@ def unpack_all(folder, out, workers):
         p.map(unpack, jobs, chunksize=1)
 
 
-def pack_networks(path, out):
-    """The slice networks whose results are refined further, of a safetensors file."""
+def pack_network(path, network, out):
+    """The slice network whose results are refined further, of a safetensors file."""
     raw = open(path, 'rb').read()
     size = struct.unpack('<Q', raw[:8])[0]
     data, head, kept = raw[8 + size:], {}, b''
     for name, t in json.loads(raw[8:8 + size]).items():
-        if name.split('.')[0] not in NETWORKS:
+        if name.split('.')[0] != network:
             continue
         a, b = t['data_offsets']
         head[name] = {**t, 'data_offsets': [len(kept), len(kept) + b - a]}
@@ -117,9 +116,11 @@ def pack_networks(path, out):
 
 
 def main():
-    if len(sys.argv) != 5:
+    if len(sys.argv) not in (5, 6):
         raise SystemExit(__doc__)
-    train, xray, build, out = sys.argv[1:]
+    train, xray, build, out, network = [*sys.argv[1:], '4'][:5]
+    if network not in ('4', 'thick-4', '2'):
+        raise SystemExit(f'{network}: expected 4, thick-4 or 2')
     here = os.path.dirname(os.path.abspath(__file__))
     os.makedirs(out, exist_ok=True)
     files = [f for f in sorted(glob.glob(train + '/*.nii.gz'), key=lambda f: -os.path.getsize(f))
@@ -138,7 +139,7 @@ def main():
     os.makedirs(out + '/bin', exist_ok=True)
     for program in ('pairs', 'project'):
         subprocess.run(['strip', '-o', f'{out}/bin/{program}', f'{build}/bench/train/{program}'], check=True)
-    pack_networks(os.path.join(here, '../../src/prior/slices.safetensors'), out + '/slices.safetensors')
+    pack_network(os.path.join(here, '../../src/prior/slices.safetensors'), network, out + '/slices.safetensors')
     total = sum(os.path.getsize(os.path.join(d, f)) for d, _, fs in os.walk(out) for f in fs)
     print(f'{out}: {total / 1e6:.1f} MB')
     if total > LIMIT:

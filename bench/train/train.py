@@ -1,4 +1,4 @@
-"""train.py volume|projections --data PACK --out OUT --minutes M [--start STATE] [--tiny]
+"""train.py volume|projections --data PACK --out OUT --minutes M [--scans 4|thick-4|2] [--start STATE] [--tiny]
 
 Trains one network until M minutes after the start, validates each minute on patients held out, and leaves in OUT:
 
@@ -127,7 +127,7 @@ class Loop:
         if self.steps % 10 == 0:
             self.sums.append(((rest[0] if rest else loss).detach(), base.detach()))
         if self.steps % 100 == 0:
-            self.check(loss)
+            self.check(loss.detach())
 
     def follow(self):
         """The average of the weights."""
@@ -215,13 +215,16 @@ def main():
     p.add_argument('--out', required=True)
     p.add_argument('--minutes', type=float, required=True)
     p.add_argument('--start', help='folder of an earlier state')
+    p.add_argument('--scans', default='4', choices=['4', 'thick-4', '2'],
+                   help='volume: those refined 4x, thick slices refined 4x, or 2x')
     p.add_argument('--tiny', action='store_true', help='a toy network, for a test')
     a = p.parse_args()
     device = 'cuda' if torch.cuda.is_available() else 'cpu'
     if not 0 < a.minutes <= (MOST if device == 'cuda' else 1e6):
         p.error(f'--minutes: above 0, and at most {MOST:g} on a GPU')
     os.makedirs(a.out, exist_ok=True)
-    log = Log(f'{a.out}/{a.network}.log')
+    kind = {'scans': a.scans} if a.network == 'volume' else {}
+    log = Log(f'{a.out}/{"-".join([a.network, *kind.values()])}.log')
     if device == 'cpu' and not a.tiny:
         os.nice(19 - os.nice(0))
     torch.backends.cudnn.benchmark = True
@@ -231,7 +234,7 @@ def main():
     unpacking.join()
     log(f'{time.time() - BEGIN:.0f} s: {len(glob.glob(a.data + "/ct/*.nii"))} CTs; {torch.__version__}, '
         f'{torch.cuda.get_device_name() if device == "cuda" else "CPU"}')
-    task = subject(a.network)(a.data, device, a.tiny)
+    task = subject(a.network)(a.data, device, a.tiny, **kind)
     task.half = device == 'cuda' or has_bfloat16()
     while not task.ready():
         time.sleep(.3)

@@ -14,7 +14,6 @@ import os
 import random
 import struct
 import subprocess
-import sys
 import threading
 import time
 
@@ -30,8 +29,8 @@ SHARE_X, SHARE_REST = 8, 16  # as pairs.c writes them
 HEAD = 40
 HELD = ('lidc0003', 'fullhead', 'tciasts047')
 LEAST_RMS = 5.  # HU: a cube that lacks less counts as if it lacked this
-SIDE, AT_ONCE, ROUNDS = 96, 4, 24
-THICK_SHARE = .35
+SIDE, AT_ONCE, ROUNDS = 96, 4, 48
+SCANS = {'4': (4, 0), 'thick-4': (4, 1), '2': (2, 0)}  # name of the slice networks: factor, along one axis alone
 SLOPE = .1
 
 
@@ -129,38 +128,32 @@ class Pair:
 
 
 class Volume:
-    name, rate, decay, average, clip, warm = 'volume', 3e-4, .01, .999, .5, 300
+    rate, decay, average, clip, warm = 3e-4, .01, .999, .5, 300
 
-    def __init__(self, data, device, tiny=False, workers=None, collects=True):
-        self.data, self.device, self.tiny = data, device, tiny
-        self.folder = data + '/pairs'
+    def __init__(self, data, device, tiny=False, scans='4'):
+        self.data, self.device, self.tiny, self.scans = data, device, tiny, scans
+        self.name = 'volume-' + scans
+        self.folder = f'{data}/pairs-{scans}'
         self.by, self.held, self.count, self.seen = {}, {}, 0, set()
         self.lock, self.left = threading.Lock(), False
         self.half = False  # set by the loop
         os.makedirs(self.folder, exist_ok=True)
         self.jobs = self.list_jobs()
-        self.makers = [threading.Thread(target=self.make, daemon=True)
-                       for _ in range(workers or max(1, (os.cpu_count() or 2) - 2))]
-        for t in self.makers:
-            t.start()
-        if collects:
-            threading.Thread(target=self.collect, daemon=True).start()
+        for _ in range(max(1, (os.cpu_count() or 2) - 2)):
+            threading.Thread(target=self.make, daemon=True).start()
+        threading.Thread(target=self.collect, daemon=True).start()
 
     def list_jobs(self):
-        """CTs in turn; thick slices after each third or so; the held-out ones in the first round."""
+        """CT, first pair, count: CTs in turn, the held-out ones in the first round."""
         cts = sorted(glob.glob(self.data + '/ct/*.nii'), key=os.path.getsize)
-        jobs, due = [], 0.
         for k in range(ROUNDS):
             for ct in cts:
                 held = any(h in ct for h in HELD)
-                if held and k > 1:
-                    continue
-                due += THICK_SHARE
-                thick = k == 1 if held else due >= 1
-                due -= due >= 1
-                first = 0 if held else k * AT_ONCE
-                jobs.append((ct, first, (2 if self.tiny else 2 * AT_ONCE) if held else AT_ONCE, thick))
-        return iter(jobs)
+                count = 2 if self.tiny else AT_ONCE
+                if not held:
+                    yield ct, k * count, count
+                elif k == 0:
+                    yield ct, 0, 2 * count
 
     def make(self):
         while not self.left:
@@ -170,13 +163,14 @@ class Volume:
                 return
             self.make_one(*job)
 
-    def make_one(self, ct, first, count, thick):
-        folder = f'{self.folder}/{"thick" if thick else "all"}-{os.path.basename(ct)[:-4]}-{first}'
+    def make_one(self, ct, first, count):
+        folder = f'{self.folder}/{os.path.basename(ct)[:-4]}-{first}'
         if os.path.exists(folder + '/done'):
             return
         os.makedirs(folder, exist_ok=True)
-        run = subprocess.run(['nice', '-n', '15', self.data + '/bin/pairs', ct, self.data + '/slices.safetensors', str(first),
-                              str(count), folder, '48' if self.tiny else str(SIDE), '4', str(int(thick))],
+        factor, thick = SCANS[self.scans]
+        run = subprocess.run(['nice', '-n', '10', self.data + '/bin/pairs', ct, self.data + '/slices.safetensors', str(first),
+                              str(count), folder, '48' if self.tiny else str(SIDE), str(factor), str(thick)],
                              stderr=subprocess.PIPE, text=True)
         if run.returncode:
             print(run.stderr, flush=True)
@@ -192,7 +186,7 @@ class Volume:
                 pair, key = Pair(path, self.device), os.path.basename(path)[:-len('.pair')].rsplit('-', 1)[0]
                 with self.lock:
                     to = self.held if any(h in key for h in HELD) else self.by
-                    to.setdefault((key, sum(pair.coarse) == 1), []).append(pair)
+                    to.setdefault(key, []).append(pair)
                     self.count += to is self.by
             time.sleep(.5)
 
@@ -228,8 +222,6 @@ class Volume:
                     // (CELL * side) ** 3)
         with self.lock:
             names = list(self.by)
-        thick = rng.random() < THICK_SHARE
-        names = [n for n in names if n[1] == thick] or names
         crops = []
         for tries in itertools.count():
             pairs = self.by[rng.choice(names)]
@@ -285,12 +277,12 @@ class Volume:
         left = {}
         with self.lock:
             held = {k: list(v)[:8] for k, v in self.held.items()}
-        for (key, thick), pairs in sorted(held.items()):
+        for key, pairs in sorted(held.items()):
             for pair in pairs:
                 x, rest, told = pair.whole()
                 h, _ = net(x, told)
                 q = ((h - rest) ** 2).sum().item() / max((rest ** 2).sum().item(), 1e-9)
-                left.setdefault(('thick ' if thick else 'all ') + key, []).append(q)
+                left.setdefault(key.removesuffix('.nii'), []).append(q)
         left = {k: float(np.mean(v)) for k, v in left.items()}
         return float(np.mean(list(left.values()))) if left else 1., left
 
@@ -314,7 +306,7 @@ class Volume:
             'error': g['error.w'].reshape(1, -1).astype(np.float32),
             'error_bias': (g['error_bias'] + 2 * math.log(UNIT_REST))[None].astype(np.float32),
             'regime': regime.astype(np.float32)}
-        write({f'volume-{CELL}.{k}': v for k, v in tensors.items()}, path)
+        write({f'{self.name}.{k}': v for k, v in tensors.items()}, path)
 
 
 def write(tensors, path, meta=None):
@@ -330,11 +322,3 @@ def write(tensors, path, meta=None):
     with open(path + '.part', 'wb') as f:
         f.write(struct.pack('<Q', len(text)) + text + data)
     os.replace(path + '.part', path)
-
-
-if __name__ == '__main__':
-    # volume.py PACK WORKERS: make the pairs, to be found by a training that begins later.
-    import pack
-    pack.unpack_all(sys.argv[1], sys.argv[1] + '/ct', int(sys.argv[2]))
-    for t in Volume(sys.argv[1], 'cpu', workers=int(sys.argv[2]), collects=False).makers:
-        t.join()
