@@ -5,6 +5,7 @@
  * channel Y or the only one, ZIP, ZIPS or not compressed.
  */
 #include "config.h"
+#include "core/number.h"
 #include "core/inflate.h"
 #include "core/mem.h"
 #include "formats/exr.h"
@@ -141,8 +142,7 @@ static bool name_part(struct part *p, exr_const_context_t c)
 		end--;
 	if (!*end || strlen(end) > 18)
 		return false;
-	p->number = strtoull(end, NULL, 10);
-	return true;
+	return ct_number_u64(&p->number, end);
 }
 
 /* The parts by the number in their names if all have one, else as they come. */
@@ -288,11 +288,12 @@ static int get_meta(struct reader *d, int part, struct ct_meta *m)
 {
 	const char *text = get_string(d, part, CT_EXR_VERSION);
 	const exr_attribute_t *a;
+	long long version;
 	int32_t n = 0;
 
-	if (text && strtol(text, NULL, 10) > CT_EXR_VERSION_NOW)
-		return ct_fail(
-			d->e, CT_EINPUT, CT_EXR_VERSION " %.20s is newer than this program", text);
+	if (text && !ct_number_whole(&version, text, 0, CT_EXR_VERSION_NOW))
+		return ct_fail(d->e, CT_EINPUT,
+			CT_EXR_VERSION " %.20s is newer than this program, or no number", text);
 	if (exr_get_attribute_count(d->c, part, &n) != EXR_ERR_SUCCESS)
 		return 0;
 	for (int32_t i = 0; i < n; i++) {

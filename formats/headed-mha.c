@@ -1,6 +1,7 @@
 /* headed-mha.c: the header of MetaImage: lines KEY = VALUE, the last ElementDataFile. See headed.h.
  */
 #include "config.h"
+#include "core/number.h"
 #include "formats/headed-impl.h"
 
 #include <math.h>
@@ -78,10 +79,10 @@ static bool is_true(const struct ct_headed *h, const char *key)
 static int must_be(const struct ct_headed *h, const char *key, const char *word, struct ct_err *e)
 {
 	const char *s = ct_headed_get(h, key);
-	char *end;
+	double said, expected;
 
 	if (!s || strcasecmp(s, word) == 0 ||
-		(*word <= '9' && strtod(s, &end) == strtod(word, NULL) && end != s && !*end))
+		(ct_number_read(&said, s) && ct_number_read(&expected, word) && said == expected))
 		return 0;
 	return ct_fail(e, CT_EINPUT, "%s: '%.40s' is not read here, only %s", key, s, word);
 }

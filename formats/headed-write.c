@@ -1,5 +1,6 @@
 /* headed-write.c: MetaImage and NRRD, LPS. See headed.h. */
 #include "config.h"
+#include "core/number.h"
 #include "core/stream.h"
 #include "formats/ends.h"
 #include "formats/headed.h"
@@ -22,10 +23,11 @@ struct what {
 static void put_number(FILE *f, const char *before, double x)
 {
 	char text[40];
+	double back;
 
 	for (int digits = 6; digits <= 17; digits++) {
 		snprintf(text, sizeof text, "%.*g", digits, x + 0.0);
-		if (strtod(text, NULL) == x)
+		if (ct_number_read(&back, text) && back == x)
 			break;
 	}
 	fprintf(f, "%s%s", before, text);

@@ -1,5 +1,6 @@
 /* headed.c: a header of text, and its voxels. See headed.h. */
 #include "config.h"
+#include "core/number.h"
 #include "formats/headed.h"
 #include "core/mem.h"
 #include "core/vec3.h"
@@ -110,15 +111,14 @@ const char *ct_headed_get(const struct ct_headed *h, const char *key)
 int ct_headed_numbers(
 	const struct ct_headed *h, const char *key, size_t n, double *x, struct ct_err *e)
 {
-	const char *s = ct_headed_get(h, key), *at = s;
-	char *end;
+	const char *s = ct_headed_get(h, key), *at = s, *end;
 
 	if (!s)
 		return 1;
 	for (size_t i = 0; i < n; i++, at = end) {
 		at += strspn(at, " \t,()");
-		x[i] = strtod(at, &end);
-		if (end == at || !isfinite(x[i]))
+		x[i] = ct_number_begin(at, &end);
+		if (end == at || (*end && !strchr(" \t,()", *end)))
 			return ct_fail(e, CT_EINPUT, "%s: '%.60s' is not %zu numbers", key, s, n);
 	}
 	at += strspn(at, " \t,()");

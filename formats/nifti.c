@@ -1,5 +1,6 @@
 /* nifti.c: volumes in and out as streams. See nifti.h. */
 #include "config.h"
+#include "core/number.h"
 #include "core/mem.h"
 #include "formats/ends.h"
 #include "formats/format.h"
@@ -13,6 +14,7 @@
 #include <assert.h>
 #include <errno.h>
 #include <jansson.h>
+#include <math.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -242,15 +244,13 @@ static int append_foreign(struct head *to, const struct ct_pair *pair, struct ct
 {
 	unsigned char *bytes;
 	size_t count = SIZE_MAX;
-	char *end;
-	long ecode;
+	const char *end;
+	const double ecode = ct_number_begin(pair->value, &end);
 	int rc;
 
-	errno = 0;
-	ecode = strtol(pair->value, &end, 10);
 	if (ct_alloc(&bytes, strlen(pair->value) + 1, 1, e))
 		return -1;
-	if (errno == 0 && *end == ' ' && ecode >= INT32_MIN && ecode <= INT32_MAX)
+	if (*end == ' ' && ecode >= INT32_MIN && ecode <= INT32_MAX && ecode == floor(ecode))
 		count = ct_text_of_base64(bytes, end + 1);
 	if (count == SIZE_MAX)
 		rc = ct_fail(e, CT_EINPUT, "metadata %s is not \"ECODE BASE64\"", pair->key);
@@ -307,7 +307,10 @@ static int append_extensions(struct head *to, const struct ct_meta *m, struct ct
 static void fill_header(struct ct_nii *h, const struct ct_vol *v, bool i16)
 {
 	const char *kept = ct_meta_get(&v->meta, CT_META_NIFTI_CODE);
-	const long code = kept ? strtol(kept, NULL, 10) : 1;
+	long long code = 1;
+
+	if (kept && !ct_number_whole(&code, kept, 0, 5))
+		code = 1;
 
 	h->dim[0] = 3;
 	for (int a = 1; a < 8; a++) {

@@ -8,6 +8,7 @@
  * cannot hold.
  */
 #include "config.h"
+#include "core/number.h"
 #include "core/mem.h"
 #include "core/stream.h"
 #include "formats/any.h"
@@ -133,7 +134,7 @@ static int property(struct reader *d, const char *s)
 /* The first are the vertices; what lies behind them is not read. */
 static int element(struct reader *d, const char *s)
 {
-	char name[40], number[24], *end;
+	char name[40], number[24];
 	bool vertex;
 
 	if (sscanf(s, "%39s %23s", name, number) != 2)
@@ -143,8 +144,7 @@ static int element(struct reader *d, const char *s)
 		return vertex ? ct_fail(d->e, CT_EINPUT, "two elements vertex") : 0;
 	if (!vertex)
 		return ct_fail(d->e, CT_EINPUT, "element %s lies before the vertices", name);
-	d->count = strtoull(number, &end, 10);
-	if (*end || *number == '-' || d->count > INT64_MAX)
+	if (!ct_number_u64(&d->count, number) || d->count > INT64_MAX)
 		return ct_fail(d->e, CT_EINPUT, "element %s: count '%s'", name, number);
 	return 0;
 }

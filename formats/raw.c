@@ -1,12 +1,13 @@
 /* raw.c: see raw.h. */
 #include "config.h"
+#include "core/number.h"
 #include "core/mem.h"
 #include "formats/hash.h"
 #include "formats/io.h"
 #include "formats/raw.h"
 #include "formats/source.h"
 
-#include <errno.h>
+#include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -115,13 +116,14 @@ static int parse_type(struct header *h, const char *s, struct ct_err *e)
 static int parse_shape(struct header *h, const char *s, struct ct_err *e)
 {
 	size_t dims = 0, n[3];
-	char *end;
+	const char *end;
 
 	for (s += *s == '('; dims < 3 && *s >= '0' && *s <= '9'; s = end) {
-		errno = 0;
-		n[dims] = strtoull(s, &end, 10);
-		if (errno || n[dims] == 0 || n[dims++] > INT32_MAX)
+		const double x = ct_number_begin(s, &end);
+
+		if (!(x >= 1 && x <= INT32_MAX) || x != floor(x))
 			return ct_fail(e, CT_EINPUT, "shape (%.40s", s);
+		n[dims++] = (size_t)x;
 		end += strspn(end, ", ");
 	}
 	if (dims < 2 || *s != ')')

@@ -1,5 +1,7 @@
 /* arssr.c: see arssr.h. */
 #include "config.h"
+#include "core/words.h"
+#include "core/number.h"
 #include "arssr/arssr.h"
 #include "core/mem.h"
 #include "core/rng.h"
@@ -54,13 +56,11 @@ int ct_arssr_shape_set(
 	struct ct_arssr_shape *s, const char *key, const char *value, struct ct_err *e)
 {
 	for (size_t i = 0; i < KEYS; i++) {
-		char *end;
-		unsigned long v;
+		uint64_t v;
 
 		if (strcmp(key, keys[i].name) != 0)
 			continue;
-		v = strtoul(value, &end, 10);
-		if (end == value || *end || *value == '-' || v < 1 || v > keys[i].most)
+		if (!ct_number_u64(&v, value) || v < 1 || v > keys[i].most)
 			return ct_fail(e, CT_EUSAGE, "%s=%.40s: expected a number from 1 to %zu",
 				key, value, keys[i].most);
 		*word_of(s, i) = v;
@@ -195,7 +195,7 @@ int ct_arssr_put(const struct ct_arssr *a, const float *all, struct ct_tensors *
 int ct_arssr_get(struct ct_arssr *a, const struct ct_tensors *w, struct ct_err *e)
 {
 	const char *window = ct_meta_get(&w->meta, CT_META_WINDOW);
-	char name[104], more;
+	char name[104];
 	size_t rank, dim[5];
 
 	if (!ct_tensors_find(w, "encoder.sfe1.weight"))
@@ -211,7 +211,7 @@ int ct_arssr_get(struct ct_arssr *a, const struct ct_tensors *w, struct ct_err *
 			return -1;
 		}
 	}
-	if (window && sscanf(window, "%lf:%lf%c", &a->window[0], &a->window[1], &more) != 2)
+	if (window && !ct_words_numbers(window, ':', 2, false, a->window))
 		return ct_fail(e, CT_EINPUT, "window \"%.40s\": expected LO:HI", window);
 	if (plan(a, e))
 		return -1;

@@ -1,5 +1,6 @@
 /* cli.c: see cli.h. Only src/cli and src/tools print, exit or read the environment. */
 #include "config.h"
+#include "core/number.h"
 #include "cli/cli.h"
 #include "cli/files.h"
 #include "cli/modes.h"
@@ -15,6 +16,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <locale.h>
+#include <math.h>
 #include <sched.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -207,9 +209,11 @@ static size_t threads_wanted(int flag)
 		return (size_t)flag;
 	for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
 		const char *s = getenv(names[i]);
-		long v = s ? strtol(s, NULL, 10) : 0;
+		const char *end = NULL;
+		const double v = s ? ct_number_begin(s, &end) : 0;
 
-		if (v > 0 && v <= 4096)
+		/* OMP_NUM_THREADS may be a list, one for each level of nesting */
+		if (v >= 1 && v <= 4096 && v == floor(v) && (!*end || *end == ','))
 			return (size_t)v;
 	}
 	if (sched_getaffinity(0, sizeof set, &set) == 0)
@@ -346,12 +350,10 @@ static int run(const struct parser *s, int argc, char **argv, struct ct_err *e)
 		.progress = progress,
 		.ctx = &bar};
 	const double start = ct_clock_wall();
-	char *end, *history;
+	char *history;
 	int rc;
 
-	errno = 0;
-	env.seed = strtoull(c->seed, &end, 10);
-	if (end == c->seed || *end || errno || *c->seed == '-')
+	if (!ct_number_u64(&env.seed, c->seed))
 		return ct_fail(e, CT_EUSAGE, "--seed: '%s' is not an integer", c->seed);
 	if (put_command(&history, s, argc, argv, e))
 		return -1;

@@ -1,5 +1,6 @@
 /* table.c: see table.h. */
 #include "config.h"
+#include "core/number.h"
 #include "cli/table.h"
 #include "core/inflate.h"
 #include "formats/units.h"
@@ -99,20 +100,17 @@ const struct ct_opt *ct_table_find(const struct ct_tool *t, const char *name, si
 static int set_number(
 	const struct ct_opt *o, void *p, const char *name, const char *s, struct ct_err *e)
 {
-	char *end;
 	double x;
 
-	errno = 0;
 	if (o->type == CT_T_INT) {
-		long v = strtol(s, &end, 10);
+		long long v;
 
-		if (end == s || *end || errno || v < INT_MIN || v > INT_MAX)
+		if (!ct_number_whole(&v, s, INT_MIN, INT_MAX))
 			return ct_fail(e, CT_EUSAGE, "%s: '%s' is not an integer", name, s);
 		*(int *)p = (int)v;
 		x = (double)v;
 	} else {
-		x = strtod(s, &end);
-		if (end == s || *end || !isfinite(x))
+		if (!ct_number_read(&x, s))
 			return ct_fail(e, CT_EUSAGE, "%s: '%s' is not a number", name, s);
 		*(double *)p = x;
 	}
@@ -254,15 +252,14 @@ int ct_cli_range(const char *option, const char *s, double v[2], struct ct_err *
 int ct_cli_memory(double *bytes, const char *text, struct ct_err *e)
 {
 	static const char units[] = "KMGT";
-	const size_t number = text ? strspn(text, "0123456789.") : 0;
-	const char *unit = text && text[number] ? strchr(units, text[number]) : NULL;
-	char *end;
+	const char *end, *unit;
 
 	*bytes = 0;
 	if (!text)
 		return 0;
-	*bytes = strtod(text, &end);
-	if (number == 0 || end != text + number || !unit || text[number + 1])
+	*bytes = ct_number_begin(text, &end);
+	unit = end != text && *end ? strchr(units, *end) : NULL;
+	if (!unit || end[1])
 		return ct_fail(
 			e, CT_EUSAGE, "--memory: '%.80s' is no size such as 600M or 2G", text);
 	*bytes = ldexp(*bytes, 10 * (int)(unit - units + 1));

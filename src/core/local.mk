@@ -12,6 +12,7 @@ libct_a_SOURCES += src/core/vol.c src/core/vol.h
 libct_a_SOURCES += src/core/stack.c src/core/stack.h
 libct_a_SOURCES += src/core/gauss.c src/core/gauss.h
 libct_a_SOURCES += src/core/tensors.c src/core/tensors.h
+libct_a_SOURCES += src/core/number.c src/core/number.h
 libct_a_SOURCES += src/core/words.c src/core/words.h
 libct_a_SOURCES += src/core/memory.c src/core/memory.h
 libct_a_SOURCES += src/core/stream.c src/core/stream.h

@@ -1,5 +1,6 @@
 /* memory.c: see memory.h. */
 #include "config.h"
+#include "core/number.h"
 #include "core/memory.h"
 
 #include <math.h>
@@ -22,12 +23,12 @@ static double number_in(const char *folder, const char *file, const char *key)
 	f = fopen(path, "re");
 	while (f && isnan(value) && fgets(line, sizeof line, f)) {
 		const size_t n = strlen(key);
-		char *end;
+		const char *end;
 
 		if (strncmp(line, key, n) != 0)
 			continue;
 		value = strncmp(line + n, "max", 3) == 0 ? (double)INFINITY
-							 : strtod(line + n, &end);
+							 : ct_number_begin(line + n, &end);
 	}
 	if (f)
 		fclose(f);

@@ -1,12 +1,12 @@
 /* meta.c: see meta.h. */
 #include "config.h"
+#include "core/number.h"
 #include "core/meta.h"
 #include "core/env.h"
 #include "core/mem.h"
 #include "core/stream.h"
 #include "core/words.h"
 
-#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -118,11 +118,8 @@ int ct_meta_put_scalars(struct ct_meta *m, size_t n, double *const *v, struct ct
 int ct_meta_get_scalars(const struct ct_meta *m, size_t n, double *const *v, struct ct_err *e)
 {
 	const char *text = ct_meta_get(m, CT_META_SCALARS);
-	char *next;
-
-	for (size_t k = 0; k < n; k++, text = next) {
-		*v[k] = text ? strtod(text, &next) : (double)NAN;
-		if (!isfinite(*v[k]) || next == text)
+	for (size_t k = 0; k < n; k++) {
+		if (!text || !ct_number_exact(v[k], text, &text))
 			return ct_fail(e, CT_EINPUT, "scalar %zu of the state is not a number", k);
 	}
 	return 0;

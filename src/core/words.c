@@ -1,9 +1,8 @@
 /* words.c: see words.h. */
 #include "config.h"
+#include "core/number.h"
 #include "core/words.h"
 
-#include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 const char *ct_words_at(const char *words, int place, size_t *n)
@@ -42,11 +41,12 @@ bool ct_words_numbers(const char *text, char between, size_t n, bool spread, dou
 	const char *at = text; /* behind the last number */
 	size_t got = 0;
 
-	for (char *end; got < n && (got == 0 || *at == between); got++, at = end) {
+	for (const char *end; got < n && (got == 0 || *at == between); got++, at = end) {
 		const char *from = at + (got > 0);
 
-		v[got] = strtod(from, &end);
-		if (end == from || !isfinite(v[got]))
+		from += strspn(from, " ");
+		v[got] = ct_number_begin(from, &end);
+		if (end == from)
 			return false;
 	}
 	if (got == 1 && spread)

@@ -1,5 +1,6 @@
 /* image.c: see image.h. */
 #include "config.h"
+#include "core/number.h"
 #include "formats/hash.h"
 #include "formats/voxels.h"
 #include "core/mem.h"
@@ -233,7 +234,7 @@ static void put_missing(struct ct_header *h, const char *keyword, const char *te
 static void put_head(struct ct_header *h, const struct image *im)
 {
 	const char *number = from(im, "SeriesNumber");
-	const long before = number ? strtol(number, NULL, 10) : 0;
+	long long before = 0;
 
 	policy_take(h, &im->from, im->deid, im->frames);
 	PUT(h, common);
@@ -254,7 +255,7 @@ static void put_head(struct ct_header *h, const struct image *im)
 	}
 	ct_header_put(h, "", "ManufacturerModelName", "%s", im->tool);
 	ct_header_put(h, "", "SeriesNumber", "%ld",
-		number && before > 0 && before < 1000000 ? before + 1000 : 1);
+		number && ct_number_whole(&before, number, 1, 999999) ? (long)before + 1000 : 1L);
 	if (!im->frames && !from(im, "BodyPartExamined") && !from(im, "Laterality"))
 		ct_header_put(h, "", "Laterality", "%s", ""); /* of what there may be two */
 	if (!im->deid && ct_header_get(h, "PatientIdentityRemoved"))

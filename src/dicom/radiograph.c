@@ -1,5 +1,6 @@
 /* radiograph.c: the one picture of X rays on a detector that a file holds; see dicom.h. */
 #include "config.h"
+#include "core/words.h"
 #include "series/header.h"
 #include "shim/dicom.h"
 #include "dicom/module.h"
@@ -34,15 +35,20 @@ static int read_pitch(
 {
 	static const char *const fields[] = {"ImagerPixelSpacing", "PixelSpacing"};
 
+	double pitch[2];
+
 	mm[0] = mm[1] = (double)NAN;
 	for (size_t i = 0; i < sizeof fields / sizeof *fields; i++) {
 		const char *text = ct_header_get(h, fields[i]);
 
 		if (!text)
 			continue;
-		if (sscanf(text, "%lf\\%lf", &mm[1], &mm[0]) == 2 && mm[0] > 1e-6 && mm[1] > 1e-6 &&
-			mm[0] < 1e4 && mm[1] < 1e4)
+		if (ct_words_numbers(text, '\\', 2, false, pitch) && pitch[0] > 1e-6 &&
+			pitch[1] > 1e-6 && pitch[0] < 1e4 && pitch[1] < 1e4) {
+			mm[0] = pitch[1];
+			mm[1] = pitch[0];
 			return 0;
+		}
 		return ct_fail(e, CT_EGEOM, "%s: %s is '%.40s'", s->path, fields[i], text);
 	}
 	return 0;

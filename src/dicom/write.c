@@ -1,5 +1,6 @@
 /* write.c: a volume as DICOM. */
 #include "config.h"
+#include "core/number.h"
 #include "core/mem.h"
 #include "formats/io.h"
 #include "formats/out-folder.h"
@@ -92,11 +93,15 @@ static int check_values(const struct ct_vol *v, const struct ct_env *env, struct
 static void date_of_source(char out[20])
 {
 	const char *epoch = getenv("SOURCE_DATE_EPOCH");
-	const time_t t = epoch ? (time_t)strtoll(epoch, NULL, 10) : 0;
+	long long seconds = 0;
 	struct tm tm;
+	time_t t;
 
 	*out = '\0';
-	if (epoch && *epoch && gmtime_r(&t, &tm))
+	if (!epoch || !ct_number_whole(&seconds, epoch, 0, INT64_MAX))
+		return;
+	t = (time_t)seconds;
+	if (gmtime_r(&t, &tm))
 		strftime(out, 20, "%Y%m%d%H%M%S", &tm);
 }
 

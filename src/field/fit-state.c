@@ -41,7 +41,7 @@ int ct_field_fit_pack(struct ct_tensors *t, const struct ct_field_fit *f, struct
 int ct_field_fit_unpack(struct ct_field_fit *f, const struct ct_tensors *t, struct ct_err *e)
 {
 	const size_t most = f->rule.iterations;
-	const char *scalars = ct_meta_get(&t->meta, CT_META_SCALARS);
+	double *const scalars[] = {&f->used, &f->first, &f->last};
 	char name[NAME];
 	double step, whole;
 
@@ -64,9 +64,8 @@ int ct_field_fit_unpack(struct ct_field_fit *f, const struct ct_tensors *t, stru
 	if (ct_meta_numbers(&t->meta, CT_META_STEP, 1, &step, e) || step != floor(step) ||
 		!(step >= 0 && step <= (most ? (double)most : 0x1p53)))
 		return ct_fail(e, CT_EINPUT, "the state has no valid step");
-	if (ct_meta_numbers(&t->meta, CT_META_AT, 1, &whole, e) || !scalars ||
-		sscanf(scalars, "%la %la %la", &f->used, &f->first, &f->last) != 3 ||
-		!(isfinite(f->used) && f->used >= 0 && isfinite(f->first) && isfinite(f->last)))
+	if (ct_meta_numbers(&t->meta, CT_META_AT, 1, &whole, e) ||
+		ct_meta_get_scalars(&t->meta, 3, scalars, e) || !(f->used >= 0))
 		return ct_fail(e, CT_EINPUT, "the state has no scalars, or wrong ones");
 	f->step = (size_t)step;
 	f->whole = whole != 0;

@@ -1,7 +1,10 @@
 /* fit-state.c: a fit as tensors (fit.h). */
 #include "config.h"
+#include "core/words.h"
+#include "core/number.h"
 #include "gs/fit.h"
 
+#include <limits.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -77,19 +80,25 @@ static int get_scalars(struct ct_fit *f, const struct ct_tensors *t, struct ct_e
 	const char *step = ct_meta_get(&t->meta, CT_META_STEP);
 	const char *at = ct_meta_get(&t->meta, CT_META_AT);
 	double *s[SCALARS];
-	int end;
+	const char *rest;
+	double steps[2], end = -1;
 
 	scalars(f, s);
 	if (ct_meta_get_scalars(&t->meta, SCALARS, s, e))
 		return -1;
-	if (!step || sscanf(step, "%zu %u", &f->g.step, &f->gamma.steps) != 2 ||
-		f->g.step > f->opt.iterations)
+	if (!step || !ct_words_numbers(step, ' ', 2, false, steps) ||
+		!(steps[0] >= 0 && steps[0] <= (double)f->opt.iterations) ||
+		!(steps[1] >= 0 && steps[1] <= UINT_MAX))
 		return ct_fail(e, CT_EINPUT, "the state has no valid step");
+	f->g.step = (size_t)steps[0];
+	f->gamma.steps = (unsigned)steps[1];
 	if (!(f->g.gamma > 0))
 		return ct_fail(e, CT_EINPUT, "gamma of the state is not positive");
-	if (!at || sscanf(at, "%d", &end) != 1 || end < CT_FIT_RUNNING || end >= CT_FIT_EMPTY)
+	if (at)
+		end = ct_number_begin(at, &rest);
+	if (!at || (*rest && *rest != ' ') || !(end >= CT_FIT_RUNNING && end < CT_FIT_EMPTY))
 		return ct_fail(e, CT_EINPUT, "the state does not say whether the fit has ended");
-	f->end = (enum ct_fit_end)end;
+	f->end = (enum ct_fit_end)(int)end;
 	return 0;
 }
 

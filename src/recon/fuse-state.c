@@ -1,5 +1,6 @@
 /* fuse-state.c: a solver that was interrupted, or its result, as tensors (fuse.h). */
 #include "config.h"
+#include "core/words.h"
 #include "core/mem.h"
 #include "recon/fuse.h"
 #include "resolution/tv-row.h"
@@ -85,14 +86,19 @@ static bool get_at(struct ct_joint_at *to, const struct ct_meta *m)
 	const char *at = ct_meta_get(m, CT_META_AT);
 	double *s[SCALARS];
 	struct ct_err why;
-	int trusted;
+	double n[COUNTS];
 
-	if (!at ||
-		sscanf(at, "%zu %zu %d %zu", &to->phase, &to->done, &trusted, &to->sweeps) !=
-			COUNTS ||
-		to->phase > CT_JOINT_DONE || to->sweeps > CT_JOINT_SWEEPS)
+	if (!at || !ct_words_numbers(at, ' ', COUNTS, false, n))
 		return false;
-	to->trusted = trusted != 0;
+	for (size_t k = 0; k < COUNTS; k++)
+		if (!(n[k] >= 0 && n[k] <= 0x1p53))
+			return false;
+	to->phase = (size_t)n[0];
+	to->done = (size_t)n[1];
+	to->trusted = n[2] != 0;
+	to->sweeps = (size_t)n[3];
+	if (to->phase > CT_JOINT_DONE || to->sweeps > CT_JOINT_SWEEPS)
+		return false;
 	scalars(to, s);
 	return ct_meta_get_scalars(m, SCALARS, s, &why) == 0;
 }

@@ -1,5 +1,6 @@
 /* slice-profile.c: see slice-profile.h. */
 #include "config.h"
+#include "core/number.h"
 #include "resolution/slice-profile.h"
 
 #include <ctype.h>
@@ -236,19 +237,33 @@ static bool normalise(struct ct_slice_profile *p, double least)
 	return p->step > 0 && isfinite(p->step) && isfinite(p->first);
 }
 
+/* A number at *s within its line; *s becomes what follows it. */
+static bool number(double *x, const char **s)
+{
+	const char *end;
+
+	*x = ct_number_begin(*s, &end);
+	if (end == *s || (*end && !isspace((unsigned char)*end)))
+		return false;
+	*s = end + strspn(end, " \t\r");
+	return true;
+}
+
 int ct_slice_profile_get(const struct ct_meta *m, struct ct_degrade *d, struct ct_err *e)
 {
 	const char *s = ct_meta_get(m, CT_META_PROFILE);
 	struct ct_slice_profile p = {0};
 	bool more, whole = false;
-	int used = 0;
-	char *end;
+	const char *end;
 
 	if (!s)
 		return 0;
-	more = sscanf(s, "%1d %lf %lf %n", &p.axis, &p.first, &p.step, &used) == 3 && used > 0;
-	for (s += used; more && p.n < CT_SLICE_PROFILE_MOST; s = end + 1) {
-		p.w[p.n++] = strtod(s, &end);
+	p.axis = *s - '0';
+	more = *s >= '0' && *s <= '2' && s[1] == ' ';
+	s += more ? 2 : 0;
+	more = more && number(&p.first, &s) && number(&p.step, &s);
+	for (; more && p.n < CT_SLICE_PROFILE_MOST; s = end + 1) {
+		p.w[p.n++] = ct_number_begin(s, &end);
 		whole = end != s && !*end;
 		more = end != s && *end == ',';
 	}
@@ -275,18 +290,6 @@ int ct_slice_profile_permute(struct ct_meta *m, const int axis[static 3], struct
 			break;
 		}
 	return ct_slice_profile_put(m, &d.profile, e);
-}
-
-/* A number at *s within its line; *s becomes what follows it. */
-static bool number(double *x, const char **s)
-{
-	char *end;
-
-	*x = strtod(*s, &end);
-	if (end == *s || !isfinite(*x) || (*end && !isspace((unsigned char)*end)))
-		return false;
-	*s = end + strspn(end, " \t\r");
-	return true;
 }
 
 /* One line without its comment: a sample, or nothing. */

@@ -1,5 +1,6 @@
 /* series.c: see series.h. */
 #include "config.h"
+#include "core/number.h"
 #include "core/mem.h"
 #include "core/vec3.h"
 #include "series/series.h"
@@ -323,9 +324,8 @@ static bool two_patients(const struct ct_series *list, size_t n, const struct ct
 int ct_series_pick(const struct ct_series *list, size_t n, const struct ct_slice *s,
 	const char *which, size_t *pick, struct ct_err *e)
 {
-	char *end;
-	const unsigned long want = which ? strtoul(which, &end, 10) : 0;
-	const bool place = which && *which && !*end && strspn(which, "0123456789") == strlen(which);
+	uint64_t want = 0;
+	const bool place = which && ct_number_u64(&want, which);
 	size_t found = 0, other = 0;
 
 	for (size_t i = 0; i < n; i++) {

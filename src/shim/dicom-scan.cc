@@ -78,8 +78,9 @@ void note(Found &found, const std::string &path, ct_file_state state, const std:
 /* Are the numbers of a picture that is not compressed all there? */
 bool cut_off(vtkDICOMMetaData *m, vtkDICOMParser *p)
 {
+	std::string wrong; /* add_picture says it */
 	const double size = m->Get(DC::Rows).AsDouble() * m->Get(DC::Columns).AsDouble() *
-			    static_cast<double>(count_frames(m)) *
+			    static_cast<double>(count_frames(m, &wrong)) *
 			    std::max(1.0, m->Get(DC::SamplesPerPixel).AsDouble()) *
 			    (m->Get(DC::BitsAllocated).AsInt() / 8);
 
@@ -99,16 +100,20 @@ struct Source {
 
 void add_picture(Found &found, const Source &from, vtkDICOMMetaData *m, vtkDICOMParser *p)
 {
-	const size_t frames = count_frames(m);
+	std::string wrong;
+	const size_t frames = count_frames(m, &wrong);
+	const std::string series = m->Get(DC::SeriesInstanceUID).AsString();
 
-	if (frames == 0 || frames > 1 << 16)
+	if (wrong.empty() && (frames == 0 || frames > 1 << 16))
 		return note(found, from.shown, CT_FILE_DAMAGED, "NumberOfFrames is absurd");
-	note(found, from.shown, CT_FILE_PICTURE, "", m->Get(DC::SeriesInstanceUID).AsString());
+	std::vector<ct_slice> all(wrong.empty() ? frames : 0);
+	for (size_t k = 0; k < all.size() && wrong.empty(); k++)
+		wrong = describe_frame(m, k, &all[k]);
+	if (!wrong.empty())
+		return note(found, from.shown, CT_FILE_DAMAGED, wrong, series);
+	note(found, from.shown, CT_FILE_PICTURE, "", series);
 	const double size = static_cast<double>(from.stored ? from.size : fs::file_size(from.path));
-	for (size_t k = 0; k < frames; k++) {
-		ct_slice s = {};
-
-		describe_frame(m, k, &s);
+	for (ct_slice &s : all) {
 		s.pixels = p->GetFileOffset();
 		s.store = from.stored ? found.store.descriptor() + 1 : 0;
 		s.begin = static_cast<long long>(from.begin);

@@ -1,6 +1,7 @@
 /* ct-convert: DICOM, raw, NIfTI, MetaImage and NRRD to NIfTI, MetaImage, NRRD and DICOM;
  * projections of numpy, and radiographs, to a stack. */
 #include "config.h"
+#include "core/number.h"
 #include "cli/cli.h"
 #include "cli/files.h"
 #include "cli/modes.h"
@@ -88,7 +89,7 @@ static int parse_ends(
 	double v[2], const char *text, size_t length, const char *all, struct ct_err *e)
 {
 	char s[80];
-	char *colon, *end;
+	char *colon;
 
 	snprintf(s, sizeof s, "%.*s", (int)length, text);
 	colon = strchr(s, ':');
@@ -98,13 +99,9 @@ static int parse_ends(
 		return ct_fail(
 			e, CT_EUSAGE, "--crop: '%.80s' is neither auto nor LO:HI,LO:HI,LO:HI", all);
 	*colon++ = '\0';
-	if (*s)
-		v[0] = strtod(s, &end);
-	if (*s && *end)
+	if (*s && !ct_number_read(&v[0], s))
 		return ct_fail(e, CT_EUSAGE, "--crop: '%s' is no number", s);
-	if (*colon)
-		v[1] = strtod(colon, &end);
-	if (*colon && *end)
+	if (*colon && !ct_number_read(&v[1], colon))
 		return ct_fail(e, CT_EUSAGE, "--crop: '%s' is no number", colon);
 	return v[0] < v[1] ? 0 : ct_fail(e, CT_EUSAGE, "--crop: '%.80s' is empty", all);
 }

@@ -1,5 +1,6 @@
 /* ct-field: a neural field fitted to one CT, or to projections: for comparison. */
 #include "config.h"
+#include "core/number.h"
 #include "cli/cli.h"
 #include "cli/cost.h"
 #include "cli/json.h"
@@ -231,8 +232,6 @@ struct field_job {
 
 static int take_loss(struct ct_field_rule *r, const char *loss, struct ct_err *e)
 {
-	char *end;
-
 	if (!loss)
 		return 0;
 	r->adaptive = strcmp(loss, "adaptive") == 0;
@@ -240,8 +239,7 @@ static int take_loss(struct ct_field_rule *r, const char *loss, struct ct_err *e
 	if (r->adaptive || strcmp(loss, "l2") == 0)
 		return 0;
 	if (strncmp(loss, "tv:", 3) == 0) {
-		r->tv = strtod(loss + 3, &end);
-		if (end != loss + 3 && *end == '\0' && r->tv >= 0 && r->tv <= 1e6)
+		if (ct_number_read(&r->tv, loss + 3) && r->tv >= 0 && r->tv <= 1e6)
 			return 0;
 	}
 	return ct_fail(e, CT_EUSAGE, "--loss: %.40s is none of l2, adaptive, tv:W", loss);
@@ -250,12 +248,12 @@ static int take_loss(struct ct_field_rule *r, const char *loss, struct ct_err *e
 static int take_budget(struct ct_field_rule *r, const char *budget, struct ct_err *e)
 {
 	const double most = 1e9;
-	char *end;
+	const char *end;
 	double n;
 
 	if (!budget)
 		return 0;
-	n = strtod(budget, &end);
+	n = ct_number_begin(budget, &end);
 	if (end != budget && n > 0 && n <= most && strcmp(end, "s") == 0) {
 		r->seconds = n;
 		r->iterations = 0;

@@ -1,5 +1,6 @@
 /* ct-metrics: compares a CT with a reference, or with the low-resolution CT it was made from. */
 #include "config.h"
+#include "core/number.h"
 #include "cli/cli.h"
 #include "cli/json.h"
 #include "formats/format.h"
@@ -419,8 +420,8 @@ out:
 	return rc;
 }
 
-/* One NAME=X of --min or --max; *text moves behind it. A figure that is not a number is not at
- * least X. */
+/* One NAME=X of --min or --max; *text moves behind it. A figure that is not a number passes
+ * neither. */
 static int bound(const struct ct_figures *f, const char **text, bool least, const char *test,
 	struct ct_err *e)
 {
@@ -430,13 +431,13 @@ static int bound(const struct ct_figures *f, const char **text, bool least, cons
 
 	if (equals && (size_t)(equals - *text) < sizeof name)
 		memcpy(name, *text, (size_t)(equals - *text));
-	x = equals ? strtod(equals + 1, (char **)(uintptr_t)&end) : (double)NAN;
-	if (!*name || isnan(x) || end == equals + 1 || (*end && *end != ','))
+	x = equals ? ct_number_begin(equals + 1, &end) : (double)NAN;
+	if (!*name || isnan(x) || (*end && *end != ','))
 		return ct_fail(e, CT_EUSAGE, "--%s: '%s' is not NAME=X,...", option, *text);
 	if (!ct_figures_get(&v, f, name))
 		return ct_fail(e, CT_EUSAGE, "--%s: the report has no figure '%s'", option, name);
 	*text = *end ? end + 1 : NULL;
-	if (least ? v >= x : isnan(v) || v <= x)
+	if (least ? v >= x : v <= x)
 		return 0;
 	return ct_fail(
 		e, CT_EINPUT, "%s: %s %.8g is %s %g", test, name, v, least ? "below" : "above", x);

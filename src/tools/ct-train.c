@@ -1,6 +1,7 @@
 /* ct-train: trains a prior of pictures, or of the slices or volumes of CTs, or a network that makes
  * projections finer. */
 #include "config.h"
+#include "core/number.h"
 #include "cli/cli.h"
 #include "core/mem.h"
 #include "tools/lib/prior-opts.h"
@@ -158,12 +159,12 @@ static int parse_scales(struct ct_patches *p, const char *text, struct ct_err *e
 {
 	p->scales = 0;
 	while (p->scales < 8) {
-		char *end;
-		unsigned long v = strtoul(text, &end, 10);
+		const char *end;
+		const double v = ct_number_begin(text, &end);
 
-		if (end == text || v < 1 || v > 64)
+		if (!(v >= 1 && v <= 64) || v != floor(v))
 			break;
-		p->scale[p->scales++] = v;
+		p->scale[p->scales++] = (size_t)v;
 		if (!*end)
 			return 0;
 		if (*end != ',')

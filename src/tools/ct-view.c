@@ -1,5 +1,6 @@
 /* ct-view: slices and projections side by side in a PNG. */
 #include "config.h"
+#include "core/number.h"
 #include "cli/cli.h"
 #include "cli/modes.h"
 #include "core/mem.h"
@@ -181,11 +182,11 @@ static int rule_of(struct ct_sheet_rule *r, double window[2], double error[2],
 /* The first of a list; *rest is behind it and its comma, NULL at the end. */
 static bool one_cut(struct ct_sheet_cut *c, const char *text, const char **rest)
 {
-	char *end;
+	const char *end;
 
-	c->at = strtod(text, &end);
+	c->at = ct_number_begin(text, &end);
 	c->mm = strncmp(end, "mm", 2) == 0;
-	if (end == text || !isfinite(c->at) || (!c->mm && !(c->at >= 0 && c->at <= 1)))
+	if (end == text || (!c->mm && !(c->at >= 0 && c->at <= 1)))
 		return false;
 	end += c->mm ? 2 : 0;
 	if (*end && *end != ',')

@@ -1,5 +1,6 @@
 /* arch.c: see arch.h. */
 #include "config.h"
+#include "core/number.h"
 #include "unet/arch.h"
 #include "unet/omni.h"
 #include "unet/rdn.h"
@@ -113,15 +114,15 @@ static bool numbers(const char *s, size_t max, size_t *n, double *v)
 {
 	*n = 0;
 	for (;;) {
-		char *end;
+		const char *end;
 
 		s += strspn(s, "[(,: ])");
 		if (!*s)
 			return true;
 		if (*n == max)
 			return false;
-		v[*n] = strtod(s, &end);
-		if (end == s || !isfinite(v[*n]))
+		v[*n] = ct_number_begin(s, &end);
+		if (end == s || (*end && !strchr("[(,: ])", *end)))
 			return false;
 		++*n;
 		s = end;

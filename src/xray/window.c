@@ -1,5 +1,6 @@
 /* window.c: see window.h. */
 #include "config.h"
+#include "core/words.h"
 #include "xray/window.h"
 
 #include <math.h>
@@ -70,19 +71,12 @@ bool ct_window_is(const double window[static 2])
 int ct_window_get(double window[static 2], const struct ct_meta *m, struct ct_err *e)
 {
 	const char *text = m ? ct_meta_get(m, CT_META_WINDOW) : NULL;
-	char *end;
-
 	window[0] = -1024;
 	window[1] = 3071;
 	if (!text)
 		return 0;
-	window[0] = strtod(text, &end);
-	if (end != text && *end == ':') {
-		text = end + 1;
-		window[1] = strtod(text, &end);
-		if (end != text && !*end && ct_window_is(window))
-			return 0;
-	}
+	if (ct_words_numbers(text, ':', 2, false, window) && ct_window_is(window))
+		return 0;
 	return ct_fail(e, CT_EINPUT, "metadata: the window is not LO:HI with LO < HI");
 }
 

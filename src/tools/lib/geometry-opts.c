@@ -1,5 +1,6 @@
 /* geometry-opts.c: see geometry-opts.h. */
 #include "config.h"
+#include "core/number.h"
 #include "tools/lib/geometry-json.h"
 #include "tools/lib/geometry-opts.h"
 #include "formats/format.h"
@@ -133,10 +134,9 @@ int ct_geometry_opts_grid(
 	struct ct_vol *grid, const char *option, const struct ct_stack *scan, struct ct_err *e)
 {
 	struct ct_vol like = {0};
-	char *end = NULL;
-	const double n = option ? strtod(option, &end) : 0;
+	double n = 0;
 
-	if (!option || (end != option && *end == '\0'))
+	if (!option || ct_number_read(&n, option))
 		return option && (!(n >= 1 && n <= 1 << 16) || n != floor(n))
 			       ? ct_fail(e, CT_EUSAGE, "--grid: %s is no number of voxels", option)
 			       : ct_scan_grid(grid, (size_t)n, scan, e);
