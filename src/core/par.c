@@ -2,6 +2,7 @@
 #include "config.h"
 #include "core/par.h"
 #include "core/mem.h"
+#include "core/number.h"
 
 #include <pthread.h>
 #include <stdatomic.h>
@@ -52,6 +53,7 @@ static void *work(void *arg)
 	struct ct_par *p = w->par;
 	unsigned long seen = 0;
 
+	ct_number_point();
 	pthread_mutex_lock(&p->lock);
 	for (;;) {
 		while (!p->quit && p->round == seen)

@@ -76,18 +76,22 @@ static void report(
 	const struct ct_env *env, const char *what, size_t done, size_t total, size_t likely)
 {
 	struct ctsr_call *k = env->ctx;
+	const locale_t ours = uselocale(k->theirs);
 
 	(void)likely;
 	if (k->c.progress && k->c.progress(k->c.user, what, done, total))
 		k->stop = 1;
+	uselocale(ours);
 }
 
 static void tell(const struct ct_env *env, enum ct_level level, const char *text)
 {
 	const struct ctsr_call *k = env->ctx;
+	const locale_t ours = uselocale(k->theirs);
 
 	if (k->c.log)
 		k->c.log(k->c.user, (int)level, text);
+	uselocale(ours);
 }
 
 static size_t threads_of(const ctsr_context *c)
@@ -129,6 +133,7 @@ int ctsr_call_end(struct ctsr_call *k, int rc, ctsr_error *e)
 	ct_par_free(k->env.par);
 	if (k->stop)
 		rc = ct_fail(&k->err, CT_ESTOP, "cancelled by the progress callback");
+	uselocale(k->theirs);
 	if (!rc)
 		return 0;
 	for (size_t i = 0; i < k->makes; i++) {

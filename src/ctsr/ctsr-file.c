@@ -11,7 +11,7 @@ int ctsr_volume_read(
 {
 	const ctsr_context one = {.size = sizeof one, .threads = 1};
 	struct ct_any a = {0};
-	struct ctsr_call k = {.name = __func__};
+	struct ctsr_call k = CTSR_CALL(__func__);
 	const int rc = ctsr_make_volume(&k, v) || ctsr_call_begin(&k, path && formats, &one) ||
 		       ct_format_read((const struct ct_format *const *)formats, path, &a, &k.err);
 
@@ -24,7 +24,7 @@ int ctsr_volume_write(const ctsr_volume *v, const char *path, const ctsr_format 
 	const ctsr_context *c, ctsr_error *e)
 {
 	const struct ct_format *f = (const struct ct_format *)format;
-	struct ctsr_call k = {.name = __func__};
+	struct ctsr_call k = CTSR_CALL(__func__);
 	char ends[60];
 	int rc = ctsr_call_begin(&k, v && path && format, c);
 

@@ -33,7 +33,7 @@ static int make_gaussians(struct ctsr_call *k, ctsr_gaussians **g)
 
 int ctsr_gaussians_read(ctsr_gaussians **g, const char *path, ctsr_error *e)
 {
-	struct ctsr_call k = {.name = __func__};
+	struct ctsr_call k = CTSR_CALL(__func__);
 	const int rc = make_gaussians(&k, g) || ctsr_call_given(&k, path) ||
 		       ct_gauss_read(path, &(*g)->g, &k.err);
 
@@ -43,7 +43,7 @@ int ctsr_gaussians_read(ctsr_gaussians **g, const char *path, ctsr_error *e)
 int ctsr_gaussians_write(
 	const ctsr_gaussians *g, const char *path, const ctsr_context *c, ctsr_error *e)
 {
-	struct ctsr_call k = {.name = __func__};
+	struct ctsr_call k = CTSR_CALL(__func__);
 	const int rc =
 		ctsr_call_begin(&k, g && path, c) || ct_gauss_write(path, &g->g, &k.env, &k.err);
 
@@ -101,7 +101,7 @@ static int voxelise(
 int ctsr_gaussians_voxelise(ctsr_volume **v, const ctsr_gaussians *g, const ctsr_volume *like,
 	const ctsr_context *c, ctsr_error *e)
 {
-	struct ctsr_call k = {.name = __func__};
+	struct ctsr_call k = CTSR_CALL(__func__);
 	const int rc = ctsr_make_volume(&k, v) || ctsr_call_begin(&k, g && like, c) ||
 		       voxelise(&(*v)->v, g, like, &k);
 
@@ -144,7 +144,7 @@ out:
 int ctsr_gaussians_project(ctsr_projections **p, const ctsr_gaussians *g,
 	const ctsr_projections *like, const ctsr_context *c, ctsr_error *e)
 {
-	struct ctsr_call k = {.name = __func__};
+	struct ctsr_call k = CTSR_CALL(__func__);
 	const int rc = ctsr_make_projections(&k, p) || ctsr_call_begin(&k, g && like, c) ||
 		       ct_gauss_check_finite(&g->g, &k.err) || ct_stack_check(&like->s, &k.err) ||
 		       ct_stack_like(&(*p)->s, &like->s, 1, &k.err) || splat(&(*p)->s, &g->g, &k) ||
@@ -234,7 +234,7 @@ int ctsr_gaussians_fit(ctsr_gaussians **g, const ctsr_projections *p, const ctsr
 	const ctsr_fit_options *o, const ctsr_context *c, ctsr_error *e)
 {
 	ctsr_fit_options mine = {0};
-	struct ctsr_call k = {.name = __func__};
+	struct ctsr_call k = CTSR_CALL(__func__);
 	const int rc = make_gaussians(&k, g) || ctsr_call_begin(&k, p && base, c) ||
 		       ctsr_take_options(&mine, sizeof mine, o, &k.err) ||
 		       fit(&(*g)->g, p, base, &mine, &k);

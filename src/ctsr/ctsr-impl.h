@@ -3,6 +3,7 @@
 #define CT_CTSR_CTSR_IMPL_H
 #include "core/env.h"
 #include "core/gauss.h"
+#include "core/number.h"
 #include "core/stack.h"
 #include "core/vol.h"
 #include "ctsr/ctsr.h"
@@ -21,9 +22,12 @@ struct ctsr_gaussians {
 	struct ct_gauss g;
 };
 
-/* One call of the library, zeroed but for its name: its environment, threads and error. */
+/* One call of the library, CTSR_CALL(__func__): its environment, threads and error. While it lasts
+ * the numbers of its threads have a point, whatever the locale of the program; its callbacks run in
+ * that. */
 struct ctsr_call {
 	const char *name; /* of the function */
+	locale_t theirs;  /* of the thread, until the call ends */
 	ctsr_context c;
 	struct ct_env env;
 	struct ct_err err;
@@ -34,6 +38,10 @@ struct ctsr_call {
 	} made[2];
 	size_t makes;
 };
+#define CTSR_CALL(function)                                                                        \
+	{                                                                                          \
+		.name = (function), .theirs = ct_number_point()                                    \
+	}
 
 /* A zeroed object; a call that fails frees it and leaves NULL. First of all that a call does. */
 int ctsr_make_volume(struct ctsr_call *k, ctsr_volume **v);

@@ -39,7 +39,7 @@ static int compare(ctsr_metrics *to, const ctsr_volume *reference, const ctsr_vo
 int ctsr_compare(ctsr_metrics *m, const ctsr_volume *reference, const ctsr_volume *test,
 	const ctsr_volume *mask, const double window[2], const ctsr_context *c, ctsr_error *e)
 {
-	struct ctsr_call k = {.name = __func__};
+	struct ctsr_call k = CTSR_CALL(__func__);
 	const int rc = ctsr_call_begin(&k, m && reference && test, c) ||
 		       compare(m, reference, test, mask, window, &k);
 	return ctsr_call_end(&k, rc, e);
@@ -69,7 +69,7 @@ static int consistency(ctsr_consistency *to, const ctsr_volume *fine, const ctsr
 int ctsr_check_consistency(ctsr_consistency *m, const ctsr_volume *fine, const ctsr_volume *coarse,
 	const ctsr_operator *o, const ctsr_context *c, ctsr_error *e)
 {
-	struct ctsr_call k = {.name = __func__};
+	struct ctsr_call k = CTSR_CALL(__func__);
 	const int rc =
 		ctsr_call_begin(&k, m && fine && coarse, c) || consistency(m, fine, coarse, o, &k);
 	return ctsr_call_end(&k, rc, e);

@@ -60,7 +60,7 @@ static int get(ctsr_operator *o, const struct ct_meta *m, struct ct_err *e)
 
 int ctsr_operator_get(ctsr_operator *o, const ctsr_volume *v, ctsr_error *e)
 {
-	struct ctsr_call k = {.name = __func__};
+	struct ctsr_call k = CTSR_CALL(__func__);
 	const int rc = ctsr_call_given(&k, o && v) || get(o, &v->v.meta, &k.err);
 
 	return ctsr_call_end(&k, rc, e);
@@ -89,7 +89,7 @@ static int estimate(ctsr_operator *o, const ctsr_volume *v, struct ctsr_call *k)
 int ctsr_estimate_operator(
 	ctsr_operator *o, const ctsr_volume *v, const ctsr_context *c, ctsr_error *e)
 {
-	struct ctsr_call k = {.name = __func__};
+	struct ctsr_call k = CTSR_CALL(__func__);
 	const int rc = ctsr_call_begin(&k, o && v, c) || estimate(o, v, &k);
 
 	return ctsr_call_end(&k, rc, e);
@@ -112,7 +112,7 @@ static int degrade(
 int ctsr_degrade(ctsr_volume **out, const ctsr_volume *in, const ctsr_operator *o,
 	const ctsr_context *c, ctsr_error *e)
 {
-	struct ctsr_call k = {.name = __func__};
+	struct ctsr_call k = CTSR_CALL(__func__);
 	const int rc = ctsr_make_volume(&k, out) || ctsr_call_begin(&k, in && o, c) ||
 		       degrade(&(*out)->v, in, o, &k);
 

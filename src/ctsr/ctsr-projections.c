@@ -54,7 +54,7 @@ int ctsr_density_of(
 
 int ctsr_geometry_init(ctsr_geometry *g, size_t size, const ctsr_volume *around, ctsr_error *e)
 {
-	struct ctsr_call k = {.name = __func__};
+	struct ctsr_call k = CTSR_CALL(__func__);
 	struct ct_geometry s;
 	ctsr_geometry all;
 
@@ -73,7 +73,7 @@ int ctsr_geometry_init(ctsr_geometry *g, size_t size, const ctsr_volume *around,
 		.centre = {s.iso[0], s.iso[1], s.iso[2]},
 		.window = {-1024, 3071}};
 	ctsr_give_defaults(g, size, &all, sizeof all);
-	return 0;
+	return ctsr_call_end(&k, 0, e);
 }
 
 static int scan_of(struct ct_geometry *s, const ctsr_geometry *g, struct ct_err *e)
@@ -118,7 +118,7 @@ static int make(struct ct_stack *s, int beam, size_t views, size_t rows, size_t 
 int ctsr_projections_new(ctsr_projections **p, int beam, size_t views, size_t rows, size_t columns,
 	const ctsr_view *view, ctsr_error *e)
 {
-	struct ctsr_call k = {.name = __func__};
+	struct ctsr_call k = CTSR_CALL(__func__);
 	const int rc = ctsr_make_projections(&k, p) || ctsr_call_given(&k, view) ||
 		       make(&(*p)->s, beam, views, rows, columns, view, &k.err);
 
@@ -127,7 +127,7 @@ int ctsr_projections_new(ctsr_projections **p, int beam, size_t views, size_t ro
 
 int ctsr_projections_read(ctsr_projections **p, const char *path, ctsr_error *e)
 {
-	struct ctsr_call k = {.name = __func__};
+	struct ctsr_call k = CTSR_CALL(__func__);
 	const int rc = ctsr_make_projections(&k, p) || ctsr_call_given(&k, path) ||
 		       ct_stack_read(path, &(*p)->s, &k.err);
 
@@ -137,7 +137,7 @@ int ctsr_projections_read(ctsr_projections **p, const char *path, ctsr_error *e)
 int ctsr_projections_write(
 	const ctsr_projections *p, const char *path, const ctsr_context *c, ctsr_error *e)
 {
-	struct ctsr_call k = {.name = __func__};
+	struct ctsr_call k = CTSR_CALL(__func__);
 	const int rc =
 		ctsr_call_begin(&k, p && path, c) || ct_stack_write(path, &p->s, &k.env, &k.err);
 
@@ -158,7 +158,7 @@ float *ctsr_projections_data(const ctsr_projections *p, size_t size[3])
 
 int ctsr_projections_view(ctsr_view *view, const ctsr_projections *p, size_t i, ctsr_error *e)
 {
-	struct ctsr_call k = {.name = __func__};
+	struct ctsr_call k = CTSR_CALL(__func__);
 	int rc = ctsr_call_given(&k, view && p);
 
 	if (rc == 0 && i >= p->s.views)
@@ -193,7 +193,7 @@ int ctsr_project(ctsr_projections **p, const ctsr_volume *v, const ctsr_geometry
 	const ctsr_context *c, ctsr_error *e)
 {
 	ctsr_geometry mine = {0};
-	struct ctsr_call k = {.name = __func__};
+	struct ctsr_call k = CTSR_CALL(__func__);
 	const int rc = ctsr_make_projections(&k, p) || ctsr_call_begin(&k, v && g, c) ||
 		       ctsr_take_options(&mine, sizeof mine, g, &k.err) ||
 		       project(&(*p)->s, v, &mine, &k);
@@ -235,7 +235,7 @@ static int back(int (*how)(struct ct_vol *, const struct ct_stack *, struct ctsr
 	const char *name, ctsr_volume **v, const ctsr_projections *p, const ctsr_volume *like,
 	const ctsr_context *c, ctsr_error *e)
 {
-	struct ctsr_call k = {.name = name};
+	struct ctsr_call k = CTSR_CALL(name);
 	const int rc = ctsr_make_volume(&k, v) || ctsr_call_begin(&k, p && like, c) ||
 		       ct_stack_check(&p->s, &k.err) || ct_stack_check_finite(&p->s, &k.err) ||
 		       ctsr_zeros_like(&(*v)->v, like, &k.err) || how(&(*v)->v, &p->s, &k) ||

@@ -141,7 +141,7 @@ static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 int ctsr_superres(ctsr_volume **out, ctsr_volume **error, ctsr_superres_report *report,
 	const ctsr_volume *in, const ctsr_superres_options *o, const ctsr_context *c, ctsr_error *e)
 {
-	struct ctsr_call k = {.name = __func__};
+	struct ctsr_call k = CTSR_CALL(__func__);
 	ctsr_superres_options mine;
 	struct ct_refine r;
 	int rc = ctsr_make_volume(&k, out) || (error && ctsr_make_volume(&k, error)) ||

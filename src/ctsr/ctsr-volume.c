@@ -74,7 +74,7 @@ static int make(struct ctsr_call *k, ctsr_volume **out, bool given, const size_t
 int ctsr_volume_new(ctsr_volume **v, const size_t size[3], const double affine[3][4], float *data,
 	ctsr_error *e)
 {
-	struct ctsr_call k = {.name = __func__};
+	struct ctsr_call k = CTSR_CALL(__func__);
 
 	return ctsr_call_end(&k, make(&k, v, size, size, affine, data), e);
 }
@@ -82,7 +82,7 @@ int ctsr_volume_new(ctsr_volume **v, const size_t size[3], const double affine[3
 int ctsr_volume_from_int16(ctsr_volume **v, const size_t size[3], const double affine[3][4],
 	const int16_t *data, double slope, double intercept, ctsr_error *e)
 {
-	struct ctsr_call k = {.name = __func__};
+	struct ctsr_call k = CTSR_CALL(__func__);
 	int rc = make(&k, v, size && data, size, affine, NULL);
 
 	if (rc == 0 && (!isfinite(slope) || !isfinite(intercept)))
@@ -104,7 +104,7 @@ float *ctsr_volume_data(const ctsr_volume *v, size_t size[3], double affine[3][4
 
 int ctsr_volume_to_int16(const ctsr_volume *v, int16_t *data, ctsr_error *e)
 {
-	struct ctsr_call k = {.name = __func__};
+	struct ctsr_call k = CTSR_CALL(__func__);
 	int rc = ctsr_call_given(&k, v && data);
 
 	if (rc == 0 && !ct_voxels_i16(ct_vol_count(&v->v), data, v->v.data, false))
@@ -124,7 +124,7 @@ const char *ctsr_volume_key(const ctsr_volume *v, size_t i)
 
 int ctsr_volume_set(ctsr_volume *v, const char *key, const char *value, ctsr_error *e)
 {
-	struct ctsr_call k = {.name = __func__};
+	struct ctsr_call k = CTSR_CALL(__func__);
 	int rc = ctsr_call_given(&k, v && key);
 
 	if (rc == 0 && !*key)
@@ -168,7 +168,7 @@ int ctsr_volume_sample(
 	float *values, const ctsr_volume *v, size_t n, const double (*points)[3], ctsr_error *e)
 {
 	static const size_t none[3];
-	struct ctsr_call k = {.name = __func__};
+	struct ctsr_call k = CTSR_CALL(__func__);
 	struct ct_block grid;
 	const int rc = ctsr_call_given(&k, v && (!n || (values && points))) ||
 		       ct_block_init(&grid, (const double(*)[4])v->v.affine, none, v->v.n, &k.err);
