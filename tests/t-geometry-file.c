@@ -68,6 +68,16 @@ static void test_unit(void)
 	OK(parse(&s, "{" BASE SIZE ", \"totalAngle\": 270}", &grid, NULL) == 0 &&
 			same(s.arc, 270) && same(s.start, 0),
 		"an arc begins at 0");
+	for (const char *const *t = (const char *const[]){"\"accuracy\": 0.5",
+		     "\"filter\": \"hann\"", "\"noise\": true", "\"randomAngle\": false",
+		     "\"rotDetector\": [0, 0, 0]", "\"COR\": 0", "\"COR\": [[0], null]", NULL};
+		*t; t++) {
+		char text[200];
+
+		snprintf(text, sizeof text, "{" BASE SIZE ", %s}", *t);
+		OK(parse(&s, text, &grid, NULL) == 0 && same(s.dso, 240), "%s says nothing of rays",
+			*t);
+	}
 	OK(parse(&s, "{\"kind\": 1, \"scanner\": {" BASE SIZE "}}", &grid, NULL) == 0 &&
 			same(s.dso, 240),
 		"in an object");
@@ -178,6 +188,19 @@ static void test_wrong(void)
 		BASE ", \"nDetector\": 4", "no sDetector",
 		BASE ", \"nDetector\": 4, \"sDetector\": \"1\"", "sDetector is not a number",
 		BASE ", \"nDetector\": 4, \"dDetector\": \"1\"", "dDetector is not a number",
+		BASE SIZE ", \"randomAngle\": true",
+		"randomAngle is not supported: expected none, false or zeros",
+		BASE SIZE ", \"rotDetector\": [0.1, 0, 0]", "rotDetector is not supported",
+		BASE SIZE ", \"COR\": 2", "COR is not supported", BASE SIZE ", \"COR\": \"x\"",
+		"COR is not supported", BASE SIZE ", \"offdetector\": [1, 2]",
+		"the key offdetector is not known; the nearest that is: offDetector",
+		BASE SIZE ", \"totalAngel\": 90",
+		"the key totalAngel is not known; the nearest that is: totalAngle",
+		BASE SIZE ", \"dso\": 9", "the key dso is not known; the nearest that is: DSO",
+		BASE SIZE ", \"\": 9", "the key  is not known; the nearest that is: DSO",
+		BASE SIZE ", \"mode\": 1", "mode is not a text",
+		"\"totalAngle\": 90, \"scanner\": {" BASE SIZE "}",
+		"totalAngle stands beside scanner: expected inside of it",
 		BASE SIZE ", \"mode\": \"helix\"", "beam 'helix' is not one of cone|parallel|fan",
 		"\"DSD\": 7" SIZE, "no DSO or DSD", "\"DSO\": 5" SIZE, "no DSO or DSD",
 		"\"DSO\": 5, \"DSD\": \"x\"" SIZE, "DSD is not a number",

@@ -29,6 +29,9 @@ def make():
     stack("uneven", "1.3.3", "las", lambda k: np.array([0, 0, 1.0]) * (2 * k + (3 * (k - 5) if k > 5 else 0)))
     stack("both", "1.3.4", "coronal", lambda k: np.array([0.3, 1, 2.0]) * (k + (k - 4 if k > 4 else 0)))
     stack("bent", "1.3.5", "axial", lambda k: np.array([0, 0.1 * k * k, 2.0 * k]))
+    for name, degrees in (("most", 44), ("steep", 46)):
+        a = np.radians(degrees)
+        stack(name, "1.3.9", "axial", lambda k, a=a: np.array([0, np.sin(a), np.cos(a)]) * GAP * k)
     stack("far", "1.3.6", "axial", lambda k: np.array([0, 40.0 * k, 2.0 * k]))
     stack("missing", "1.3.7", "axial", lambda k: np.array([0, 0, 2.5]) * (k + (k > 3) + 2 * (k > 6)))
     stack("leanmissing", "1.3.8", "axial", lambda k: lean(k + (k > 3)))

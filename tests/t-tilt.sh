@@ -23,6 +23,11 @@ exits 0 'tilted and uneven' ct-convert both both.nii
 py check both.nii 0.206; ok $? 'every voxel is where it was'
 exits 0 'tilted along a bow' ct-convert bent bent.nii; py check bent.nii 0.526; ok $? 'every voxel is where it was'
 exits 5 'absurdly tilted' ct-convert far d.nii; has err 'drift sideways by 320 mm' 'is refused'
+for how in rectify shear error; do
+	exits 5 "46 degrees, --tilt $how" ct-convert --tilt $how steep d.nii
+	has err 'steep/00.dcm: slices drift .* (46.0 degrees), and no gantry tilts by more than 45' 'no gantry tilts so'
+done
+exits 0 '44 degrees' ct-convert most most.nii; has err 'tilted by 44.00 degrees' 'are put right'
 for g in resample error; do
 	exits 5 "--gaps $g: slices are missing" ct-convert --gaps $g missing d.nii
 	has err '3 slices are missing: spacing is 2.5 mm, but 5 mm between missing/06.dcm and missing/02.dcm' 'and where'

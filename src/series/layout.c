@@ -189,6 +189,11 @@ static int refuse(const struct ct_layout *l, const struct ct_slice *s, enum ct_t
 	if (r->twice)
 		return ct_fail(e, CT_EGEOM, "two slices at one place: %s and %s",
 			s[r->twice - 1].path, s[r->twice].path);
+	if (tilted && r->tilt > CT_TILT_MOST)
+		return ct_fail(e, CT_EGEOM,
+			"%s: slices drift sideways by %.4g mm over %.4g mm (%.1f degrees), and no gantry "
+			"tilts by more than %d: see ImagePositionPatient and ImageOrientationPatient",
+			s->path, r->slip, r->length, r->tilt, CT_TILT_MOST);
 	if (tilted && tilt == CT_TILT_ERROR)
 		return ct_fail(e, CT_EGEOM,
 			"tilted gantry: slices drift sideways by %.4g mm over %.4g mm (%.1f degrees), and "

@@ -14,6 +14,8 @@
 	X(CT_TILT_SHEAR, "shear")     /* kept, with an affine that is sheared */                   \
 	X(CT_TILT_ERROR, "error")
 enum ct_tilt { CT_TILT_LIST(CT_WORD_VALUE) };
+/* degrees: gantries lean by 30 at the most; what drifts more is no stack of slices */
+enum { CT_TILT_MOST = 45 };
 #define CT_GAPS_LIST(X)                                                                            \
 	X(CT_GAPS_RESAMPLE, "resample") /* uneven spacing is; missing slices are an error */       \
 	X(CT_GAPS_FILL, "fill")         /* and those are interpolated */                           \

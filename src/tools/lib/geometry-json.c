@@ -9,15 +9,20 @@
  *   offDetector         [u, v], v up
  *   totalAngle, startAngle  degrees;   numTrain  number of views;   mode  cone | parallel
  * Lengths are in a unit of the file's own: the one in which sVoxel is the size of our volume (its
- * largest extent); without sVoxel, or without a volume, they are mm. Other keys are passed over.
+ * largest extent); without sVoxel, or without a volume, they are mm.
+ *   randomAngle, rotDetector, COR  only if they say nothing: false, zeros
+ * Keys of these programs that do not place rays are passed over; any other is an error.
  */
 #include "config.h"
 #include "formats/io.h"
 #include "tools/lib/geometry-json.h"
 
+#include <ctype.h>
 #include <jansson.h>
 #include <math.h>
+#include <stdint.h>
 #include <stdlib.h>
+#include <string.h>
 
 struct reader {
 	const char *path;
@@ -44,14 +49,96 @@ static int numbers(const struct reader *r, const char *key, size_t n, double *x,
 	return 0;
 }
 
+/* All but the first PLACES and ABSENT place no rays. */
+static const char *const keys[] = {"DSO", "DSD", "nDetector", "sDetector", "dDetector", "nVoxel",
+	"sVoxel", "dVoxel", "offOrigin", "offDetector", "totalAngle", "startAngle", "numTrain",
+	"mode", "randomAngle", "rotDetector", "COR", "accuracy", "filter", "noise", "possion_noise",
+	"gaussian_noise", "numVal", "convert", "normalize", "rescale_slope", "rescale_intercept"};
+enum { KEYS = sizeof keys / sizeof *keys, PLACES = 14, ABSENT = 3 };
+
+static size_t least(size_t a, size_t b)
+{
+	return a < b ? a : b;
+}
+
+/* Letters to change, add or leave out until one is the other, in any case. */
+static size_t apart(const char *a, const char *b)
+{
+	size_t row[20], n = strlen(b);
+
+	for (size_t k = 0; k <= n; k++)
+		row[k] = k;
+	for (size_t i = 0; a[i]; i++) {
+		size_t before = row[0];
+
+		row[0] = i + 1;
+		for (size_t k = 1; k <= n; k++) {
+			const bool same =
+				tolower((unsigned char)a[i]) == tolower((unsigned char)b[k - 1]);
+			const size_t here = least(before + !same, least(row[k], row[k - 1]) + 1);
+
+			before = row[k];
+			row[k] = here;
+		}
+	}
+	return row[n];
+}
+
+static bool says_nothing(const json_t *v)
+{
+	for (size_t i = 0; json_is_array(v) && i < json_array_size(v); i++)
+		if (!says_nothing(json_array_get(v, i)))
+			return false;
+	return json_is_array(v) || json_is_null(v) || json_is_false(v) ||
+	       (json_is_number(v) && json_number_value(v) == 0);
+}
+
+/* Every key is known, and those that are not used say nothing. `root` is what the object lies in,
+ * or the object. */
+static int check_keys(const struct reader *r, const json_t *root, struct ct_err *e)
+{
+	const char *key;
+	const json_t *v;
+
+	json_object_foreach ((json_t *)(uintptr_t)r->o, key, v) {
+		size_t at = 0, near = 0;
+
+		while (at < KEYS && strcmp(key, keys[at]) != 0)
+			at++;
+		if (at < PLACES || at >= PLACES + ABSENT) {
+			if (at < KEYS || (r->o == root && strcmp(key, "scanner") == 0))
+				continue;
+			for (size_t k = 1; k < PLACES; k++)
+				if (apart(key, keys[k]) < apart(key, keys[near]))
+					near = k;
+			return ct_fail(e, CT_EINPUT,
+				"%s: the key %.40s is not known; the nearest that is: %s", r->path,
+				key, keys[near]);
+		}
+		if (!says_nothing(v))
+			return ct_fail(e, CT_EINPUT,
+				"%s: %s is not supported: expected none, false or zeros", r->path,
+				key);
+	}
+	for (size_t k = 0; k < PLACES + ABSENT && r->o != root; k++)
+		if (json_object_get(root, keys[k]))
+			return ct_fail(e, CT_EINPUT,
+				"%s: %s stands beside scanner: expected inside of it", r->path,
+				keys[k]);
+	return 0;
+}
+
 static int mode(
 	struct ct_geometry *s, const struct reader *r, const struct ct_vol *grid, struct ct_err *e)
 {
-	const char *word = json_string_value(json_object_get(r->o, "mode"));
+	const json_t *v = json_object_get(r->o, "mode");
+	const char *word = json_string_value(v);
 	int beam;
 
-	if (!word)
+	if (!v || json_is_null(v))
 		return 0;
+	if (!word)
+		return ct_fail(e, CT_EINPUT, "%s: mode is not a text", r->path);
 	if (ct_words_take(&beam, CT_WORDS(CT_BEAM_LIST), "beam", word, e))
 		return ct_blame(e, r->path);
 	if (grid)
@@ -177,7 +264,9 @@ int ct_geometry_json_read(struct ct_geometry *s, const char *path, const struct 
 	r.o = json_object_get(root, "scanner");
 	if (!json_is_object(r.o))
 		r.o = root;
-	rc = read_scan(s, &r, grid, e) || (named && volume(named, &r, e)) ? -1 : 0;
+	rc = check_keys(&r, root, e) || read_scan(s, &r, grid, e) || (named && volume(named, &r, e))
+		     ? -1
+		     : 0;
 	json_decref(root);
 	return rc;
 }
