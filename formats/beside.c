@@ -9,6 +9,7 @@
 #include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/stat.h>
 
 enum { MOST_BYTES = 16 << 20 }; /* ct-convert lists every slice */
@@ -73,7 +74,21 @@ static bool is_derived(const json_t *o)
 	return type && strcmp(type, "DERIVED") == 0;
 }
 
-int ct_beside_parse(struct ct_meta *m, const char *s, size_t n, struct ct_err *e)
+/* Slices that overlap by more than any scanner makes them do. */
+static int check_overlap(const struct ct_acquired *a, double apart, struct ct_err *e)
+{
+	const double mm[2] = {a->spacing[2], apart};
+
+	for (size_t k = 0; k < 2; k++)
+		if (mm[k] > 0 && a->thickness[2] > CT_ACQUIRED_OVERLAP * mm[k])
+			return ct_fail(e, CT_EINPUT,
+				"field SliceThickness: %g mm, and slices are %g mm apart: expected at "
+				"most %d times that",
+				a->thickness[2], mm[k], CT_ACQUIRED_OVERLAP);
+	return 0;
+}
+
+int ct_beside_parse(struct ct_meta *m, double apart, const char *s, size_t n, struct ct_err *e)
 {
 	struct ct_acquired a = {0};
 	json_error_t why;
@@ -85,11 +100,11 @@ int ct_beside_parse(struct ct_meta *m, const char *s, size_t n, struct ct_err *e
 	modality = json_object_get(o, "Modality");
 	if (!json_is_object(o))
 		rc = ct_fail(e, CT_EINPUT, "line 1: not a JSON object");
-	else if ((json_is_string(modality) && strcmp(json_string_value(modality), "CT") != 0) ||
+	else if ((json_is_string(modality) && strcasecmp(json_string_value(modality), "CT") != 0) ||
 		 is_derived(o))
 		rc = 1;
 	else
-		rc = collect(&a, o, e);
+		rc = collect(&a, o, e) || check_overlap(&a, apart, e) ? -1 : 0;
 	json_decref(o);
 	if (rc == 0 && !*a.maker && !*a.kernel && !(a.thickness[2] > 0))
 		rc = 1;
@@ -133,7 +148,10 @@ int ct_beside_read(struct ct_vol *v, const char *path, const struct ct_env *env,
 		return 0;
 	rc = load(&s, &n, name, e);
 	if (rc == 0) {
-		rc = ct_beside_parse(&v->meta, (const char *)s, n, e);
+		double mm[3];
+
+		ct_vol_spacing(v, mm);
+		rc = ct_beside_parse(&v->meta, mm[2], (const char *)s, n, e);
 		if (rc < 0)
 			ct_blame(e, name);
 	}

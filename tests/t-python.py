@@ -113,6 +113,38 @@ ok(fails(6, '', ctsr.superres, np.full((4, 4, 4), np.nan), 2, method='cubic'), '
 ok(fails(2, 'three axes', ctsr.superres, np.zeros((4, 4)), 2), 'a picture')
 ok(fails(5, '', ctsr.metrics, hr, lr), 'other grids')
 
+
+
+def raises(kind, f, *arguments, **options):
+    try:
+        f(*arguments, **options)
+    except kind:
+        return True
+    except Exception as e:
+        print('#', type(e), e)
+    return False
+
+
+noisy = dict(factor=2, noise=1.)
+ok(raises(OverflowError, ctsr.degrade, hr, seed=2**64, **noisy), 'a seed of 65 bits')
+ok(raises(OverflowError, ctsr.degrade, hr, seed=-1, **noisy), 'a negative one')
+ok(raises(TypeError, ctsr.degrade, hr, seed=1.5, **noisy), 'one that is not whole')
+ok(same(ctsr.degrade(hr, seed=np.uint64(2**64 - 1), **noisy), ctsr.degrade(hr, seed=2**64 - 1, **noisy)), 'the largest is taken')
+ok(raises(OverflowError, ctsr.superres, lr, threads=2**32 + 1), 'threads of 33 bits')
+ok(raises(OverflowError, ctsr.superres, lr, threads=-1), 'and below 0')
+ok(raises(OverflowError, ctsr.project, hr, views=2**64 + 3), 'views of 65 bits')
+for f in (ctsr.read, ctsr.read_projections, lambda p: ctsr.write(hr, p)):
+    ok(raises(ValueError, f, 'o.nii\0.nrrd'), 'a NUL in a name')
+ok(raises(ValueError, ctsr.degrade, hr, 2, history='a\0b'), 'in a text')
+ok(raises(ValueError, ctsr.write, ctsr.Image(hr.data, hr.affine, {'a': 'b\0c'}), 'z.nii'), 'in metadata')
+ok(raises(TypeError, ctsr.Image, np.ma.masked_less(hr.data, 0)), 'a masked array')
+ok(raises(TypeError, ctsr.superres, lr, factor=np.ma.array([2, 2, 2], mask=[0, 1, 0])), 'masked factors')
+for quantity in ('density', 'mu', 'lineIntegral', 'other'):
+    x = ctsr.Image(lr.data, lr.affine, {'quantity': quantity})
+    ok(fails(3, "metadata quantity: the values are '%s': expected HU" % quantity, ctsr.superres, x, 2), quantity)
+    ok(fails(3, 'expected HU', ctsr.estimate_operator, x, 2), quantity)
+ok(fails(3, 'metadata noise: -5 HU', ctsr.superres, ctsr.Image(lr.data, lr.affine, {'noise': '-5'}), 2, method='tv'), 'noise below 0')
+
 # progress, cancelling
 seen = []
 ctsr.superres(lr, method='tv', progress=lambda *x: seen.append(x))

@@ -146,7 +146,7 @@ static int parse(struct ct_acquired *a, const char *s)
 	int rc;
 
 	err = (struct ct_err){0};
-	rc = ct_beside_parse(&m, s, strlen(s), &err);
+	rc = ct_beside_parse(&m, 3, s, strlen(s), &err);
 	if (rc == 0)
 		rc = ct_acquired_get(a, &m, &err);
 	else if (m.n > 0)

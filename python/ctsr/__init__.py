@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import ctypes as c
 import math
+import operator
 import os
 import subprocess
 import tempfile
@@ -63,8 +64,9 @@ class _Call:
 
     def __init__(self, threads=0, progress: Optional[Progress] = None, log=None, seed=0, overwrite=False, history=None):
         self.x, self.raised, self.stop = abi.Context(c.sizeof(abi.Context)), None, False
-        self.x.threads, self.x.seed, self.x.overwrite = threads, seed, overwrite
-        self.x.history = history.encode() if history else None
+        self.x.threads, self.x.seed = _whole(threads, 32, 'threads'), _whole(seed, 64, 'seed')
+        self.x.overwrite = bool(overwrite)
+        self.x.history = _text(history, 'history') if history else None
 
         def on_progress(_, what, done, total):
             try:
@@ -115,8 +117,41 @@ def _check(code, e):
         raise Error(e.code, e.message.decode(errors='replace'))
 
 
+def _whole(x, bits, what):
+    """A whole number that fits so many bits without a sign."""
+    try:
+        n = operator.index(x)
+    except TypeError:
+        raise TypeError('%s: %r is not a whole number' % (what, x)) from None
+    if not 0 <= n < 1 << bits:
+        raise OverflowError('%s: %d is not from 0 to 2**%d - 1' % (what, n, bits))
+    return n
+
+
+def _text(s, what):
+    """As bytes that end in a zero, and hold none."""
+    b = s.encode()
+    if b'\0' in b:
+        raise ValueError('%s: %r holds a NUL' % (what, s))
+    return b
+
+
+def _path(path):
+    b = os.fsencode(path)
+    if b'\0' in b:
+        raise ValueError('path: %r holds a NUL' % (path,))
+    return b
+
+
+def _array(x, dtype=None):
+    """A numpy array. The mask of a masked array would be lost."""
+    if isinstance(x, np.ma.MaskedArray):
+        raise TypeError('a masked array: fill it, as by x.filled(-1024)')
+    return np.asarray(x, dtype)
+
+
 def _three(x: Axes):
-    x = np.broadcast_to(np.asarray(x, float), (3,))
+    x = np.broadcast_to(_array(x, float), (3,))
     return abi.D3(*x)
 
 
@@ -131,8 +166,8 @@ class Image:
     indices to mm, RAS+; meta, texts by keys. An array that is float32 and of Fortran order is not copied."""
 
     def __init__(self, data, affine=None, meta: Optional[Dict[str, str]] = None):
-        self.data = np.asarray(data, np.float32)
-        self.affine = np.eye(4) if affine is None else np.array(affine, float)
+        self.data = _array(data, np.float32)
+        self.affine = np.eye(4) if affine is None else _array(affine, float).copy()
         self.meta = dict(meta or {})
         self.report: Dict[str, Any] = {}  #: of superres: what was done
         self.error: Optional[Image] = None  #: of superres(error=True): the predicted error, HU
@@ -168,7 +203,7 @@ class Image:
                                     data.ctypes.data_as(c.POINTER(c.c_float)), c.byref(e)), e)
         h = _Handle(v, _lib.ctsr_volume_free, data)
         for key, value in self.meta.items():
-            _check(_lib.ctsr_volume_set(v, key.encode(), value.encode(), c.byref(e)), e)
+            _check(_lib.ctsr_volume_set(v, _text(key, 'meta'), _text(value, 'meta %s' % key), c.byref(e)), e)
         return h
 
     @classmethod
@@ -216,7 +251,7 @@ def read(path) -> Image:
             if p.returncode:
                 raise Error(p.returncode, p.stderr.strip().split('\n')[0])
             return read(made)
-    _check(_lib.ctsr_volume_read(c.byref(v), os.fsencode(path), _lib.ctsr_formats_all(), c.byref(e)), e)
+    _check(_lib.ctsr_volume_read(c.byref(v), _path(path), _lib.ctsr_formats_all(), c.byref(e)), e)
     return Image._own(v)
 
 
@@ -226,7 +261,7 @@ def write(image, path, overwrite=False, threads=0) -> None:
     form = _lib.ctsr_nrrd if end.endswith(('.nrrd', '.nhdr')) else \
         _lib.ctsr_metaimage if end.endswith(('.mha', '.mhd')) else _lib.ctsr_nifti
     h = Image.of(image)._handle()
-    _Call(threads, overwrite=overwrite).run(_lib.ctsr_volume_write, h.p, os.fsencode(path), form())
+    _Call(threads, overwrite=overwrite).run(_lib.ctsr_volume_write, h.p, _path(path), form())
 
 
 def degrade(image, factor: Axes, sigma: Axes = 0, sampling='sinc', noise=0., seed=0, threads=0,
@@ -274,7 +309,7 @@ def superres(image, factor: Optional[Axes] = None, spacing: Optional[Axes] = Non
         o.sampling = _index(_SAMPLING, sampling, 'sampling')
     o.noise = math.nan if noise is None else noise
     o.estimate, o.memory = bool(estimate), memory
-    o.prior_file = os.fsencode(prior) if prior is not None else None
+    o.prior_file = _path(prior) if prior is not None else None
     out, std, h = abi.H(), abi.H(), Image.of(image)._handle()
     _Call(threads, progress, log, history=history).run(
         _lib.ctsr_superres, c.byref(out), c.byref(std) if error else None, c.byref(r), h.p, c.byref(o),
@@ -307,7 +342,8 @@ class Projections:
         """All zero, of a detector that moved in any way."""
         p, e = abi.H(), abi.Error()
         v = (abi.View * len(views))(*[abi.View(*[abi.D3(*x[k]) for k, _ in abi.View._fields_]) for x in views])
-        _check(_lib.ctsr_projections_new(c.byref(p), _index(_BEAMS, beam, 'beam'), len(views), rows, columns, v,
+        _check(_lib.ctsr_projections_new(c.byref(p), _index(_BEAMS, beam, 'beam'), len(views), _whole(rows, 64, 'rows'),
+                                         _whole(columns, 64, 'columns'), v,
                                          c.byref(e)), e)
         return cls(_Handle(p, _lib.ctsr_projections_free))
 
@@ -322,6 +358,8 @@ def project(image, beam='cone', threads=0, progress: Optional[Progress] = None, 
         if key == 'size' or key not in dict(abi.Geometry._fields_):
             raise Error(2, 'project: no such geometry: %s' % key)
         now = getattr(g, key)
+        if key in ('views', 'columns', 'rows'):
+            value = _whole(value, 64, key)
         setattr(g, key, type(now)(*value) if hasattr(now, '__len__') else value)
     _Call(threads, progress).run(_lib.ctsr_project, c.byref(p), h.p, c.byref(g), made=[p], free=_lib.ctsr_projections_free)
     return Projections(_Handle(p, _lib.ctsr_projections_free))
@@ -330,13 +368,13 @@ def project(image, beam='cone', threads=0, progress: Optional[Progress] = None, 
 def read_projections(path) -> Projections:
     """OpenEXR, one part a view."""
     p, e = abi.H(), abi.Error()
-    _check(_lib.ctsr_projections_read(c.byref(p), os.fsencode(path), c.byref(e)), e)
+    _check(_lib.ctsr_projections_read(c.byref(p), _path(path), c.byref(e)), e)
     return Projections(_Handle(p, _lib.ctsr_projections_free))
 
 
 def write_projections(p: Projections, path, overwrite=False, threads=0) -> None:
     """OpenEXR, one part a view."""
-    _Call(threads, overwrite=overwrite).run(_lib.ctsr_projections_write, p._h.p, os.fsencode(path))
+    _Call(threads, overwrite=overwrite).run(_lib.ctsr_projections_write, p._h.p, _path(path))
 
 
 def _back(f, p, like, threads, progress):

@@ -34,6 +34,8 @@ const char *ct_acquired_wrong(const struct ct_acquired *a)
 			return CT_META_DICOM_THICKNESS;
 		if (!is_length(a->spacing[k]))
 			return CT_META_DICOM_SPACING;
+		if (a->spacing[k] > 0 && a->thickness[k] > CT_ACQUIRED_OVERLAP * a->spacing[k])
+			return CT_META_DICOM_THICKNESS;
 		along += a->thickness[k] > 0;
 	}
 	return along > 1                    ? CT_META_DICOM_THICKNESS
@@ -75,8 +77,10 @@ int ct_acquired_get(struct ct_acquired *a, const struct ct_meta *m, struct ct_er
 	ct_acquired_text(a->maker, maker ? maker : "");
 	ct_acquired_text(a->kernel, kernel ? kernel : "");
 	wrong = ct_acquired_wrong(a);
-	return wrong ? ct_fail(e, CT_EINPUT, "metadata %s: '%.60s' is not in mm of a CT", wrong,
-			       ct_meta_get(m, wrong))
+	return wrong ? ct_fail(e, CT_EINPUT,
+			       "metadata %s: '%.60s' is not in mm of a CT, or more than %d times the distance of "
+			       "its slices",
+			       wrong, ct_meta_get(m, wrong), CT_ACQUIRED_OVERLAP)
 		     : 0;
 }
 

@@ -8,7 +8,8 @@
 #define CT_CORE_ACQUIRED_H
 #include "core/meta.h"
 
-enum { CT_ACQUIRED_TEXT = 24, CT_ACQUIRED_WIDEST = 1000 };
+/* mm; and how many of their distances slices are thick at the most: then they overlap by 5/6 */
+enum { CT_ACQUIRED_TEXT = 24, CT_ACQUIRED_WIDEST = 1000, CT_ACQUIRED_OVERLAP = 6 };
 
 struct ct_acquired {
 	char maker[CT_ACQUIRED_TEXT], kernel[CT_ACQUIRED_TEXT]; /* printable; empty: not said */

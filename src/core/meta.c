@@ -11,6 +11,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 void ct_meta_free(struct ct_meta *m)
 {
@@ -103,6 +104,28 @@ int ct_meta_numbers(const struct ct_meta *m, const char *key, size_t n, double *
 		       ? 0
 		       : ct_fail(e, CT_EINPUT, "metadata %s: '%.60s' is not %zu numbers", key, s,
 				 n);
+}
+
+enum { NOISIEST = 10000 }; /* HU: the range of a CT is 4096 */
+
+int ct_meta_noise(const struct ct_meta *m, double *hu, struct ct_err *e)
+{
+	const int rc = ct_meta_numbers(m, CT_META_NOISE, 1, hu, e);
+
+	if (rc || (*hu >= 0 && *hu <= NOISIEST))
+		return rc;
+	return ct_fail(e, CT_EINPUT, "metadata noise: %g HU: expected 0 to %d", *hu, NOISIEST);
+}
+
+int ct_meta_need_hu(const struct ct_meta *m, bool other, struct ct_err *e)
+{
+	const char *quantity = ct_meta_get(m, CT_META_QUANTITY);
+
+	if (!quantity || strcasecmp(quantity, CT_QUANTITY_HU) == 0 ||
+		(other && strcmp(quantity, CT_QUANTITY_OTHER) == 0))
+		return 0;
+	return ct_fail(
+		e, CT_EINPUT, "metadata quantity: the values are '%.40s': expected HU", quantity);
 }
 
 int ct_meta_put_scalars(struct ct_meta *m, size_t n, double *const *v, struct ct_err *e)

@@ -14,6 +14,7 @@
 #define CT_CORE_META_H
 #include "core/err.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 
 struct ct_env;
@@ -169,6 +170,11 @@ void ct_meta_drop(struct ct_meta *m, const char *key);
  * stands for n equal ones. */
 int ct_meta_numbers(
 	const struct ct_meta *m, const char *key, size_t n, double *v, struct ct_err *e);
+/* The noise, HU: 0; 1 if it is not said; CT_EINPUT unless it is from 0 to what a CT can have. */
+int ct_meta_noise(const struct ct_meta *m, double *hu, struct ct_err *e);
+/* CT_EINPUT, with the quantity, if the values are said to be none of HU; `other`: or those of no
+ * unit that is known. */
+int ct_meta_need_hu(const struct ct_meta *m, bool other, struct ct_err *e);
 /* n <= 16 numbers that a float cannot hold, exact, as CT_META_SCALARS, and back: CT_EINPUT unless
  * there are so many, and finite. */
 int ct_meta_put_scalars(struct ct_meta *m, size_t n, double *const *v, struct ct_err *e);

@@ -54,8 +54,7 @@ static int get(ctsr_operator *o, const struct ct_meta *m, struct ct_err *e)
 
 	if (rc > 0)
 		return ct_fail(e, CT_EINPUT, "the metadata name no operator (key factor)");
-	return rc || ct_meta_numbers(m, CT_META_NOISE, 1, &noise, e) < 0 ? -1
-									 : give(o, &d, noise, e);
+	return rc || ct_meta_noise(m, &noise, e) < 0 ? -1 : give(o, &d, noise, e);
 }
 
 int ctsr_operator_get(ctsr_operator *o, const ctsr_volume *v, ctsr_error *e)
@@ -75,7 +74,8 @@ static int estimate(ctsr_operator *o, const ctsr_volume *v, struct ctsr_call *k)
 	struct ct_degrade d;
 
 	bare.meta = (struct ct_meta){0};
-	if (ctsr_degrade_of(&d, o, &k->err) || ctsr_check_volume(v, &k->err))
+	if (ctsr_degrade_of(&d, o, &k->err) || ctsr_check_volume(v, &k->err) ||
+		ct_meta_need_hu(&v->v.meta, false, &k->err))
 		return -1;
 	memcpy(said.factor, d.factor, sizeof said.factor);
 	said.estimate = true;

@@ -124,7 +124,7 @@ static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	int rc;
 
 	rule.prior = &prior;
-	rc = check(o, e) || ctsr_check_volume(in, e) ||
+	rc = check(o, e) || ctsr_check_volume(in, e) || ct_meta_need_hu(&in->v.meta, false, e) ||
 			     (o->method == CTSR_PRIOR &&
 				     read_prior(&prior, &prior_meta, o->prior_file, e)) ||
 			     ct_refine_plan(r, &rule, &in->v, &k->env, e) ||

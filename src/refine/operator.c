@@ -333,7 +333,7 @@ int ct_operator_find(struct ct_operator *r, const struct ct_said *said, bool nee
 		r->seen[a].spread = r->told[a].spread = r->joint[a].spread = (double)NAN;
 	if (operator_of(r, said, in, e))
 		return -1;
-	none = ct_meta_numbers(&in->meta, CT_META_NOISE, 1, &noise, e);
+	none = ct_meta_noise(&in->meta, &noise, e);
 	if (none < 0)
 		return -1;
 	if (noise > 0 && by_caller && said->noise != noise)

@@ -298,7 +298,8 @@ int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const
 		.inverts = !prior || !rule->start,
 		.loss = (double)NAN,
 		.residual = (double)NAN};
-	if (ct_operator_find(&r->is, &rule->said, iterates(rule->method), in, env, e))
+	if (ct_meta_need_hu(&in->meta, true, e) ||
+		ct_operator_find(&r->is, &rule->said, iterates(rule->method), in, env, e))
 		return -1;
 	if ((prior || rule->error) && !r->is.known && !rule->said.estimate)
 		return ct_fail(e, CT_EUSAGE,

@@ -54,9 +54,9 @@ static int know(struct ct_page *p, struct ct_err *e)
 	if (!p->known)
 		factor_of(&p->by, &p->lr.vol, &p->hr.vol);
 	p->noise = 0;
-	if (ct_meta_numbers(&p->hr.vol.meta, CT_META_NOISE, 1, &p->noise, e) < 0)
+	if (ct_meta_noise(&p->hr.vol.meta, &p->noise, e) < 0)
 		return ct_blame(e, p->hr.name);
-	if (p->noise == 0 && ct_meta_numbers(&p->lr.vol.meta, CT_META_NOISE, 1, &p->noise, e) < 0)
+	if (p->noise == 0 && ct_meta_noise(&p->lr.vol.meta, &p->noise, e) < 0)
 		return ct_blame(e, p->lr.name);
 	for (int a = 0; a < 3; a++)
 		if (!(p->by.factor[a] >= 1 && p->by.factor[a] <= 64))

@@ -279,6 +279,9 @@ int ct_degrade_put(struct ct_meta *m, const struct ct_degrade *d, struct ct_err 
 		       : 0;
 }
 
+/* What metadata are believed: decimation, and blur in voxels of the low-resolution grid. */
+enum { MOST_FACTOR = 1024, MOST_SIGMA = 16 };
+
 int ct_degrade_get(const struct ct_meta *m, struct ct_degrade *d, struct ct_err *e)
 {
 	struct ct_degrade got = {0};
@@ -290,12 +293,14 @@ int ct_degrade_get(const struct ct_meta *m, struct ct_degrade *d, struct ct_err 
 	if (ct_meta_numbers(m, CT_META_SIGMA, 3, got.sigma, e) < 0)
 		return -1;
 	for (int a = 0; a < 3; a++) {
-		if (!(got.factor[a] >= 1 && got.factor[a] <= 1e6))
-			return ct_fail(e, CT_EINPUT, "metadata factor: %g is not 1 or more",
-				got.factor[a]);
-		if (got.sigma[a] < 0 || got.sigma[a] > 1e4)
-			return ct_fail(
-				e, CT_EINPUT, "metadata sigma: %g is no width", got.sigma[a]);
+		if (!(got.factor[a] >= 1 && got.factor[a] <= MOST_FACTOR))
+			return ct_fail(e, CT_EINPUT, "metadata factor: %g: expected 1 to %d",
+				got.factor[a], MOST_FACTOR);
+		if (!(got.sigma[a] >= 0 && got.sigma[a] <= MOST_SIGMA * got.factor[a]))
+			return ct_fail(e, CT_EINPUT,
+				"metadata sigma: %g fine voxels: expected 0 to %g, %d voxels of the "
+				"file",
+				got.sigma[a], MOST_SIGMA * got.factor[a], MOST_SIGMA);
 	}
 	if (name && ct_words_take(&word, CT_WORDS(CT_DECIMATE_LIST), "metadata decimate:", name, e))
 		return -1;
@@ -314,8 +319,7 @@ int ct_degrade_volume(struct ct_vol *lo, const struct ct_vol *hi, const struct c
 	size_t n[3];
 	int rc = -1;
 
-	if (ct_meta_numbers(&hi->meta, CT_META_NOISE, 1, &had, e) < 0 ||
-		ct_degrade_plan(&s, d, hi->n, par, e))
+	if (ct_meta_noise(&hi->meta, &had, e) < 0 || ct_degrade_plan(&s, d, hi->n, par, e))
 		return -1;
 	for (int a = 0; a < 3; a++)
 		n[a] = s.t[a].n_out;

@@ -178,7 +178,9 @@ static int to_hu(struct ct_vol *v, const char *path, const double map[static 2],
 	if (least >= 0 && !ct_meta_get(&v->meta, CT_META_QUANTITY))
 		return ct_fail(e, CT_EINPUT, "%s: values from %g to %g are not HU%s", path,
 			(double)least, (double)most, bytes ? ": give --bytes" : "");
-	return ct_units_check(v, "ct-convert --units", e) ? ct_blame(e, path) : 0;
+	return ct_units_check(v, "ct-convert --units", e) || ct_meta_need_hu(&v->meta, false, e)
+		       ? ct_blame(e, path)
+		       : 0;
 }
 
 static int read_volume(struct ct_vol *v, const char *path, const double bytes[static 2],

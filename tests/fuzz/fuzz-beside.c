@@ -32,7 +32,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
 	struct ct_meta m = {0};
 	struct ct_err e = {0};
-	const int rc = ct_beside_parse(&m, (const char *)data, size, &e);
+	const int rc = ct_beside_parse(&m, size % 3, (const char *)data, size, &e);
 
 	if (rc < 0 ? e.code == CT_OK || e.msg[0] == '\0' : (m.n > 0) != (rc == 0))
 		abort();
