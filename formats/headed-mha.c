@@ -138,7 +138,7 @@ static int parse_file(struct ct_headed *h, struct ct_err *e)
 		return ct_fail(e, CT_EINPUT, "HeaderSize: %g%s", skip,
 			h->packed ? " of compressed data" : "");
 	h->skip = h->at_end ? 0 : (size_t)skip;
-	if (strcmp(file, "LOCAL") == 0 || strcmp(file, "Local") == 0 || strcmp(file, "local") == 0)
+	if (strcasecmp(file, "LOCAL") == 0)
 		return 0;
 	return ct_headed_file(h, "ElementDataFile", file, e);
 }

@@ -8,6 +8,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 enum { KINDS = 3 };
 static const char *const kinds[KINDS] = {"domain", "space", "???"}; /* of an axis of space */
@@ -82,7 +83,7 @@ static bool is_entry(const struct ct_headed *h, const char *key, size_t k, const
 	size_t n;
 	const char *s = entry(h, key, k, &n);
 
-	return s && n == strlen(word) && strncmp(s, word, n) == 0;
+	return s && n == strlen(word) && strncasecmp(s, word, n) == 0;
 }
 
 /* Is the axis none of space? */
@@ -162,7 +163,7 @@ static int all_words(const struct ct_headed *h, const char *key, const char *con
 		size_t i = 0;
 
 		len = strcspn(s, " \t\"");
-		while (i < n && (strlen(allowed[i]) != len || strncmp(s, allowed[i], len) != 0))
+		while (i < n && (strlen(allowed[i]) != len || strncasecmp(s, allowed[i], len) != 0))
 			i++;
 		if (i == n)
 			return ct_fail(
@@ -182,7 +183,8 @@ static int parse_space(const char *space, double sign[3], struct ct_err *e)
 		{"left-posterior-superior", "LPS", {-1, -1, 1}}};
 
 	for (size_t i = 0; i < sizeof known / sizeof *known; i++)
-		if (strcmp(space, known[i].name) == 0 || strcmp(space, known[i].brief) == 0) {
+		if (strcasecmp(space, known[i].name) == 0 ||
+			strcasecmp(space, known[i].brief) == 0) {
 			memcpy(sign, known[i].sign, sizeof known[i].sign);
 			return 0;
 		}
@@ -240,11 +242,11 @@ static int parse_place(struct ct_headed *h, struct ct_err *e)
 static int parse_order(struct ct_headed *h, struct ct_err *e)
 {
 	const char *endian = ct_headed_get(h, "endian");
-	const bool big = endian && strcmp(endian, "big") == 0;
+	const bool big = endian && strcasecmp(endian, "big") == 0;
 
 	if (ct_voxel_bytes((int)h->stored.type) == 1)
 		return 0;
-	if (!endian || (!big && strcmp(endian, "little") != 0))
+	if (!endian || (!big && strcasecmp(endian, "little") != 0))
 		return ct_fail(e, CT_EINPUT, "endian: '%.20s' is neither little nor big",
 			endian ? endian : "");
 	h->stored.big = big;
@@ -259,8 +261,8 @@ static int parse_file(struct ct_headed *h, struct ct_err *e)
 
 	if (!encoding)
 		return ct_fail(e, CT_EINPUT, "has no encoding");
-	h->packed = strcmp(encoding, "gzip") == 0 || strcmp(encoding, "gz") == 0;
-	if (!h->packed && strcmp(encoding, "raw") != 0)
+	h->packed = strcasecmp(encoding, "gzip") == 0 || strcasecmp(encoding, "gz") == 0;
+	if (!h->packed && strcasecmp(encoding, "raw") != 0)
 		return ct_fail(e, CT_EINPUT,
 			"encoding: '%.20s' is not read here, only raw and gzip", encoding);
 	if (ct_headed_numbers(h, "lineskip", 1, &lines, e) < 0 ||

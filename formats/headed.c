@@ -16,6 +16,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/stat.h>
 
 enum {
@@ -153,10 +154,12 @@ int ct_headed_number_type(
 
 	if (!name)
 		return ct_fail(e, CT_EINPUT, "has no %s", key);
-	return ct_voxel_named(&h->stored.type, types, name, strlen(name))
-		       ? 0
-		       : ct_fail(e, CT_EINPUT, "%s: %.40s is no number that is read here", key,
-				 name);
+	for (; types->name; types++)
+		if (strcasecmp(types->name, name) == 0) {
+			h->stored.type = types->type;
+			return 0;
+		}
+	return ct_fail(e, CT_EINPUT, "%s: %.40s is no number that is read here", key, name);
 }
 
 void ct_headed_place(
@@ -184,6 +187,8 @@ int ct_headed_file(struct ct_headed *h, const char *key, const char *file, struc
 	if (strchr(file, '%'))
 		return ct_fail(e, CT_EINPUT,
 			"%s: %.60s: a pattern; voxels in several files are not read", key, file);
+	while (strncmp(file, "./", 2) == 0) /* beside it, too */
+		file += 2 + strspn(file + 2, "/");
 	if (!*file || strchr(file, '/') || strcmp(file, ".") == 0 || strcmp(file, "..") == 0)
 		return ct_fail(e, CT_EINPUT, "%s: '%.60s' is no file beside the header", key, file);
 	h->file = file;

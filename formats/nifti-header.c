@@ -199,6 +199,8 @@ int ct_nii_dims(const struct ct_nii *h, size_t n[static 3], struct ct_err *e)
 	for (int a = 0; a < 3; a++)
 		n[a] = 1;
 	for (int a = 1; a <= (int)h->dim[0]; a++) {
+		if (a > 3 && h->dim[a] == 0)
+			continue; /* as other programs write it: 1 */
 		if (!(h->dim[a] >= 1 && h->dim[a] <= 0x1p40))
 			return ct_fail(e, CT_EINPUT, "dim[%d] is %.0f", a, h->dim[a]);
 		if (a > 3 && h->dim[a] > 1)

@@ -100,14 +100,19 @@ struct header {
 
 static int parse_type(struct header *h, const char *s, struct ct_err *e)
 {
-	static const struct ct_voxel_name types[] = {{"f4", CT_V_F32}, {"f8", CT_V_F64},
-		{"u1", CT_V_U8}, {"i1", CT_V_I8}, {"u2", CT_V_U16}, {"i2", CT_V_I16},
-		{"u4", CT_V_U32}, {"i4", CT_V_I32}, {"u8", CT_V_U64}, {"i8", CT_V_I64}, {NULL, 0}};
+	static const struct ct_voxel_name types[] = {{"f2", CT_V_F16}, {"f4", CT_V_F32},
+		{"f8", CT_V_F64}, {"u1", CT_V_U8}, {"i1", CT_V_I8}, {"u2", CT_V_U16},
+		{"i2", CT_V_I16}, {"u4", CT_V_U32}, {"i4", CT_V_I32}, {"u8", CT_V_U64},
+		{"i8", CT_V_I64}, {NULL, 0}};
 	char quote = *s;
 
 	if ((quote == '\'' || quote == '"') && s[1] && strchr("<>|=", s[1]) && strlen(s) > 4 &&
 		s[4] == quote && ct_voxel_named(&h->stored.type, types, s + 2, 2)) {
 		h->stored.big = s[1] == '>';
+		if (h->stored.type == CT_V_F16) { /* scaled once they are read */
+			h->stored.slope = 1;
+			h->stored.inter = 0;
+		}
 		return 0;
 	}
 	return ct_fail(e, CT_EINPUT, "descr %.12s is no type of number that is read here", s);
@@ -208,6 +213,8 @@ int ct_raw_npy(const char *path, double slope, double inter, size_t n[static 3],
 		free(out);
 		ct_blame(e, path);
 	} else {
+		for (size_t i = 0; h.stored.type == CT_V_F16 && i < total; i++)
+			out[i] = (float)(slope * (double)out[i] + inter);
 		memcpy(n, h.n, sizeof h.n);
 		*data = out;
 		rc = 0;

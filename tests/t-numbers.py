@@ -62,8 +62,20 @@ def group(keyword, text, path):
     d.save_as(path, write_like_original=False)
 
 
+def padding(folder):
+    """Signed values, of which the lowest is padding, which the header says without a sign."""
+    series(folder, "PixelPaddingValue", "US", "\\x00\\x80")
+    for k in range(N):
+        path = "%s/%02d.dcm" % (folder, k)
+        d = dcmread(path)
+        d.PixelData = b"\x00\x80" * 7 + d.PixelData[14:]
+        d.save_as(path, write_like_original=False)
+
+
 if sys.argv[1] == "s":
     series("s")
+elif sys.argv[1] == "padding":
+    padding(sys.argv[2])
 elif sys.argv[1] == "bad":
     series(sys.argv[5], *sys.argv[2:5], int(sys.argv[6]) if len(sys.argv) > 6 else None)
 else:

@@ -67,7 +67,7 @@ static enum ct_picture picture_of(const struct ct_slice *s)
 		return CT_PICTURE_CAPTURE;
 	if (ct_slice_is_type(s, 2, "LOCALIZER"))
 		return CT_PICTURE_LOCALIZER;
-	return strcmp(s->modality, "CT") == 0 ? CT_PICTURE_SLICES : CT_PICTURE_OTHER;
+	return strcasecmp(s->modality, "CT") == 0 ? CT_PICTURE_SLICES : CT_PICTURE_OTHER;
 }
 
 static int by_uid(const void *p, const void *q)

@@ -7,6 +7,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 void ct_slice_normal(const struct ct_slice *s, double n[3])
 {
@@ -177,10 +178,10 @@ int ct_slice_check_hu(const struct ct_slice *s, struct ct_err *e)
 	static const char *const none[] = {
 		"", "HU", "US"}; /* US: unspecified, which for CT are HU */
 
-	if (strcmp(s->modality, "CT") != 0)
+	if (strcasecmp(s->modality, "CT") != 0)
 		return ct_fail(e, CT_EINPUT, "%s: modality is '%s', not CT", s->path, s->modality);
 	for (size_t i = 0; i < sizeof none / sizeof *none; i++)
-		if (strcmp(s->unit, none[i]) == 0)
+		if (strcasecmp(s->unit, none[i]) == 0)
 			return 0;
 	return ct_fail(
 		e, CT_EINPUT, "%s: RescaleType is '%s': the values are not HU", s->path, s->unit);

@@ -19,6 +19,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 struct params {
 	const char *in, *out, *window, *rotate;
@@ -266,7 +267,7 @@ static int to_density(struct ct_vol *v, float **mu, double *unit, const struct p
 	bool density = had && p->quantity == BY_FILE ? says : p->quantity == DENSITY;
 	double window[2];
 
-	if (had && !says && strcmp(had, CT_QUANTITY_HU) != 0)
+	if (had && !says && strcasecmp(had, CT_QUANTITY_HU) != 0)
 		return ct_fail(
 			e, CT_EINPUT, "%s: quantity is %.40s, not hu or density", p->in, had);
 	if (had && density != says)
