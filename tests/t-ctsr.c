@@ -87,6 +87,29 @@ static ctsr_volume *low(size_t side)
 	return lo;
 }
 
+/* Nothing is sampled beyond the last centre of an axis, where no voxel lies. */
+static void sample_ends(const ctsr_volume *v)
+{
+	double affine[3][4], at[6][3];
+	float value[6];
+	size_t n[3];
+
+	ctsr_volume_data(v, n, affine);
+	for (size_t k = 0; k < 6; k++)
+		for (size_t r = 0; r < 3; r++) {
+			at[k][r] = affine[r][3];
+			for (size_t a = 0; a < 3; a++)
+				at[k][r] += affine[r][a] *
+					    ((double)(n[a] - 1) +
+						    (a == k / 2 ? (k % 2 ? 1 : 0.25) : 0));
+		}
+	OK(ctsr_volume_sample(value, v, 6, (const double(*)[3])at, &e) == 0,
+		"points beyond the end");
+	for (size_t k = 0; k < 6; k++)
+		OK(isnan(value[k]), "%g of a voxel behind the last of axis %zu is outside",
+			k % 2 ? 1 : 0.25, k / 2);
+}
+
 static void test_volumes(void)
 {
 	const size_t n[3] = {2, 3, 4};
@@ -105,6 +128,7 @@ static void test_volumes(void)
 	OK(ctsr_volume_data(v, m, affine) == mine && memcmp(m, n, sizeof n) == 0 &&
 			memcmp(affine, grid, sizeof grid) == 0,
 		"with its grid");
+	sample_ends(v);
 	OK(ctsr_volume_sample(value, v, 3, at, &e) == 0 && value[0] == 5.0f && value[1] == 220.0f &&
 			isnan(value[2]),
 		"sampled between centres, at one, and outside");

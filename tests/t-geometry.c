@@ -280,6 +280,31 @@ static void t_shadow(void)
 	OK(whole == 200, "of a point behind the source: everywhere (%zu of 200)", whole);
 }
 
+/* A third of the views must see the volume. */
+static void t_seen(void)
+{
+	struct ct_vol v = grid();
+	struct ct_geometry scan;
+
+	ct_geometry_default(&scan, CT_CONE, &v);
+	scan.views = 12;
+	for (size_t see = 3; see < 5; see++) {
+		struct ct_stack s = {0};
+		struct ct_err e = {0};
+
+		must(ct_geometry_fill(&s, &scan, &err));
+		for (size_t k = see; k < s.views; k++)
+			for (int a = 0; a < 3; a++)
+				s.view[k].centre[a] += 1e4 * s.view[k].u[a];
+		OK((ct_geometry_seen(&s, &v, &e) == 0) == (see == 4), "%zu of 12 views see it",
+			see);
+		OK(see == 4 || (e.code == CT_EGEOM && strstr(e.msg, "3 of 12 views see it")),
+			"which is %s", see == 4 ? "enough" : "said");
+		ct_stack_free(&s);
+	}
+	ct_vol_free(&v);
+}
+
 int main(void)
 {
 	t_views();
@@ -287,5 +312,6 @@ int main(void)
 	t_refused();
 	t_inside();
 	t_shadow();
+	t_seen();
 	return tap_done();
 }

@@ -283,11 +283,39 @@ static void overshoots(void)
 	OK(strstr(words, "edges overshoot by 25 %") != NULL, "%s", words);
 }
 
+/* A value is padding if 27 voxels lie amid others of it: a box of 5 x 5 x 5, and a line from it to
+ * the border. */
+static void test_least(void)
+{
+	enum { N = 24 };
+	struct ct_padding p = {0};
+	struct ct_vol v = {0};
+
+	must(ct_vol_alloc(&v, (const size_t[3]){N, N, N}, &err));
+	for (size_t i = 0; i < N * N * N; i++)
+		v.data[i] = rintf((float)(20 * ct_rng_uniform(5, i, 0))) + (float)(i % 7);
+	for (size_t k = 8; k < 13; k++)
+		for (size_t j = 8; j < 13; j++)
+			for (size_t i = 8; i < 13; i++)
+				v.data[(k * N + j) * N + i] = -2000;
+	for (size_t i = 0; i < 8; i++)
+		v.data[(10 * N + 10) * N + i] = -2000;
+	must(ct_padding_find(&p, v.data, v.n, &err));
+	OK(p.count == 125 + 8, "27 voxels amid their own are padding (%zu)", p.count);
+	ct_padding_free(&p);
+	v.data[(8 * N + 8) * N + 8] = 5;
+	must(ct_padding_find(&p, v.data, v.n, &err));
+	OK(p.count == 0, "26 are none (%zu)", p.count);
+	ct_padding_free(&p);
+	ct_vol_free(&v);
+}
+
 int main(void)
 {
 	const struct ct_degrade two = {{2, 2, 2}, {0.85, 0.85, 0.85}, CT_DECIMATE_SINC, {0}};
 	struct ct_vol v, lo;
 
+	test_least();
 	make(&v);
 	lo = reduced(&v, &two, 15);
 	finds(&lo);

@@ -95,6 +95,12 @@ static void tissue(void)
 	blob(&test, 30, 30, 30, 2 * STEP);
 	OK(counts(0, 0, 0, 0) && s.soft == 0, "nor in fat and air");
 	flat(0);
+	blob(&ref, 30, 30, 30,
+		450 * contrast()); /* 230 HU after the first Gaussian, 23 after the other */
+	OK(counts(0, 0, 1, 0) || s.soft < COUNT, "a small bright structure is looked at");
+	OK(s.soft < COUNT && s.soft > COUNT - 2000, "its middle is not soft (%zu voxels)",
+		(size_t)COUNT - s.soft);
+	flat(0);
 	for (size_t i = 0; i < COUNT; i++)
 		ref.data[i] = i % N < 30 ? 0 : 1000;
 	OK(counts(0, 0, 0, 0) && s.soft > COUNT / 4 && s.soft < COUNT / 2,
