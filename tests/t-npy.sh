@@ -47,16 +47,17 @@ if python_with numpy; then
 	"$PY" - <<-'EOF'
 		import numpy as np
 		x = np.arange(24).reshape(2, 3, 4) * 0.25
-		for name, t in (("f4", "<f4"), ("f8", ">f8"), ("i2", ">i2")):
+		for name, t in (("f4", "<f4"), ("f8", ">f8"), ("i2", ">i2"), ("f2", "<f2")):
 		    np.save(name, (x * 4 if name == "i2" else x).astype(t))
 		np.save("nan", np.full((2, 3, 4), np.nan, "f4"))
 	EOF
 	exits 0 'float' ct-convert --scanner scan.json f4.npy f4.exr
 	exits 0 'double, big-endian' ct-convert --scanner scan.json f8.npy f8.exr
+	exits 0 'half' ct-convert --scanner scan.json f2.npy f2.exr
 	exits 0 'short, scaled' ct-convert --rescale 0.25 --scanner scan.json i2.npy i2.exr
 	if command -v oiiotool >/dev/null 2>&1; then
-		for f in f4 f8 i2; do oiiotool --dumpdata $f.exr | grep Pixel >d-$f; done
-		[ -s d-f4 ] && cmp -s d-f4 d-f8 && cmp -s d-f4 d-i2; ok $? 'all three the same numbers'
+		for f in f4 f8 i2 f2; do oiiotool --dumpdata $f.exr | grep Pixel >d-$f; done
+		[ -s d-f4 ] && cmp -s d-f4 d-f8 && cmp -s d-f4 d-i2 && cmp -s d-f4 d-f2; ok $? 'all four the same numbers'
 		grep -q 'Pixel (3, 2).* 2.75' d-f4; ok $? 'row by row'
 	else
 		skip 'the same numbers' 'no oiiotool'
