@@ -85,6 +85,17 @@ int ct_resample_taps(struct ct_taps *t, size_t n_in, size_t n_out, double start,
 	return rc;
 }
 
+int ct_resample_up_taps(
+	struct ct_taps *t, size_t n_in, double factor, enum ct_interp interp, struct ct_err *e)
+{
+	const size_t n_out = ct_degrade_cover(n_in, factor);
+	const double over = (double)n_out - (double)n_in * factor;
+
+	return ct_resample_taps(t, n_in, n_out,
+		ct_cell_index((ct_cell_centre(0) - 0.5 * over) * (1.0 / factor)), 1.0 / factor,
+		interp, false, e);
+}
+
 int ct_resample_plan(struct ct_separable *s, const size_t n_in[static 3],
 	const size_t n_out[static 3], const double start[static 3], const double step[static 3],
 	enum ct_interp interp, bool antialias, const struct ct_par *par, struct ct_err *e)
@@ -103,16 +114,11 @@ int ct_resample_up_plan(struct ct_separable *s, const size_t n_in[static 3],
 	const double factor[static 3], enum ct_interp interp, const struct ct_par *par,
 	struct ct_err *e)
 {
-	double start[3], step[3];
-	size_t n_out[3];
-
-	for (int a = 0; a < 3; a++) {
-		const double fine = (double)n_in[a] * factor[a];
-
-		n_out[a] = ct_degrade_cover(n_in[a], factor[a]);
-		step[a] = 1.0 / factor[a];
-		start[a] = ct_cell_index(
-			(ct_cell_centre(0) - 0.5 * ((double)n_out[a] - fine)) * step[a]);
-	}
-	return ct_resample_plan(s, n_in, n_out, start, step, interp, false, par, e);
+	*s = (struct ct_separable){0};
+	for (int a = 0; a < 3; a++)
+		if (ct_resample_up_taps(&s->t[a], n_in[a], factor[a], interp, e)) {
+			ct_separable_free(s);
+			return -1;
+		}
+	return ct_separable_plan(s, par, e);
 }

@@ -25,6 +25,9 @@ int ct_resample_taps(struct ct_taps *t, size_t n_in, size_t n_out, double start,
 int ct_resample_plan(struct ct_separable *s, const size_t n_in[static 3],
 	const size_t n_out[static 3], const double start[static 3], const double step[static 3],
 	enum ct_interp interp, bool antialias, const struct ct_par *par, struct ct_err *e);
+/* Table of one axis for the grid `factor` >= 1 times as fine that covers the field. */
+int ct_resample_up_taps(
+	struct ct_taps *t, size_t n_in, double factor, enum ct_interp interp, struct ct_err *e);
 /* The same for the grid `factor` >= 1 times as fine that covers the field: n_out is
  * ct_degrade_cover(n_in, factor), n_in * factor if that is whole (degrade.h). */
 int ct_resample_up_plan(struct ct_separable *s, const size_t n_in[static 3],
