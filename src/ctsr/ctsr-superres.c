@@ -107,7 +107,7 @@ static int give(
 		.iterations = r->did.iterations,
 		.slabs = r->slabs};
 
-	memcpy(mine.factor, r->is.by.factor, sizeof mine.factor);
+	ct_refine_times(mine.factor, r);
 	memcpy(mine.sigma, r->is.by.sigma, sizeof mine.sigma);
 	snprintf(mine.why_not, sizeof mine.why_not, "%s", r->why_not);
 	return ctsr_give_report(report, &mine, sizeof mine, e);

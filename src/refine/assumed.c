@@ -90,6 +90,22 @@ static void add_sources(char *to, const struct ct_operator *is, const double spa
 		add(to, ": they contradict each other, and edges count");
 }
 
+/* "; along x,y interpolated ...". */
+static void add_cubic(char *to, const struct ct_operator *is)
+{
+	const char *between = "";
+
+	if (!is->cubic[0] && !is->cubic[1] && !is->cubic[2])
+		return;
+	add(to, "%salong ", *to ? "; " : "");
+	for (int a = 0; a < 3; a++)
+		if (is->cubic[a]) {
+			add(to, "%s%c", between, "xyz"[a]);
+			between = ",";
+		}
+	add(to, " only interpolated (cubic), as the factor is below %g", CT_SMALL);
+}
+
 #define POOR 0.15 /* then the least loss is noticeably narrower */
 
 void ct_assumed_words(char to[static CT_ASSUMED_WORDS], const struct ct_operator *is,
@@ -110,8 +126,10 @@ void ct_assumed_words(char to[static CT_ASSUMED_WORDS], const struct ct_operator
 		any = any || shows(is, is->joint, a);
 		told = told || shows(is, is->told, a);
 	}
-	if (!any)
+	if (!any) {
+		add_cubic(to, is);
 		return;
+	}
 	add(to, "profile ");
 	add_widths(to, axes, is, is->joint, spacing, said);
 	add(to, " mm wide (FWHM) along %s", axes);
@@ -127,4 +145,5 @@ void ct_assumed_words(char to[static CT_ASSUMED_WORDS], const struct ct_operator
 	if (overshoot_of(is) > OVERSHOOT)
 		add(to, "; edges overshoot by %.0f %% (a sharp kernel, or thin bone)",
 			100 * overshoot_of(is));
+	add_cubic(to, is);
 }

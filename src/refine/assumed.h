@@ -10,7 +10,7 @@
 #define CT_REFINE_ASSUMED_H
 #include "refine/operator.h"
 
-enum { CT_ASSUMED_WORDS = 400 };
+enum { CT_ASSUMED_WORDS = 640 };
 
 /* What was estimated; "" if nothing had to be. spacing: mm, of the scan. */
 void ct_assumed_words(char to[static CT_ASSUMED_WORDS], const struct ct_operator *is,

@@ -248,7 +248,7 @@ static double rehearsals(const struct ct_refine *r, const struct ct_vol *in)
 	       ((double)r->n[0] * (double)r->n[1] * (double)r->n[2]);
 }
 
-int ct_refine_cost(double *cpu, const struct ct_refine *r, const struct ct_vol *in,
+static int cost_of(double *cpu, const struct ct_refine *r, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_env quiet = *env;
@@ -264,4 +264,16 @@ int ct_refine_cost(double *cpu, const struct ct_refine *r, const struct ct_vol *
 		return -1;
 	*cpu *= 1 + rehearsals(r, in);
 	return 0;
+}
+
+int ct_refine_cost(double *cpu, const struct ct_refine *r, const struct ct_vol *in,
+	const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_vol *use;
+	struct ct_vol mid = {0};
+	const int rc =
+		ct_refine_first(&mid, &use, r, in, env, e) || cost_of(cpu, r, use, env, e) ? -1 : 0;
+
+	ct_vol_free(&mid);
+	return rc;
 }

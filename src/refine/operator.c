@@ -272,6 +272,16 @@ static void settle(struct ct_operator *r, const double x[3], const struct ct_env
 		r->from = !told ? CT_BY_MEASURE : seen ? CT_BY_BOTH : CT_BY_SCANNER;
 }
 
+/* Axes that are refined too little to be inverted: x becomes 1. */
+static void leave_small(struct ct_operator *r, double x[3])
+{
+	for (int a = 0; a < 3; a++) {
+		r->cubic[a] = x[a] > 1 && x[a] < CT_SMALL;
+		if (r->cubic[a])
+			x[a] = 1;
+	}
+}
+
 /* The operator that DICOM and edges show: a Gaussian of the spread that its sampling leaves. */
 static int estimate_operator(struct ct_operator *r, const struct ct_vol *in,
 	const struct ct_said *said, const struct ct_env *env, struct ct_err *e)
@@ -284,10 +294,14 @@ static int estimate_operator(struct ct_operator *r, const struct ct_vol *in,
 
 	if (given >= 0)
 		x[given] = 1;
+	leave_small(r, x);
+	if (!(x[0] > 1 || x[1] > 1 || x[2] > 1))
+		return 0;
 	if (ct_profile_measure(got, in, x, env->par, e) || expect(r, in, x, env, e))
 		return -1;
-	if (given >= 0)
-		got[given].spread = (double)NAN;
+	for (int a = 0; a < 3; a++)
+		if (a == given || r->cubic[a])
+			got[a].spread = (double)NAN;
 	join_planes(&got[0], &got[1]);
 	memcpy(r->joint, got, sizeof r->joint);
 	for (int a = 0; a < 3; a++) {
@@ -318,6 +332,22 @@ static int measure_noise(
 		ct_log(env, CT_INFO, "noise of neighbours correlates by %.2g,%.2g,%.2g",
 			r->alike[0], r->alike[1], r->alike[2]);
 	return 0;
+}
+
+bool ct_operator_is_estimated(const struct ct_operator *r)
+{
+	return r->from != CT_BY_FILE && r->from != CT_BY_CALLER;
+}
+
+bool ct_operator_is_cubic(const struct ct_operator *r)
+{
+	bool some = false, other = false;
+
+	for (int a = 0; a < 3; a++) {
+		some = some || r->cubic[a];
+		other = other || (r->by.factor[a] > 1 && !r->cubic[a]);
+	}
+	return some && !other;
 }
 
 int ct_operator_find(struct ct_operator *r, const struct ct_said *said, bool need_noise,

@@ -2,8 +2,10 @@
  *
  * The file's metadata say it (ct-degrade writes them), or the caller, or it is estimated: blur and
  * sampling from what DICOM says of the scanner (scanner.h) and on edges (resolution/profile.h), the
- * noise where the CT is flat (resolution/noise.h). Slices too few for edges, of which DICOM says
- * nothing either, are as thick as far apart. A contradiction between the file and the caller
+ * noise where the CT is flat (resolution/noise.h). An axis that is refined less than CT_SMALL times
+ * is not estimated: D mixes neighbours there by where its cells happen to lie, and undoing that
+ * would amplify the scan. Such an axis is interpolated. Slices too few for edges, of which DICOM
+ * says nothing either, are as thick as far apart. A contradiction between the file and the caller
  * is an error.
  */
 #ifndef CT_REFINE_OPERATOR_H
@@ -19,6 +21,8 @@
 enum { CT_SAID_TIMES = 1024, CT_SAID_SIGMA = 1000 };
 /* The largest factor that is chosen where nothing says one. */
 enum { CT_CHOSEN_TIMES = 8 };
+/* An axis whose operator nobody says is inverted from this factor on. */
+#define CT_SMALL 1.25
 
 /* What the caller says. */
 struct ct_said {
@@ -61,9 +65,14 @@ struct ct_operator {
 	struct ct_profile seen[3], told[3], joint[3];
 	struct ct_acquired scanner; /* what DICOM says, where it is used */
 	bool apart[3];              /* the two contradict each other: what was measured counts */
+	bool cubic[3];              /* axes to interpolate: factors below CT_SMALL */
 	double sure;                /* probability of by.decimate, if it is estimated */
 };
 
+/* Was it estimated, at least in part? */
+bool ct_operator_is_estimated(const struct ct_operator *r);
+/* Are all axes that are refined to be interpolated? */
+bool ct_operator_is_cubic(const struct ct_operator *r);
 /* *r gets what is known of `in`. Without a need for noise, it is not measured. A factor that
  * neither the caller nor the file says is chosen: an axis that is at least 1.5 times coarser than
  * the finest is refined to about the finest, a whole number of times up to 8, and the others not at

@@ -24,7 +24,8 @@ struct ct_upsample_rule ct_refine_inversion(const struct ct_refine *r)
 {
 	const struct ct_refine_rule *p = &r->rule;
 
-	return (struct ct_upsample_rule){.method = r->textured ? CT_UPSAMPLE_HTV
+	return (struct ct_upsample_rule){.method = ct_operator_is_cubic(&r->is) ? CT_UPSAMPLE_CUBIC
+						   : r->textured                ? CT_UPSAMPLE_HTV
 						   : p->method == CT_REFINE_PRIOR
 							   ? CT_UPSAMPLE_AUTO
 							   : (enum ct_upsample)p->method,
@@ -109,7 +110,9 @@ static int need_in_slabs(double *bytes, const struct ct_refine *r, const struct 
 			return -1;
 		*bytes = fmax(*bytes, part + 8 * voxels(n) + 4 * (double)ct_vol_count(in));
 	}
-	*bytes += CT_MEMORY_BASE;
+	if (ct_operator_is_estimated(&r->is)) /* damp.h */
+		*bytes = fmax(*bytes, volumes_of(r, in) + 4 * (double)ct_vol_count(in));
+	*bytes += CT_MEMORY_BASE + r->before;
 	return 0;
 }
 
@@ -183,6 +186,11 @@ static int plan_prior(struct ct_refine *r, const struct ct_vol *in, struct ct_er
 	int last = 2;
 
 	r->restore = (struct ct_restore_rule){.by = r->is.by, .noise = r->is.noise};
+	if (ct_operator_is_cubic(&r->is))
+		return leave(r, e,
+			"factors below %g are only interpolated (cubic) where nothing says how the "
+			"scan was made (--sigma says it)",
+			CT_SMALL);
 	if (!r->is.known)
 		return leave(r, e, "its edges do not show how it was made (--sigma says it)");
 	cell = ct_slice_prior_knows(can, p->prior, &r->is.by, false);
@@ -289,32 +297,55 @@ static int plan_arssr(
 	return 0;
 }
 
-int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const struct ct_vol *in,
-	const struct ct_env *env, struct ct_err *e)
+void ct_refine_times(double times[static 3], const struct ct_refine *r)
 {
-	const bool prior = rule->method == CT_REFINE_PRIOR;
+	for (int a = 0; a < 3; a++)
+		times[a] = r->first[a] * r->is.by.factor[a];
+}
 
-	*r = (struct ct_refine){.rule = *rule,
-		.inverts = !prior || !rule->start,
-		.loss = (double)NAN,
-		.residual = (double)NAN};
-	if (ct_meta_need_hu(&in->meta, true, e) ||
-		ct_operator_find(&r->is, &rule->said, iterates(rule->method), in, env, e))
+int ct_refine_first(struct ct_vol *mid, const struct ct_vol **use, const struct ct_refine *r,
+	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_upsample_rule rule = {
+		.method = CT_UPSAMPLE_CUBIC, .by.factor = {r->first[0], r->first[1], r->first[2]}};
+	struct ct_upsample_report did;
+
+	*use = in;
+	if (r->first[0] == 1 && r->first[1] == 1 && r->first[2] == 1)
+		return 0;
+	if (ct_upsample(mid, in, &rule, &did, env, e))
 		return -1;
-	if ((prior || rule->error) && !r->is.known && !rule->said.estimate)
-		return ct_fail(e, CT_EUSAGE,
-			"does not say how it was reduced: --sigma says it, --estimate measures it");
-	if (rule->error && !r->is.known)
-		return ct_fail(e, CT_EINPUT,
-			"its edges do not show how it was made, which the predicted error needs: "
-			"--sigma says it");
+	ct_meta_drop(&mid->meta, CT_META_UPSAMPLE);
+	*use = mid;
+	return 0;
+}
+
+/* Of axes to interpolate beside others to invert: they come first. */
+static void split_factor(struct ct_refine *r, const struct ct_vol *in)
+{
+	const bool all = ct_operator_is_cubic(&r->is);
+
+	for (int a = 0; a < 3; a++)
+		if (r->is.cubic[a] && !all) {
+			r->first[a] = r->is.by.factor[a];
+			r->is.by.factor[a] = 1;
+			r->is.by.sigma[a] = 0;
+			r->before = 4 * (double)ct_vol_count(in);
+		}
+}
+
+static int plan(
+	struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_refine_rule *rule = &r->rule;
+
 	for (int a = 0; a < 3; a++)
 		r->n[a] = ct_degrade_cover(in->n[a], r->is.by.factor[a]);
 	if (check_start(r, in, e))
 		return -1;
 	if (rule->method == CT_REFINE_ARSSR)
 		return plan_arssr(r, in, env, e);
-	if (prior && plan_prior(r, in, e))
+	if (rule->method == CT_REFINE_PRIOR && plan_prior(r, in, e))
 		return -1;
 	if (choose_method(r, in, env, e) || choose_slabs(r, in, e))
 		return -1;
@@ -322,6 +353,40 @@ int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const
 		return 0;
 	r->spread = ct_upsample_spread(in);
 	return ct_flat_texture(&r->texture, in, e);
+}
+
+int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const struct ct_vol *in,
+	const struct ct_env *env, struct ct_err *e)
+{
+	const bool prior = rule->method == CT_REFINE_PRIOR;
+	const struct ct_vol *use;
+	struct ct_vol mid = {0};
+	int rc;
+
+	*r = (struct ct_refine){.rule = *rule,
+		.inverts = !prior || !rule->start,
+		.loss = (double)NAN,
+		.residual = (double)NAN,
+		.first = {1, 1, 1}};
+	if (ct_meta_need_hu(&in->meta, true, e) ||
+		ct_operator_find(&r->is, &rule->said, iterates(rule->method), in, env, e))
+		return -1;
+	if ((prior || rule->error) && !r->is.known && !rule->said.estimate)
+		return ct_fail(e, CT_EUSAGE,
+			"does not say how it was reduced: --sigma says it, --estimate measures it");
+	if (rule->error && ct_operator_is_cubic(&r->is))
+		return ct_fail(e, CT_EINPUT,
+			"factors below %g are only interpolated (cubic) where nothing says how the "
+			"scan was made, and have no predicted error: --sigma says it",
+			CT_SMALL);
+	if (rule->error && !r->is.known)
+		return ct_fail(e, CT_EINPUT,
+			"its edges do not show how it was made, which the predicted error needs: "
+			"--sigma says it");
+	split_factor(r, in);
+	rc = ct_refine_first(&mid, &use, r, in, env, e) || plan(r, use, env, e) ? -1 : 0;
+	ct_vol_free(&mid);
+	return rc;
 }
 
 const char *ct_refine_name(const struct ct_refine *r, bool did)
@@ -333,6 +398,8 @@ const char *ct_refine_name(const struct ct_refine *r, bool did)
 
 const char *ct_refine_why(const struct ct_refine *r)
 {
+	if (ct_operator_is_cubic(&r->is))
+		return "factors too small to invert";
 	if (!r->is.known)
 		return "operator not known";
 	if (r->textured)

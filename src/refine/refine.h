@@ -14,6 +14,8 @@
 #ifndef CT_REFINE_REFINE_H
 #define CT_REFINE_REFINE_H
 #include "arssr/arssr-volume.h"
+#include "refine/assumed.h"
+#include "refine/damp.h"
 #include "refine/operator.h"
 #include "resolution/upsample.h"
 #include "restore/restore.h"
@@ -58,6 +60,9 @@ struct ct_refine {
 	double aliasing;         /* NaN if the operator is not known */
 	double loss;             /* of TV on a part of the CT, dB (trial.h); NaN: not asked */
 	bool textured;           /* so TV does not suit it: auto takes HTV */
+	double first[3];         /* the CT is first interpolated (cubic) so many times finer; then
+				  * is.by makes that of the result */
+	double before;           /* bytes of the CT beside that, or 0 */
 	size_t n[3];             /* voxels of the result */
 	bool adds;               /* the prior does */
 	char why_not[160];       /* ... and if it was asked and does not, why */
@@ -69,6 +74,7 @@ struct ct_refine {
 	size_t slabs;                  /* 1: as a whole */
 	/* After ct_refine_run: */
 	struct ct_upsample_report did;
+	struct ct_damped damped;
 	double added, residual; /* HU RMS: of what the prior added; of D x - y, the worst slab's */
 };
 
@@ -92,6 +98,15 @@ const char *ct_refine_why(const struct ct_refine *r);
 /* The word of CT_REFINE_LIST for what makes the volume, or made it if `did`. */
 const char *ct_refine_name(const struct ct_refine *r, bool did);
 
+/* How many times finer the result is than the CT. */
+void ct_refine_times(double times[static 3], const struct ct_refine *r);
+/* *mid (zeroed struct) <- `in` as it is first interpolated, metadata too; *use is it, or `in` where
+ * there is nothing to do. */
+int ct_refine_first(struct ct_vol *mid, const struct ct_vol **use, const struct ct_refine *r,
+	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e);
+/* What was assumed (assumed.h) and, once run, damped: words for a person, and the header. */
+void ct_refine_assumed(char to[static CT_ASSUMED_WORDS], const struct ct_refine *r,
+	const double spacing[static 3]);
 /* For cost.c, run.c: the rule of the inversion. */
 struct ct_upsample_rule ct_refine_inversion(const struct ct_refine *r);
 

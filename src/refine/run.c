@@ -139,6 +139,13 @@ static int in_slabs(struct ct_refine *r, struct ct_vol *out, struct ct_vol *erro
 	return 0;
 }
 
+void ct_refine_assumed(
+	char to[static CT_ASSUMED_WORDS], const struct ct_refine *r, const double spacing[static 3])
+{
+	ct_assumed_words(to, &r->is, spacing);
+	ct_damped_words(to, CT_ASSUMED_WORDS, &r->damped);
+}
+
 /* What the result says of itself. */
 static int describe(
 	const struct ct_refine *r, struct ct_vol *out, const struct ct_vol *in, struct ct_err *e)
@@ -147,14 +154,16 @@ static int describe(
 	const bool noisy =
 		r->is.noise > 0 && (r->rule.method == CT_REFINE_PRIOR || r->did.iterations > 0);
 	char assumed[CT_ASSUMED_WORDS];
+	struct ct_degrade by = r->is.by;
 	double mm[3];
 
+	ct_refine_times(by.factor, r);
 	ct_vol_spacing(in, mm);
-	ct_assumed_words(assumed, &r->is, mm);
+	ct_refine_assumed(assumed, r, mm);
 	ct_meta_drop(&out->meta, CT_META_ASSUMED);
 	if (*assumed && ct_meta_set(&out->meta, CT_META_ASSUMED, assumed, e))
 		return -1;
-	if (knows && ct_degrade_put(&out->meta, &r->is.by, e))
+	if (knows && ct_degrade_put(&out->meta, &by, e))
 		return -1;
 	if (r->adds && ct_meta_set(&out->meta, CT_META_UPSAMPLE, "prior", e))
 		return -1;
@@ -171,7 +180,42 @@ static int run_arssr(struct ct_refine *r, struct ct_vol *out, const struct ct_vo
 	return begin(out, r, in, e) || ct_arssr_volume_run(&v, out->data, env, e) ? -1 : 0;
 }
 
-static int run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
+/* An estimate may be wrong: what leaves the range of the scan is damped. What was said is not, but
+ * a caller is told. */
+static int damp(struct ct_refine *r, struct ct_vol *out, const struct ct_vol *in,
+	const struct ct_env *env, struct ct_err *e)
+{
+	const int method = r->rule.method;
+	const bool inverts = r->inverts && r->method != CT_UPSAMPLE_CUBIC &&
+			     (method == CT_REFINE_PRIOR || method == CT_UPSAMPLE_AUTO ||
+				     (method >= CT_UPSAMPLE_DC && method < CT_UPSAMPLE_METHODS));
+	double left;
+
+	if (inverts && r->is.from == CT_BY_CALLER && ct_damp_left(&left, out, in) > 1)
+		ct_log(env, CT_WARN,
+			"the result leaves the range of the scan by %.0f HU, more than all of it: "
+			"the operator that was given is too wide, or there is noise that --noise "
+			"would say",
+			left);
+	if (!inverts || !r->rule.said.estimate || !ct_operator_is_estimated(&r->is))
+		return 0;
+	if (ct_damp(&r->damped, out, in, r->is.by.factor, env->par, e))
+		return -1;
+	if (!(r->damped.share > 0))
+		return 0;
+	ct_log(env, CT_INFO,
+		"the result left the range of the scan by %.0f HU: %.2g %% of the voxels are "
+		"blended with cubic",
+		r->damped.most, 100 * r->damped.share);
+	if (r->slabs > 1 || !r->is.known)
+		return 0;
+	if (ct_upsample_settle(out, in, &r->is.by, (double)INFINITY, &r->residual, env, e))
+		return -1;
+	r->did.residual = r->residual;
+	return 0;
+}
+
+static int run_inverted(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_upsample_rule rule = ct_refine_inversion(r);
@@ -184,9 +228,24 @@ static int run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	rc = r->rule.method == CT_REFINE_ARSSR ? run_arssr(r, out, in, env, e)
 	     : r->slabs > 1                    ? in_slabs(r, out, error, in, &pilot, env, e)
 			    : refine(r, out, error, in, r->rule.start, &pilot, env, e);
-	rc = rc || ct_check_stop(env, e) || describe(r, out, in, e) ? -1 : 0;
+	rc = rc || ct_check_stop(env, e) || damp(r, out, in, env, e) ? -1 : 0;
 out:
 	ct_pilot_free(&pilot);
+	return rc;
+}
+
+static int run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
+	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_vol *use;
+	struct ct_vol mid = {0};
+	const int rc = ct_refine_first(&mid, &use, r, in, env, e) ||
+				       run_inverted(r, out, error, use, env, e) ||
+				       describe(r, out, in, e)
+			       ? -1
+			       : 0;
+
+	ct_vol_free(&mid);
 	return rc;
 }
 
@@ -197,6 +256,7 @@ static int run_filled(struct ct_refine *r, struct ct_vol *out, struct ct_vol *er
 	struct ct_err *e)
 {
 	struct ct_vol filled = {0};
+	double times[3];
 	int rc = -1;
 
 	ct_log(env, CT_INFO, "%.0f %% of the voxels are padding, %g HU, and stay so",
@@ -207,8 +267,9 @@ static int run_filled(struct ct_refine *r, struct ct_vol *out, struct ct_vol *er
 		goto out;
 	r->spread = ct_upsample_spread(&filled);
 	rc = run(r, out, error, &filled, env, e);
+	ct_refine_times(times, r);
 	if (rc == 0)
-		ct_padding_put(out->data, out->n, p, in->n, r->is.by.factor, (float)p->hu);
+		ct_padding_put(out->data, out->n, p, in->n, times, (float)p->hu);
 out:
 	ct_vol_free(&filled);
 	return rc;

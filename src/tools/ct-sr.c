@@ -290,9 +290,11 @@ static void put_method(FILE *f, const struct ct_refine *r)
 		fprintf(f, "; data residual %.2g HU RMS", r->residual);
 }
 
-/* What was assumed of a scan that does not say how it was made, and what would change it. */
-static void say_assumed(const struct ct_operator *is, const struct ct_vol *in, const char *tool)
+/* What was assumed of a scan that does not say how it was made, what would change it, and what was
+ * damped. */
+static void say_assumed(const struct ct_refine *r, const struct ct_vol *in, const char *tool)
 {
+	const struct ct_operator *is = &r->is;
 	char words[CT_ASSUMED_WORDS];
 	double mm[3];
 
@@ -308,18 +310,25 @@ static void say_assumed(const struct ct_operator *is, const struct ct_vol *in, c
 		fprintf(stderr,
 			"%s: assumed: nothing, as too few edges show the blur; --sigma says it\n",
 			tool);
+	*words = '\0';
+	ct_damped_words(words, sizeof words, &r->damped);
+	if (*words)
+		fprintf(stderr, "%s: %s\n", tool, words);
 }
 
 /* One line on standard error: what was found and done, by the plan r of `in`. */
 static void say(const struct ct_refine *r, const struct ct_vol *in, double seconds,
 	const struct ct_env *env)
 {
+	double times[3];
+
 	if (env->verbose < 0)
 		return;
-	say_assumed(&r->is, in, env->tool);
+	say_assumed(r, in, env->tool);
 	fprintf(stderr, "%s: %zux%zux%zu to %zux%zux%zu, ", env->tool, in->n[0], in->n[1], in->n[2],
 		r->n[0], r->n[1], r->n[2]);
-	put_three(stderr, r->is.by.factor);
+	ct_refine_times(times, r);
+	put_three(stderr, times);
 	fputs(" times", stderr);
 	put_operator(stderr, &r->is);
 	put_method(stderr, r);
