@@ -471,7 +471,7 @@ def write_tensors(path, weights, meta):
         head[name] = {'dtype': kind, 'shape': list(w.shape), 'data_offsets': [at, at + len(b)]}
         parts.append(b)
         at += len(b)
-    text = json.dumps(head).encode()
+    text = json.dumps(head, separators=(',', ':')).encode()
     text += b' ' * (-len(text) % 8)
     with open(path + '.part', 'wb') as f:
         f.write(struct.pack('<Q', len(text)) + text)
