@@ -21,6 +21,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 struct parser {
@@ -330,6 +331,25 @@ static void progress(
 	ct_progress_draw(env, what, done, total, likely);
 }
 
+/* Room for what is on the stack of this thread, which else ends with SIGSEGV: its limit is looked
+ * at when it grows, so it can still be raised. */
+static int have_stack(struct ct_err *e)
+{
+	enum { LEAST = 1 << 20 };
+	struct rlimit limit;
+
+	if (getrlimit(RLIMIT_STACK, &limit) != 0 || limit.rlim_cur >= LEAST)
+		return 0;
+	limit.rlim_cur = LEAST;
+	if (limit.rlim_max < LEAST)
+		limit.rlim_max = LEAST;
+	return setrlimit(RLIMIT_STACK, &limit) == 0
+		       ? 0
+		       : ct_fail(e, CT_ENOMEM,
+				 "the stack is limited to less than %d KiB: raise it with ulimit -s %d",
+				 LEAST / 1024, LEAST / 1024);
+}
+
 static int run(const struct parser *s, int argc, char **argv, struct ct_err *e)
 {
 	const struct ct_tool *t = s->t;
@@ -359,7 +379,8 @@ static int run(const struct parser *s, int argc, char **argv, struct ct_err *e)
 		return -1;
 	env.history = history;
 	ct_inflate_allow((unsigned)c->expand);
-	rc = ct_stop_catch(t->name, e) || ct_files_check(t->opts, params, &env, e) ||
+	rc = have_stack(e) || ct_stop_catch(t->name, e) ||
+	     ct_files_check(t->opts, params, &env, e) ||
 	     ct_par_alloc(&env.par, threads_wanted(c->threads), e) || t->run(params, &env, e);
 	ct_par_free(env.par);
 	ct_progress_clear(&bar);

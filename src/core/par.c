@@ -9,6 +9,8 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
+enum { STACK = 2 << 20 }; /* bytes, at least */
+
 struct worker {
 	struct ct_par *par;
 	size_t id;
@@ -71,6 +73,23 @@ static void *work(void *arg)
 	return NULL;
 }
 
+/* With room for what kernels put on the stack, however little `ulimit -s` gives. */
+static int start(struct worker *w)
+{
+	pthread_attr_t attr;
+	size_t size;
+	int rc = pthread_attr_init(&attr);
+
+	if (rc)
+		return rc;
+	if (pthread_attr_getstacksize(&attr, &size) == 0 && size < STACK)
+		rc = pthread_attr_setstacksize(&attr, STACK);
+	if (rc == 0)
+		rc = pthread_create(&w->thread, &attr, work, w);
+	pthread_attr_destroy(&attr);
+	return rc;
+}
+
 int ct_par_alloc(struct ct_par **out, size_t threads, struct ct_err *e)
 {
 	struct ct_par *p;
@@ -88,7 +107,7 @@ int ct_par_alloc(struct ct_par **out, size_t threads, struct ct_err *e)
 	}
 	for (size_t i = 1; i < p->threads; i++) {
 		p->worker[i] = (struct worker){.par = p, .id = i};
-		if (pthread_create(&p->worker[i].thread, NULL, work, &p->worker[i])) {
+		if (start(&p->worker[i])) {
 			ct_par_free(p);
 			return ct_fail(
 				e, CT_ENOMEM, "cannot start thread %zu of %zu", i + 1, threads);
