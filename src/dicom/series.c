@@ -350,12 +350,12 @@ int series_read(
 		series_check_size(s, count, e))
 		goto out;
 	while ((rc = assemble(v, s, count, in, &failed, env, e)) != 0 && failed < count &&
-		in->skip_damaged) {
+		in->skip_damaged && e->code != CT_ENOMEM) {
 		ct_vol_free(v);
 		set_aside(&set, s, count, failed, env, e);
 		count--;
 	}
-	if (rc && failed < count)
+	if (rc && failed < count && e->code != CT_ENOMEM)
 		hint(e, "; ct-convert --skip-damaged goes on without it");
 	if (rc == 0)
 		series_account(&set, pick, l->count - count, env);

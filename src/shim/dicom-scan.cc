@@ -208,6 +208,8 @@ void add_dicom(Found &found, const Source &from)
 	const std::string series = m->Get(DC::SeriesInstanceUID).AsString();
 
 	if (!parsed)
+		Lack::check(from.path);
+	if (!parsed)
 		return note(
 			found, from.shown, CT_FILE_DAMAGED, "its header cannot be read", series);
 	if (!p->GetPixelDataFound()) {
@@ -272,7 +274,10 @@ void add_file(Found &found, const std::string &path, bool named)
 		return note(found, path, CT_FILE_FOREIGN, "no file");
 	if (vtkDICOMUtilities::IsDICOMFile(path.c_str()))
 		return add_held(found, {path, path.c_str(), false, 0, 0});
+	Lack::check(path.c_str());
 	in.open(path, std::ios::binary);
+	if (!in.is_open())
+		return note(found, path, CT_FILE_UNREADABLE, std::strerror(errno));
 	in.read(head.data(), static_cast<std::streamsize>(head.size()));
 	head.resize(static_cast<size_t>(in.gcount()));
 	if (std::all_of(head.begin(), head.end(), [](char c) { return c == 0; }))
@@ -301,6 +306,10 @@ void walk(Found &found, const std::string &folder, bool deep)
 	if (!found.folders.insert(real).second)
 		return; /* a link led here once more */
 	fs::directory_iterator all(folder, bad), end;
+	if (bad && Lack::is(bad.value())) {
+		errno = bad.value();
+		throw Lack(folder);
+	}
 	if (bad)
 		return note(found, folder + "/", CT_FILE_UNREADABLE, bad.message());
 	for (; all != end && !bad; all.increment(bad))

@@ -1,6 +1,7 @@
 /* held.cc: see held.h. */
 #include "config.h"
 #include "core/inflate.h"
+#include "shim/guard.h"
 #include "shim/held.h"
 
 #include <algorithm>
@@ -28,6 +29,8 @@ namespace
 
 [[noreturn]] void fail(const std::string &what)
 {
+	if (Lack::is(errno))
+		throw Lack(what);
 	throw std::runtime_error(what + ": " + std::strerror(errno));
 }
 

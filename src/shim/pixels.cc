@@ -1,5 +1,6 @@
 /* pixels.cc: see pixels.h. */
 #include "config.h"
+#include "shim/guard.h"
 #include "shim/pixels.h"
 
 #include <vtkDICOMCompiler.h>
@@ -61,6 +62,8 @@ int decode(const char *path, const ct_slice &s, float *out, ct_err *e)
 	r->SortingOff();
 	r->SetMemoryRowOrderToFileNative();
 	r->Update();
+	if (r->GetErrorCode() != 0 || r->undecoded)
+		Lack::check(path);
 	if (r->GetErrorCode() != 0 || r->undecoded)
 		return ct_fail(e, CT_EINPUT, "%s: the picture cannot be decoded", s.path);
 	image = r->GetOutput();
