@@ -5,6 +5,7 @@
 #include "formats/temp.h"
 
 #include <assert.h>
+#include <errno.h>
 #include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
@@ -66,6 +67,21 @@ fail:
 	return -1;
 }
 
+int ct_out_leads(const char *path, struct ct_err *e)
+{
+	const int why = errno;
+	char to[200];
+	const ssize_t n = readlink(path, to, sizeof to);
+
+	if (n > 0 && why == ENOENT)
+		return ct_fail(e, CT_EOUTPUT,
+			"%.200s: is a symbolic link to %.*s, which is not there: remove the link, or "
+			"name what it should lead to",
+			path, (int)n, to);
+	errno = why;
+	return n > 0 ? ct_fail_errno(e, CT_EOUTPUT, path) : 0;
+}
+
 /* May a file of this name be written, as far as what is there tells? */
 static int allowed(const char *path, const struct ct_env *env, struct ct_err *e)
 {
@@ -76,7 +92,7 @@ static int allowed(const char *path, const struct ct_env *env, struct ct_err *e)
 			       ? ct_fail(e, CT_EOUTPUT, "will not write binary data to a terminal")
 			       : 0;
 	if (stat(path, &st) != 0)
-		return 0;
+		return ct_out_leads(path, e);
 	if (S_ISDIR(st.st_mode))
 		return ct_fail(e, CT_EOUTPUT, "%s: is a folder", path);
 	if (S_ISREG(st.st_mode) && !(env && env->force))
@@ -239,13 +255,16 @@ int ct_out_set_commit(struct ct_out_set *s, struct ct_err *e)
 	size_t done = 0;
 	int rc = 0;
 
-	while (done < s->n && rename(s->file[done].tmp.path, s->file[done].path) == 0)
+	while (done < s->n && ct_temp_rename(&s->file[done].tmp, s->file[done].path, s->n > 1) == 0)
 		done++;
 	if (done < s->n) {
 		rc = ct_fail_errno(e, CT_EOUTPUT, s->file[done].path);
 		while (done-- > 0)
-			unlink(s->file[done].path);
+			ct_temp_undo(&s->file[done].tmp, s->file[done].path);
 	}
+	for (size_t i = 0; i < s->n && rc == 0; i++)
+		if (ct_temp_settle(s->file[i].path))
+			rc = ct_fail_errno(e, CT_EOUTPUT, s->file[i].path);
 	ct_out_set_drop(s);
 	return rc;
 }
@@ -279,7 +298,7 @@ int ct_out_commit(struct ct_out *o, struct ct_err *e)
 		return 0;
 	}
 	if (!bad && o->tmp.path)
-		bad = rename(o->tmp.path, o->path) != 0;
+		bad = ct_temp_rename(&o->tmp, o->path, false) != 0 || ct_temp_settle(o->path) != 0;
 	if (bad)
 		ct_fail_errno(e, CT_EOUTPUT, name);
 	ct_out_abandon(o);

@@ -29,7 +29,7 @@ struct ct_out_set {
 	} file[CT_OUT_SET];
 };
 
-/* Rename those that wait, in order; if one cannot be, none of them is there. CT_EOUTPUT. */
+/* Rename those that wait, in order; if one cannot be, all is as it was before. CT_EOUTPUT. */
 int ct_out_set_commit(struct ct_out_set *s, struct ct_err *e);
 /* Drop those that wait; legal after commit and on a zeroed struct. */
 void ct_out_set_drop(struct ct_out_set *s);
@@ -58,6 +58,8 @@ int ct_put(struct ct_out *o, const void *data, size_t n, struct ct_err *e);
 /* Is an output of this name allowed now (exists, --force), and can a file be made there and hold
  * something? Asked before the work: cli/files.h. CT_EOUTPUT. */
 int ct_out_check(const char *path, const struct ct_env *env, struct ct_err *e);
+/* CT_EOUTPUT if the path, which stat() just could not follow, is a symbolic link. */
+int ct_out_leads(const char *path, struct ct_err *e);
 /* Is the output `out` the same file as `path`, by whatever names, be they there or not? "-" of an
  * input is the file that standard input is read from. */
 bool ct_out_same(const char *out, const char *path, bool input);

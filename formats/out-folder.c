@@ -1,6 +1,7 @@
 /* out-folder.c: see out-folder.h. */
 #include "config.h"
 #include "formats/out-folder.h"
+#include "formats/io.h"
 #include "formats/proof.h"
 
 #include <dirent.h>
@@ -72,7 +73,8 @@ static int allowed(
 	struct stat st, above;
 
 	if (stat(f->path, &st) != 0)
-		return errno == ENOENT ? 0 : ct_fail_errno(e, CT_EOUTPUT, f->name);
+		return errno == ENOENT ? ct_out_leads(f->path, e)
+				       : ct_fail_errno(e, CT_EOUTPUT, f->name);
 	if (!S_ISDIR(st.st_mode))
 		return ct_fail(e, CT_EOUTPUT, "%s: is no folder", f->name);
 	snprintf(up, sizeof up, "%s/..", f->path);
@@ -122,23 +124,32 @@ static int sync_files(const struct ct_out_folder *f)
 	int rc = d ? 0 : -1;
 
 	while (rc == 0 && (x = readdir(d))) {
-		const int fd = openat(dirfd(d), x->d_name, O_RDONLY | O_CLOEXEC);
+		const bool file = strcmp(x->d_name, ".") != 0 && strcmp(x->d_name, "..") != 0;
+		const int fd = file ? openat(dirfd(d), x->d_name, O_RDONLY | O_CLOEXEC) : -1;
 
+		if (!file)
+			continue;
 		rc = fd < 0 ? -1 : fsync(fd);
 		if (fd >= 0)
 			close(fd);
 	}
+	if (d && rc == 0)
+		rc = fsync(dirfd(d)) != 0 && errno != EINVAL && errno != ENOTSUP ? -1 : 0;
 	if (d)
 		closedir(d);
 	return rc;
 }
 
 /* What a new folder of the user may be, or what the one in its place was. */
-static mode_t rights(const char *path)
+static mode_t rights(const struct ct_out_folder *f)
 {
-	struct stat st;
+	struct stat st, own;
 
-	return stat(path, &st) == 0 ? st.st_mode & 07777 : 0777 & ~ct_temp_umask();
+	if (stat(f->path, &st) == 0)
+		return st.st_mode & 07777;
+	/* the group's bit is handed down by the folder above */
+	return (0777 & ~ct_temp_umask()) |
+	       (stat(f->tmp.path, &own) == 0 ? own.st_mode & S_ISGID : 0);
 }
 
 /* In the place of one that holds files, which goes to f->tmp, or back if they are not such as we
@@ -179,11 +190,13 @@ int ct_out_folder_commit(struct ct_out_folder *f, struct ct_err *e)
 {
 	int rc = 0;
 
-	if (chmod(f->tmp.path, rights(f->path)) != 0 || sync_files(f) != 0)
+	if (chmod(f->tmp.path, rights(f)) != 0 || sync_files(f) != 0)
 		rc = ct_fail_errno(e, CT_EOUTPUT, f->name);
 	else if (rename(f->tmp.path, f->path) != 0)
 		rc = errno == ENOTEMPTY || errno == EEXIST ? exchange(f, e)
 							   : ct_fail_errno(e, CT_EOUTPUT, f->name);
+	if (rc == 0 && ct_temp_settle(f->path))
+		rc = ct_fail_errno(e, CT_EOUTPUT, f->name);
 	ct_out_folder_abandon(f);
 	return rc;
 }

@@ -205,6 +205,7 @@ static bool known(int folder, const char *own)
 
 	for (const char *x; all && (x = next(&w));)
 		all = strcmp(x, CT_TEMP_MARK) == 0 ||
+		      (strcmp(x, CT_TEMP_OLD) == 0 && plain(folder, x)) ||
 		      (strcmp(x, CT_TEMP_DATA) == 0 &&
 			      (plain(folder, x) || known_files(folder, x, own)));
 	if (w.fd >= 0)
@@ -237,6 +238,8 @@ bool ct_proof_drop(int at, const char *name, const char *own)
 		drop_files(fd, own);
 		unlinkat(fd, CT_TEMP_DATA, AT_REMOVEDIR);
 	}
+	if (plain(fd, CT_TEMP_OLD))
+		unlinkat(fd, CT_TEMP_OLD, 0);
 	/* the mark goes last: what cannot be removed keeps it */
 	if (faccessat(fd, CT_TEMP_DATA, F_OK, AT_SYMLINK_NOFOLLOW) != 0 && plain(fd, CT_TEMP_MARK))
 		unlinkat(fd, CT_TEMP_MARK, 0);

@@ -14,6 +14,7 @@
 #define CT_TEMP_STEM ".ctsr-tmp-" /* and six letters or digits */
 #define CT_TEMP_MARK "mark"
 #define CT_TEMP_DATA "data"
+#define CT_TEMP_OLD "olds" /* as long: the file that data took the place of, until all is done */
 enum { CT_TEMP_RANDOM = 6 };
 
 /* Is this the name of a working folder? */

@@ -149,6 +149,55 @@ void ct_temp_remove(struct ct_temp *t)
 	*t = (struct ct_temp){.lock = -1};
 }
 
+/* The name of another file in the working folder. */
+static char *beside(const struct ct_temp *t)
+{
+	char *name = strdup(t->path);
+
+	if (name)
+		memcpy(name + strlen(name) - strlen(CT_TEMP_OLD), CT_TEMP_OLD, strlen(CT_TEMP_OLD));
+	return name;
+}
+
+int ct_temp_rename(struct ct_temp *t, const char *path, bool undo)
+{
+	char *old = undo ? beside(t) : NULL;
+	struct stat st;
+
+	/* a second name: what is there is there until it is replaced */
+	t->replaced = old && link(path, old) == 0;
+	t->made = undo && !t->replaced && lstat(path, &st) != 0 && errno == ENOENT;
+	free(old);
+	return rename(t->path, path);
+}
+
+void ct_temp_undo(struct ct_temp *t, const char *path)
+{
+	char *old = t->replaced ? beside(t) : NULL;
+
+	if (t->made)
+		rename(path, t->path);
+	else if (old)
+		rename(old, path);
+	free(old);
+}
+
+int ct_temp_settle(const char *path)
+{
+	const size_t n = (size_t)(base_of(path) - path);
+	char *folder = n ? strndup(path, n) : strdup(".");
+	const int fd = folder ? open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC) : -1;
+	int rc = 0;
+
+	free(folder);
+	if (fd < 0) /* one that we may write to and not read */
+		return errno == EACCES ? 0 : -1;
+	if (fsync(fd) != 0 && errno != EINVAL && errno != ENOTSUP && errno != EBADF)
+		rc = -1;
+	close(fd);
+	return rc;
+}
+
 void ct_temp_remove_all(void)
 {
 	for (size_t i = 0; i < KEPT; i++)

@@ -17,11 +17,12 @@ extern "C" {
 #endif
 
 struct ct_temp {
-	char *path;      /* the file or folder, or the lock; owned; NULL: none */
-	int lock;        /* descriptor; it holds the lock */
-	const char *own; /* a folder's files: patterns, separated by '|'; borrowed */
-	bool claimed;    /* a lock, not a working folder */
-	bool stays;      /* what is there is not to be removed */
+	char *path;          /* the file or folder, or the lock; owned; NULL: none */
+	int lock;            /* descriptor; it holds the lock */
+	const char *own;     /* a folder's files: patterns, separated by '|'; borrowed */
+	bool claimed;        /* a lock, not a working folder */
+	bool replaced, made; /* as ct_temp_undo is to know: there was a file, or none */
+	bool stays;          /* what is there is not to be removed */
 };
 
 /* A file for PATH, empty, open for reading and writing, for its owner alone: its descriptor. In
@@ -31,6 +32,12 @@ int ct_temp_open(const char *path, struct ct_temp *t, struct ct_err *e);
 int ct_temp_folder(const char *path, const char *own, struct ct_temp *t, struct ct_err *e);
 /* What is at t->path now, if we may have made it, and the working folder. Legal on zeroes. */
 void ct_temp_remove(struct ct_temp *t);
+/* Rename to `path` what is at t->path. With `undo` what was there before is remembered, where the
+ * file system can, for ct_temp_undo: it is there again, and what took its place is at t->path. */
+int ct_temp_rename(struct ct_temp *t, const char *path, bool undo);
+void ct_temp_undo(struct ct_temp *t, const char *path);
+/* The folder of `path` to the disk, where the system does that for folders. -1 with errno. */
+int ct_temp_settle(const char *path);
 /* All of this process, from any thread, when it ends. */
 void ct_temp_remove_all(void);
 

@@ -21,6 +21,7 @@ EXTRA_DIST += tests/extremes.sh tests/extremes.py
 EXTRA_DIST += tests/long/all.sh tests/long/lib.sh tests/long/kill.sh tests/long/full.sh \
 	tests/long/peak.sh tests/long/memory.sh tests/long/two.sh tests/long/sanitize.sh tests/long/threads.sh tests/long/fuzz.sh \
 	tests/long/network.sh tests/long/network.py tests/long/train.sh tests/long/cluster.sh tests/long/conda.sh tests/long/faults.sh tests/long/fault.c
+	tests/long/network.sh tests/long/network.py tests/long/cluster.sh tests/long/conda.sh tests/long/faults.sh tests/long/fault.c tests/long/io-faults.sh tests/long/io-fault.c
 EXTRA_DIST += tests/tap.sh tests/view.sh tests/peak.sh tests/tap.h tests/numbers.h tests/alarm.h
 check_PROGRAMS += tests/t-core
 tests_t_core_SOURCES = tests/t-core.c
@@ -251,7 +252,7 @@ endif
 dist_check_SCRIPTS += tests/t-levels.sh
 check_PROGRAMS += tests/t-solve
 tests_t_solve_SOURCES = tests/t-solve.c
-dist_check_SCRIPTS += tests/t-resume.sh tests/t-chain.sh tests/t-stop.sh tests/t-neighbours.sh tests/t-make.sh
+dist_check_SCRIPTS += tests/t-resume.sh tests/t-chain.sh tests/t-stop.sh tests/t-neighbours.sh tests/t-faults.sh tests/t-make.sh
 dist_check_SCRIPTS += tests/t-pipeline.sh tests/t-contradictions.sh tests/t-modes.sh tests/t-paper.sh
 include tests/fuzz/local.mk
 dist_check_SCRIPTS += tests/t-long.sh

@@ -40,54 +40,83 @@ static int put(const char *path, const struct ct_vol *v, const struct ct_stack *
 	return v ? ct_vol_write(path, v, env, e) : ct_stack_write(path, s, env, e);
 }
 
-static int keep(const char *path, const struct ct_vol *v, const struct ct_stack *s,
-	const struct ct_env *env, struct ct_err *e)
+/* One output. */
+struct part {
+	const char *path;
+	const struct ct_vol *v;
+	const struct ct_stack *s;
+};
+
+/* A copy in the folder for temporary files: its name, to be freed, or NULL. */
+static char *copy(const struct part *p, const struct ct_env *env)
 {
 	struct ct_env over = *env;
-	struct ct_err why, other;
-	char *name;
+	struct ct_err other;
+	char *name = ct_keep_name(p->path);
 
-	if (v ? ct_vol_check_finite(v, e) : ct_stack_check_finite(s, e))
-		return ct_blame(e, "the result");
-	if (put(path, v, s, env, e) == 0)
-		return 0;
-	if (e->code != CT_EOUTPUT || strcmp(path, "-") == 0)
-		return -1;
-	why = *e;
 	over.force = true;
 	over.together = NULL;
-	name = ct_keep_name(path);
-	if (name && put(name, v, s, &over, &other) == 0)
-		ct_fail(e, why.code, "%.240s; the result is kept in %.160s", why.msg, name);
-	else if (name)
+	if (name && put(name, p->v, p->s, &over, &other)) {
 		unlink(name);
-	free(name);
+		free(name);
+		name = NULL;
+	}
+	return name;
+}
+
+static int finite(const struct part *p, struct ct_err *e)
+{
+	return (p->v ? ct_vol_check_finite(p->v, e) : ct_stack_check_finite(p->s, e))
+		       ? ct_blame(e, "the result")
+		       : 0;
+}
+
+/* The n outputs, the last first; or a copy of each elsewhere, and *e says where. */
+static int keep(const struct part *p, size_t n, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_out_set all = {0};
+	struct ct_env own = *env;
+	struct ct_err why;
+	int rc = finite(p, e);
+
+	if (rc)
+		return rc;
+	own.together = n > 1 ? &all : NULL;
+	for (size_t i = n; i-- > 0 && rc == 0;)
+		rc = put(p[i].path, p[i].v, p[i].s, &own, e);
+	if (rc == 0)
+		rc = ct_out_set_commit(&all, e);
+	ct_out_set_drop(&all);
+	if (rc == 0 || e->code != CT_EOUTPUT || strcmp(p->path, "-") == 0)
+		return rc;
+	for (size_t i = 0; i < n; i++) {
+		char *name = copy(p + i, env);
+
+		why = *e;
+		if (name)
+			ct_fail(e, why.code, "%.*s; %s is kept in %.120s", n > 1 ? 200 : 300,
+				why.msg, i ? "what belongs to it" : "the result", name);
+		free(name);
+	}
 	return -1;
 }
 
 int ct_keep_vol(
 	const char *path, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
 {
-	return keep(path, v, NULL, env, e);
+	return keep(&(struct part){path, v, NULL}, 1, env, e);
 }
 
 int ct_keep_stack(
 	const char *path, const struct ct_stack *s, const struct ct_env *env, struct ct_err *e)
 {
-	return keep(path, NULL, s, env, e);
+	return keep(&(struct part){path, NULL, s}, 1, env, e);
 }
 
 int ct_keep_vols(const char *path, const struct ct_vol *v, const char *more_path,
 	const struct ct_vol *more, const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_out_set both = {0};
-	struct ct_env own = *env;
-	int rc = -1;
+	const struct part p[] = {{path, v, NULL}, {more_path, more, NULL}};
 
-	own.together = more_path ? &both : NULL;
-	if ((!more_path || ct_vol_write(more_path, more, &own, e) == 0) &&
-		ct_keep_vol(path, v, &own, e) == 0)
-		rc = ct_out_set_commit(&both, e);
-	ct_out_set_drop(&both);
-	return rc;
+	return keep(p, more_path ? 2 : 1, env, e);
 }

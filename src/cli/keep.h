@@ -12,7 +12,8 @@ int ct_keep_vol(
 	const char *path, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e);
 int ct_keep_stack(
 	const char *path, const struct ct_stack *s, const struct ct_env *env, struct ct_err *e);
-/* The volume, and unless the path is NULL `more`, which belongs to it: both, or neither. */
+/* The volume, and unless the path is NULL `more`, which belongs to it: both, or neither,
+ * and then both are kept elsewhere. */
 int ct_keep_vols(const char *path, const struct ct_vol *v, const char *more_path,
 	const struct ct_vol *more, const struct ct_env *env, struct ct_err *e);
 /* The folder for temporary files: TMPDIR, or /tmp. */
