@@ -1,5 +1,5 @@
 """The package ctsr for Python: the commands' voxels, numpy and nibabel, errors, Ctrl-C, threads."""
-import gc, os, re, signal, subprocess, sys, threading, time
+import gc, os, re, signal, subprocess, sys, tempfile, threading, time
 import numpy as np
 import ctsr
 
@@ -179,5 +179,19 @@ try:
 except KeyboardInterrupt:
     ok(len(ticks) > 0, 'Ctrl-C ends a call, and other threads ran')
 ok(threading.active_count() <= 2, 'which has ended when it is raised')
+with tempfile.TemporaryDirectory() as folder:
+    for read in ctsr.read, ctsr.read_projections:  # as long as nobody writes: a call that hears of nothing
+        pipe = os.path.join(folder, read.__name__)
+        os.mkfifo(pipe)
+        began = time.monotonic()
+        threading.Timer(.1, os.kill, (os.getpid(), signal.SIGINT)).start()
+        try:
+            read(pipe)
+            ok(False, 'Ctrl-C while %s waits' % read.__name__)
+        except KeyboardInterrupt:
+            ok(time.monotonic() - began < 1.5, 'Ctrl-C ends %s within a second, whatever it waits for' % read.__name__)
+        os.close(os.open(pipe, os.O_WRONLY | os.O_NONBLOCK))  # it ends, alone
+        while threading.active_count() > 2:
+            time.sleep(.01)
 print('1..%d' % n)
 sys.exit(bad)

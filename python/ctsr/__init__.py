@@ -23,6 +23,7 @@ import os
 import subprocess
 import tempfile
 import threading
+import time
 import weakref
 from typing import Any, Callable, Dict, NamedTuple, Optional, Sequence, Union
 
@@ -87,27 +88,46 @@ class _Call:
             self.x.log = abi.LOG(on_log)
 
     def run(self, f, *arguments, made=(), free=None):
-        """f(*arguments, &context, &error), beside the thread of signals, which stays awake. What it made is freed
-        where that raises."""
-        e, code, ended = abi.Error(), [], threading.Event()
-        arguments += (c.byref(self.x), c.byref(e))
+        """f(*arguments, &context, &error). What it made is freed where that raises."""
+        self.go(f, *arguments, c.byref(self.x), made=made, free=free)
+
+    def go(self, f, *arguments, made=(), free=None, daemon=False):
+        """f(*arguments, &error), beside the thread of signals, which stays awake. At Ctrl-C it is told to stop; if it
+        does not hear that soon, it is left to end alone, and what it uses stays until then."""
+        e, code, ended, alone, lock = abi.Error(), [], threading.Event(), [], threading.Lock()
+        words = [a.p if isinstance(a, _Handle) else a for a in arguments] + [c.byref(e)]
+
+        def drop():
+            for x in made:
+                (free or _lib.ctsr_volume_free)(x)
 
         def call():
-            code.append(f(*arguments))
-            ended.set()
+            code.append(f(*words))
+            with lock:
+                ended.set()
+                if alone:
+                    drop()
+            arguments  # are there until here
 
         if threading.current_thread() is threading.main_thread():
-            threading.Thread(target=call).start()
+            threading.Thread(target=call, daemon=daemon).start()
+            until = None
             while not ended.is_set():  # join() takes a thread that it was interrupted at for ended
                 try:
                     ended.wait(.05)
+                    if until and time.monotonic() > until:
+                        with lock:
+                            if not ended.is_set():
+                                alone.append(True)
+                                break
                 except BaseException as x:  # Ctrl-C
                     self.raised, self.stop = x, True
+                    until = until or time.monotonic() + .5
         else:
             call()
         if self.raised:
-            for x in made:  # it came too late
-                (free or _lib.ctsr_volume_free)(x)
+            if not alone:
+                drop()  # it came too late
             raise self.raised
         _check(code[0], e)
 
@@ -243,7 +263,7 @@ def version() -> str:
 
 def read(path) -> Image:
     """NIfTI, NRRD or MetaImage; DICOM, of a folder, a file or an archive, by the command ct-convert."""
-    path, v, e = os.fspath(path), abi.H(), abi.Error()
+    path, v = os.fspath(path), abi.H()
     if os.path.isdir(path) or path.lower().endswith(('.dcm', '.zip', '.tar')):
         with tempfile.TemporaryDirectory() as t:
             made = os.path.join(t, 'dicom.nii')
@@ -251,7 +271,7 @@ def read(path) -> Image:
             if p.returncode:
                 raise Error(p.returncode, p.stderr.strip().split('\n')[0])
             return read(made)
-    _check(_lib.ctsr_volume_read(c.byref(v), _path(path), _lib.ctsr_formats_all(), c.byref(e)), e)
+    _Call().go(_lib.ctsr_volume_read, c.byref(v), _path(path), _lib.ctsr_formats_all(), made=[v], daemon=True)
     return Image._own(v)
 
 
@@ -261,7 +281,7 @@ def write(image, path, overwrite=False, threads=0) -> None:
     form = _lib.ctsr_nrrd if end.endswith(('.nrrd', '.nhdr')) else \
         _lib.ctsr_metaimage if end.endswith(('.mha', '.mhd')) else _lib.ctsr_nifti
     h = Image.of(image)._handle()
-    _Call(threads, overwrite=overwrite).run(_lib.ctsr_volume_write, h.p, _path(path), form())
+    _Call(threads, overwrite=overwrite).run(_lib.ctsr_volume_write, h, _path(path), form())
 
 
 def degrade(image, factor: Axes, sigma: Axes = 0, sampling='sinc', noise=0., seed=0, threads=0,
@@ -269,7 +289,7 @@ def degrade(image, factor: Axes, sigma: Axes = 0, sampling='sinc', noise=0., see
     """The low-resolution CT, as ct-degrade: a Gaussian of `sigma` fine voxels, then the sampling, then `noise` HU."""
     out, h = abi.H(), Image.of(image)._handle()
     o = _operator(factor, sigma, sampling, noise)
-    _Call(threads, progress, seed=seed, history=history).run(_lib.ctsr_degrade, c.byref(out), h.p, c.byref(o), made=[out])
+    _Call(threads, progress, seed=seed, history=history).run(_lib.ctsr_degrade, c.byref(out), h, c.byref(o), made=[out])
     return Image._own(out)
 
 
@@ -277,7 +297,7 @@ def estimate_operator(image, factor: Axes, threads=0, progress: Optional[Progres
     """Measured on a low-resolution CT that is to be refined `factor` times: its blur on edges, its noise where it is
     flat."""
     h, o = Image.of(image)._handle(), _operator(factor)
-    _Call(threads, progress).run(_lib.ctsr_estimate_operator, c.byref(o), h.p)
+    _Call(threads, progress).run(_lib.ctsr_estimate_operator, c.byref(o), h)
     return Operator(tuple(o.factor), tuple(o.sigma), _SAMPLING[o.sampling], o.noise)
 
 
@@ -312,7 +332,7 @@ def superres(image, factor: Optional[Axes] = None, spacing: Optional[Axes] = Non
     o.prior_file = _path(prior) if prior is not None else None
     out, std, h = abi.H(), abi.H(), Image.of(image)._handle()
     _Call(threads, progress, log, history=history).run(
-        _lib.ctsr_superres, c.byref(out), c.byref(std) if error else None, c.byref(r), h.p, c.byref(o),
+        _lib.ctsr_superres, c.byref(out), c.byref(std) if error else None, c.byref(r), h, c.byref(o),
         made=[out, std])
     made = Image._own(out)
     made.error = Image._own(std) if error else None
@@ -361,25 +381,25 @@ def project(image, beam='cone', threads=0, progress: Optional[Progress] = None, 
         if key in ('views', 'columns', 'rows'):
             value = _whole(value, 64, key)
         setattr(g, key, type(now)(*value) if hasattr(now, '__len__') else value)
-    _Call(threads, progress).run(_lib.ctsr_project, c.byref(p), h.p, c.byref(g), made=[p], free=_lib.ctsr_projections_free)
+    _Call(threads, progress).run(_lib.ctsr_project, c.byref(p), h, c.byref(g), made=[p], free=_lib.ctsr_projections_free)
     return Projections(_Handle(p, _lib.ctsr_projections_free))
 
 
 def read_projections(path) -> Projections:
     """OpenEXR, one part a view."""
-    p, e = abi.H(), abi.Error()
-    _check(_lib.ctsr_projections_read(c.byref(p), _path(path), c.byref(e)), e)
+    p, free = abi.H(), _lib.ctsr_projections_free
+    _Call().go(_lib.ctsr_projections_read, c.byref(p), _path(path), made=[p], free=free, daemon=True)
     return Projections(_Handle(p, _lib.ctsr_projections_free))
 
 
 def write_projections(p: Projections, path, overwrite=False, threads=0) -> None:
     """OpenEXR, one part a view."""
-    _Call(threads, overwrite=overwrite).run(_lib.ctsr_projections_write, p._h.p, _path(path))
+    _Call(threads, overwrite=overwrite).run(_lib.ctsr_projections_write, p._h, _path(path))
 
 
 def _back(f, p, like, threads, progress):
     out, h = abi.H(), Image.of(like)._handle()
-    _Call(threads, progress).run(f, c.byref(out), p._h.p, h.p, made=[out])
+    _Call(threads, progress).run(f, c.byref(out), p._h, h, made=[out])
     return Image._own(out)
 
 
@@ -403,7 +423,7 @@ def metrics(reference, test, mask=None, window: Optional[Sequence[float]] = None
     a, b = Image.of(reference)._handle(), Image.of(test)._handle()
     m, k = abi.Metrics(c.sizeof(abi.Metrics)), Image.of(mask)._handle() if mask is not None else None
     w = c.byref((c.c_double * 2)(*window)) if window is not None else None
-    _Call(threads).run(_lib.ctsr_compare, c.byref(m), a.p, b.p, k and k.p, w)
+    _Call(threads).run(_lib.ctsr_compare, c.byref(m), a, b, k, w)
     return _numbers(m)
 
 
@@ -412,5 +432,5 @@ def consistency(fine, coarse, operator: Optional[Operator] = None, threads=0) ->
     a, b = Image.of(fine)._handle(), Image.of(coarse)._handle()
     m = abi.Consistency(c.sizeof(abi.Consistency))
     o = c.byref(_operator(*operator)) if operator is not None else None
-    _Call(threads).run(_lib.ctsr_check_consistency, c.byref(m), a.p, b.p, o)
+    _Call(threads).run(_lib.ctsr_check_consistency, c.byref(m), a, b, o)
     return _numbers(m)
