@@ -224,6 +224,13 @@ static void put_frames(struct ct_header *h, const struct image *im)
 	ct_header_put(h, "", "NumberOfFrames", "%zu", im->v->n[2]);
 }
 
+bool image_has_writing(const struct image *im)
+{
+	const char *burned = from(im, POLICY_BURNED);
+
+	return burned && strcmp(burned, "YES") == 0;
+}
+
 static void put_missing(struct ct_header *h, const char *keyword, const char *text)
 {
 	if (!ct_header_get(h, keyword))
@@ -250,6 +257,8 @@ static void put_head(struct ct_header *h, const struct image *im)
 	put_dates(h, im);
 	if (im->deid) {
 		PUT(h, anonymous);
+		if (image_has_writing(im)) /* PS3.3 C.7.1.1: YES speaks of pixels, too */
+			ct_header_put(h, "", "PatientIdentityRemoved", "NO");
 		ct_header_code(h, "", "DeidentificationMethodCodeSequence", "113100", "DCM",
 			"Basic Application Confidentiality Profile");
 	}
@@ -260,8 +269,6 @@ static void put_head(struct ct_header *h, const struct image *im)
 		ct_header_put(h, "", "Laterality", "%s", ""); /* of what there may be two */
 	if (!im->deid && ct_header_get(h, "PatientIdentityRemoved"))
 		put_missing(h, "DeidentificationMethod", "not said by the source");
-	put_missing(h, "LossyImageCompression", "00");
-	put_missing(h, "BurnedInAnnotation", "NO");
 }
 
 static void add_text(struct ct_hash *h, const char *text)

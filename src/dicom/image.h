@@ -29,6 +29,8 @@ int image_head(struct image *im, struct ct_err *e);
 /* What is of picture k alone; with im->frames of all, and k is 0. */
 int image_own(struct ct_header *h, const struct image *im, size_t k, struct ct_err *e);
 void image_free(struct image *im);
+/* Does a slice that it comes from say that writing is burnt in? */
+bool image_has_writing(const struct image *im);
 
 /* How pictures came to be: by which commands, of which slices (derive.c). */
 
@@ -57,8 +59,12 @@ void derive_evidence(struct ct_header *h, const struct image *im);
 
 /* Under this name, which no element has: YYYYMMDDHHMMSS, the earliest moment of the content. */
 #define POLICY_CONTENT "FirstContent"
+#define POLICY_BURNED "BurnedInAnnotation"
+#define POLICY_LOSSY "LossyImageCompression"
 /* Append the elements of n slices that are the same in all of them, of those that may be taken
- * over, and POLICY_CONTENT if one of them says when its content was made. Codes of the reader. */
+ * over, and POLICY_CONTENT if one of them says when its content was made. What protects somebody,
+ * writing in the picture or loss, is the worst of all; it is missing if that is not known. Codes of
+ * the reader. */
 int policy_read(struct ct_header *h, const struct ct_slice *s, size_t n, struct ct_err *e);
 /* What is taken over of those (zeroes: of nothing), and what has to be there, empty if it is not
  * known. `frames`: for the picture of many. */

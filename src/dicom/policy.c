@@ -4,7 +4,9 @@
 #include "dicom/image.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 /* What PS3.15, table E.1-1, has done to an element. */
 enum deid {
@@ -68,10 +70,21 @@ static const struct row {
 	{"FocalSpots", KEPT, SINGLE},
 	{"ConvolutionKernel", KEPT, SINGLE},
 	/* what cannot be undone */
-	{"LossyImageCompression", KEPT, SINGLE | FRAMES},
-	{"LossyImageCompressionRatio", KEPT, SINGLE | FRAMES},
-	{"LossyImageCompressionMethod", KEPT, SINGLE | FRAMES},
-	{"BurnedInAnnotation", KEPT, SINGLE | FRAMES},
+	{POLICY_LOSSY, KEPT, SINGLE | FRAMES},
+	{POLICY_LOSSY "Ratio", KEPT, SINGLE | FRAMES},
+	{POLICY_LOSSY "Method", KEPT, SINGLE | FRAMES},
+	{POLICY_BURNED, KEPT, SINGLE | FRAMES},
+	{"RecognizableVisualFeatures", KEPT, SINGLE | FRAMES},
+};
+
+/* Those that protect somebody: what one slice says counts for all, and what some do not say is not
+ * known. */
+static const struct guard {
+	const char *keyword, *worst, *best;
+} guards[] = {
+	{POLICY_BURNED, "YES", "NO"},
+	{"RecognizableVisualFeatures", "YES", "NO"},
+	{POLICY_LOSSY, "01", "00"},
 };
 
 static const struct row machine[] = {
@@ -104,11 +117,66 @@ static void note_moment(char first[40], const struct ct_header *h)
 		memcpy(first, own, sizeof own);
 }
 
+/* The worst that slices say in the fields of `guards`, and of those that are lossy the ratio and
+ * method of the one whose ratio is the largest. */
+struct worst {
+	bool bad[COUNT(guards)], unknown[COUNT(guards)];
+	double ratio;
+	char ratios[80], methods[80];
+};
+
+/* Codings that always lose something: JPEG, process 1, 2 and 4. */
+static bool is_lossy(const struct ct_slice *s)
+{
+	return strcmp(s->syntax, "1.2.840.10008.1.2.4.50") == 0 ||
+	       strcmp(s->syntax, "1.2.840.10008.1.2.4.51") == 0;
+}
+
+static void note_worst(struct worst *w, const struct ct_header *h, const struct ct_slice *s)
+{
+	const char *ratio = ct_header_get(h, POLICY_LOSSY "Ratio"),
+		   *method = ct_header_get(h, POLICY_LOSSY "Method");
+	const double most = ratio ? strtod(ratio, NULL) : 0;
+
+	for (size_t i = 0; i < COUNT(guards); i++) {
+		const char *text = ct_header_get(h, guards[i].keyword);
+		const bool lossy = strcmp(guards[i].keyword, POLICY_LOSSY) == 0 && is_lossy(s);
+
+		w->bad[i] |= lossy || (text && strcasecmp(text, guards[i].worst) == 0);
+		w->unknown[i] |= !text || strcasecmp(text, guards[i].best) != 0;
+	}
+	if ((!ratio && !method) || most < w->ratio || (most == w->ratio && *w->methods))
+		return;
+	w->ratio = most;
+	snprintf(w->ratios, sizeof w->ratios, "%s", ratio ? ratio : "");
+	snprintf(w->methods, sizeof w->methods, "%s", method ? method : "");
+}
+
+/* In place of what all slices agree in. */
+static void put_worst(struct ct_header *h, const struct worst *w)
+{
+	ct_header_drop(h, POLICY_LOSSY "Ratio");
+	ct_header_drop(h, POLICY_LOSSY "Method");
+	for (size_t i = 0; i < COUNT(guards); i++) {
+		ct_header_drop(h, guards[i].keyword);
+		if (w->bad[i] || !w->unknown[i])
+			ct_header_put(h, "", guards[i].keyword, "%s",
+				w->bad[i] ? guards[i].worst : guards[i].best);
+		if (!w->bad[i] || strcmp(guards[i].keyword, POLICY_LOSSY) != 0)
+			continue;
+		if (*w->ratios)
+			ct_header_put(h, "", POLICY_LOSSY "Ratio", "%s", w->ratios);
+		if (*w->methods)
+			ct_header_put(h, "", POLICY_LOSSY "Method", "%s", w->methods);
+	}
+}
+
 int policy_read(struct ct_header *h, const struct ct_slice *s, size_t n, struct ct_err *e)
 {
 	const char *keyword[COUNT(rows) + COUNT(machine) + COUNT(known)];
 	size_t count = 0;
 	char first[40] = "";
+	struct worst worst = {0};
 
 	for (size_t i = 0; i < COUNT(rows); i++)
 		keyword[count++] = rows[i].keyword;
@@ -126,10 +194,13 @@ int policy_read(struct ct_header *h, const struct ct_slice *s, size_t n, struct 
 			return -1;
 		}
 		note_moment(first, k ? &one : h);
+		note_worst(&worst, k ? &one : h, &s[k]);
 		if (k > 0)
 			ct_header_agree(h, &one);
 		ct_header_free(&one);
 	}
+	if (n > 0)
+		put_worst(h, &worst);
 	if (*first)
 		ct_header_put(h, "", POLICY_CONTENT, "%s", first);
 	return ct_header_check(h, e);

@@ -180,7 +180,6 @@ int dicom_write(const char *path, const struct ct_vol *v, const struct ct_dicom_
 		.v = v, .frames = !ct_out_folder_named(path), .deid = o->deid, .tool = env->tool};
 	struct dicom_from from = {0};
 	struct series_set set = {0};
-	const char *burned;
 	char date[20];
 	int rc = -1, none;
 
@@ -196,9 +195,16 @@ int dicom_write(const char *path, const struct ct_vol *v, const struct ct_dicom_
 		(none == 0 && read_template(&im, &set, &from, o->other_patient, e)) ||
 		image_head(&im, e))
 		goto out;
-	burned = ct_header_get(&im.head, "BurnedInAnnotation");
-	if (o->deid && burned && strcmp(burned, "YES") == 0)
-		ct_log(env, CT_WARN, "%s: the pictures have writing burnt in, and keep it", path);
+	if (o->deid && image_has_writing(&im))
+		ct_log(env, CT_WARN,
+			"%s: BurnedInAnnotation of the source is YES: the pixels may show names, which "
+			"--deid does not remove; PatientIdentityRemoved stays NO",
+			path);
+	else if (o->deid && !ct_header_get(&im.head, POLICY_BURNED))
+		ct_log(env, CT_INFO,
+			"%s: the source does not say in all slices whether writing is burnt in: see "
+			"whether the pixels show names",
+			path);
 	rc = (im.frames ? write_frames : write_series)(path, &im, env, e);
 out:
 	image_free(&im);

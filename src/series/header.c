@@ -93,6 +93,18 @@ const char *ct_header_get(const struct ct_header *h, const char *path)
 	return NULL;
 }
 
+void ct_header_drop(struct ct_header *h, const char *path)
+{
+	size_t kept = 0;
+
+	for (size_t i = 0; i < h->n; i++)
+		if (strcmp(h->element[i].path, path) == 0)
+			drop(&h->element[i]);
+		else
+			h->element[kept++] = h->element[i];
+	h->n = kept;
+}
+
 void ct_header_agree(struct ct_header *h, const struct ct_header *other)
 {
 	size_t kept = 0;

@@ -37,6 +37,8 @@ void ct_header_code(struct ct_header *h, const char *in, const char *sequence, c
 int ct_header_check(const struct ct_header *h, struct ct_err *e);
 /* Text of a path, borrowed, or NULL. */
 const char *ct_header_get(const struct ct_header *h, const char *path);
+/* Leave out the elements of a path. */
+void ct_header_drop(struct ct_header *h, const char *path);
 /* Leave of h what `other` has too, and the same. */
 void ct_header_agree(struct ct_header *h, const struct ct_header *other);
 /* A UID made of 128 bits: those of a UUID of version 8, as a decimal behind "2.25.". */
