@@ -37,6 +37,7 @@ struct parser {
 	char **experts; /* the texts of --expert, cut into values */
 	size_t nexperts;
 	int (*show)(const struct ct_tool *t, struct ct_err *e); /* in place of the run; or NULL */
+	FILE *behind;                                           /* what follows an error; or NULL */
 };
 
 static int set_operand(struct parser *s, const char *a, struct ct_err *e)
@@ -367,6 +368,7 @@ static int run(const struct parser *s, int argc, char **argv, struct ct_err *e)
 		.tool = t->name,
 		.stop = ct_stop_flag(),
 		.log = say,
+		.behind = s->behind,
 		.progress = progress,
 		.ctx = &bar};
 	const double start = ct_clock_wall();
@@ -403,7 +405,8 @@ int ct_cli_main(const struct ct_tool *t, int argc, char **argv)
 	struct ct_err e = {0};
 	struct ct_common common = ct_common_defaults;
 	struct parser s = {.t = t, .common = &common, .operand = t->opts};
-	char said[SAID];
+	char said[SAID], *behind = NULL;
+	size_t length = 0;
 	int rc;
 
 	setlocale(LC_ALL, "C");
@@ -417,6 +420,7 @@ int ct_cli_main(const struct ct_tool *t, int argc, char **argv)
 	s.idle = calloc((size_t)argc + 1, sizeof *s.idle);
 	s.experts = malloc(((size_t)argc + 1) * sizeof *s.experts);
 	s.given = (struct ct_given){t, s.row};
+	s.behind = open_memstream(&behind, &length);
 	if (!s.params || !s.list || !s.row || !s.idle || !s.experts)
 		rc = ct_fail(&e, CT_ENOMEM, "no memory");
 	else
@@ -432,10 +436,17 @@ int ct_cli_main(const struct ct_tool *t, int argc, char **argv)
 	free(s.experts);
 	if ((fflush(stdout) != 0 || ferror(stdout)) && rc == 0)
 		rc = ct_fail(&e, CT_EOUTPUT, "standard output: %s", strerror(errno));
-	if (rc == 0)
+	if (s.behind)
+		fclose(s.behind);
+	if (rc == 0) {
+		free(behind);
 		return 0;
+	}
 	put_said(said, e.msg);
 	fprintf(stderr, "%s: %s\n", t->name, said);
+	if (behind && length > 0)
+		fputs(behind, stderr);
+	free(behind);
 	if (e.code == CT_EUSAGE)
 		fprintf(stderr, "Try '%s --help'.\n", t->name);
 	if (e.code == CT_ENOMEM) /* libraries that had none do not all end well */

@@ -28,7 +28,8 @@ struct ct_env {
 	const char *history;               /* tool, version and arguments, for provenance */
 	const struct ct_given *given;      /* the options of the command line */
 	const volatile sig_atomic_t *stop; /* non-zero: stop soon, state saved; may be NULL */
-	FILE *notes; /* `log` of the commands puts the warnings there too, a line each; or NULL */
+	FILE *notes;  /* `log` of the commands puts the warnings there too, a line each; or NULL */
+	FILE *behind; /* lines that follow the error that ends the run; or NULL */
 	/* warnings, however quiet, and what `verbose` asks for */
 	void (*log)(const struct ct_env *env, enum ct_level level, const char *text);
 	/* done of total units of the work `what`, which ends there; or, with likely > 0, there at
@@ -42,6 +43,9 @@ struct ct_env {
 /* Format and hand to env->log; no log, no words. */
 void ct_log(const struct ct_env *env, enum ct_level level, const char *fmt, ...)
 	__attribute__((format(printf, 3, 4)));
+/* A line that follows the error that ends the run: a list of what there is to choose from. */
+void ct_log_behind(const struct ct_env *env, const char *fmt, ...)
+	__attribute__((format(printf, 2, 3)));
 void ct_progress(const struct ct_env *env, const char *what, size_t done, size_t total);
 void ct_progress_until(
 	const struct ct_env *env, const char *what, size_t done, size_t most, size_t likely);
