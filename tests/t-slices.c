@@ -379,12 +379,13 @@ static void test_drift(void)
 	OK(cover, "slices are even within 5 %%");
 	for (int i = 0; i < 2; i++) {
 		ordered(s, 2);
-		s[4].position[2] = s[3].position[2] + (i ? 1.1e-3 : 0.9e-3);
+		s[4].position[2] = s[3].position[2] + (i ? 0.22 : 0.09);
 		cover = cover && refuses(s, CT_EGEOM, i ? "uneven" : "one place: s3 and s4");
 	}
 	ordered(s, 2);
 	s[5].position[2] = s[6].position[2];
-	OK(cover && refuses(s, CT_EGEOM, "one place: s5 and s6"), "and 1 um apart at least");
+	OK(cover && refuses(s, CT_EGEOM, "one place: s5 and s6"),
+		"and a twentieth of their distance apart at least");
 }
 
 /* All behind slice 2 are moved away, by what makes its gap `gap`. */
@@ -419,6 +420,16 @@ static void test_gaps(void)
 		"of slices that are even but for that");
 }
 
+/* The values of a slice are its intercept. */
+static int hash_intercept(void *ctx, const struct ct_slice *s, uint64_t out[2])
+{
+	(void)ctx;
+	out[0] = out[1] = (uint64_t)(s->intercept + 1e6);
+	return 0;
+}
+
+static const struct ct_series_pixels pixels = {hash_intercept, NULL};
+
 /* Slices as they are listed: "2:abc 1:d" is two series, of slices a, b, c and d. */
 static const char *listed(struct ct_slice *s, size_t n)
 {
@@ -427,7 +438,7 @@ static const char *listed(struct ct_slice *s, size_t n)
 	size_t series = 0, at = 0;
 
 	text[0] = '\0';
-	if (ct_series_list(s, n, &l, &series, &err))
+	if (ct_series_list(s, n, &pixels, &l, &series, &err))
 		return "failed";
 	for (size_t k = 0; k < series; k++) {
 		at += (size_t)snprintf(text + at, sizeof text - at, "%s%s", k ? " " : "",
@@ -462,6 +473,7 @@ static void folded(struct ct_slice s[N])
 	for (int k = 0; k < N; k++) {
 		s[k].position[2] = s[k % 4].position[2];
 		s[k].instance = k + 1;
+		s[k].intercept = k;
 		s[k].moment = s[k].phase = s[k].trigger = s[k].acquired = s[k].made = (double)NAN;
 	}
 }
@@ -529,16 +541,89 @@ static void test_moments(void)
 				"01(AcquisitionTime from 10)") == 0,
 		"times in order, as many everywhere");
 	folded(s);
-	for (int k = 0; k < N; k++)
+	for (int k = 0; k < N; k++) {
 		snprintf(s[k].object, sizeof s[k].object, "1.%d", k % 4);
+		s[k].intercept = k % 4;
+	}
 	OK(lists(s, "0123 =456"), "objects that are there twice");
+	folded(s);
+	for (int k = 0; k < N; k++) {
+		snprintf(s[k].object, sizeof s[k].object, "1.%d", k % 4);
+		s[k].acquisition = 1 + k / 4;
+	}
+	OK(lists(s, "0123(AcquisitionNumber 1) 456(AcquisitionNumber 2)"),
+		"the same objects with other values are others");
+	folded(s);
+	for (int k = 0; k < N; k++)
+		s[k].intercept = k % 4;
+	OK(lists(s, "0123 =456"), "the same values at the same place");
+}
+
+/* N slices 2 mm apart, of which field `set` makes something. */
+static bool crosses(void (*set)(struct ct_slice *s, int k), const char *what)
+{
+	struct ct_slice s[N];
+
+	ordered(s, 2);
+	for (int k = 0; k < N; k++) {
+		s[k].moment = s[k].phase = s[k].trigger = s[k].acquired = s[k].made = (double)NAN;
+		s[k].kvp = 120;
+		s[k].intercept = k;
+		set(&s[k], k);
+	}
+	return lists(s, what);
+}
+
+static void in_turn(struct ct_slice *s, int k)
+{
+	s->acquisition = 1 + k % 2;
+}
+
+static void thrice(struct ct_slice *s, int k)
+{
+	s->phase = 30 * (k % 3);
+}
+
+static void behind(struct ct_slice *s, int k)
+{
+	s->acquisition = 1 + k / 4;
+	s->trigger = k / 2 % 2;
+}
+
+static void by_pairs(struct ct_slice *s, int k)
+{
+	s->kvp = 80 + 60 * (k / 2 % 2);
+}
+
+static void inserted(struct ct_slice *s, int k)
+{
+	snprintf(s->kernel, sizeof s->kernel, "%d", k == 2 || k == 3);
+}
+
+static void at_times(struct ct_slice *s, int k)
+{
+	s->acquired = k % 2;
+}
+
+static void test_passes(void)
+{
+	OK(crosses(in_turn, "0246(AcquisitionNumber 1) 135(AcquisitionNumber 2)"),
+		"what lies between the slices of another acquisition is another stack");
+	OK(crosses(thrice, "036(NominalPercentageOfCardiacPhase 0) "
+			   "14(NominalPercentageOfCardiacPhase 30) "
+			   "25(NominalPercentageOfCardiacPhase 60)"),
+		"so are three phases");
+	OK(crosses(by_pairs, "0145(KVP 80) 236(KVP 140)"), "and energies by pairs");
+	OK(crosses(behind, "0123456") && crosses(inserted, "0123456") &&
+			crosses(at_times, "0123456"),
+		"acquisitions one behind the other, a zone and passes in time are one");
 }
 
 static bool picks(struct ct_slice *s, const char *which, size_t want)
 {
 	struct ct_series *l = NULL;
 	size_t n = 0, pick = 99;
-	bool ok = ct_series_list(s, N, &l, &n, &err) == 0 &&
+	bool ok = ct_series_list(s, N, &pixels, &l, &n, &err) == 0 &&
 		  ct_series_pick(l, n, s, which, &pick, &err) == 0 && pick == want;
 
 	free(l);
@@ -623,6 +708,7 @@ int main(void)
 	test_drift();
 	test_gaps();
 	test_moments();
+	test_passes();
 	test_picks();
 	test_padding();
 	return tap_done();

@@ -1,27 +1,52 @@
 /* account.c: what became of every file; see series.h. */
 #include "config.h"
 #include "core/mem.h"
+#include "formats/hash.h"
 #include "shim/dicom.h"
 #include "dicom/series.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+/* The hash of the values of a slice that its scale makes of the stored ones. */
+static int hash_values(void *ctx, const struct ct_slice *s, uint64_t out[2])
+{
+	const size_t area = s->columns * s->rows;
+	struct ct_err e = {0};
+	float *px = NULL;
+	int rc = -1;
+
+	(void)ctx;
+	if (series_check_size(s, 1, &e) == 0 && ct_alloc(&px, area, sizeof *px, &e) == 0 &&
+		ct_dicom_pixels(s, px, &e) == 0) {
+		if (s->scaled)
+			ct_slice_scale(s, NAN, px);
+		ct_hash_pieces(out, 1, &(struct ct_piece){px, area * sizeof *px});
+		rc = 0;
+	}
+	free(px);
+	return rc;
+}
+
 int series_open(struct series_set *set, const struct ct_dicom_in *in, struct ct_err *e)
 {
+	static const struct ct_series_pixels pixels = {hash_values, NULL};
+
 	/* A file that is named stands for its series: it is all of it, or the rest lies beside it;
 	 * or it is a directory of what lies below. */
 	if (in->member && ct_dicom_scan(&in->member, 1, false, &set->census, e))
 		return -1;
-	if (set->census.slices <= 1) {
+	if (set->census.slices <= 1 || set->census.slice->whole[0]) {
 		const bool deep = set->census.slices == 0;
 
 		ct_census_free(&set->census);
 		if (ct_dicom_scan(in->paths, in->n, deep, &set->census, e))
 			return -1;
 	}
-	return ct_series_list(set->census.slice, set->census.slices, &set->list, &set->n, e);
+	return ct_series_list(
+		set->census.slice, set->census.slices, &pixels, &set->list, &set->n, e);
 }
 
 void series_close(struct series_set *set)
@@ -39,7 +64,7 @@ void series_lines(const struct series_set *set, const struct ct_env *env)
 		const char *role =
 			l->role == CT_PICTURE_SLICES ? "" : CT_WORD(CT_PICTURE_LIST, l->role);
 
-		ct_log(env, CT_WARN, "series %zu: %zu %s %zux%zu '%s' %s%s%s%s%s", k + 1, l->count,
+		ct_log_behind(env, "series %zu: %zu %s %zux%zu '%s' %s%s%s%s%s", k + 1, l->count,
 			s->modality, s->columns, s->rows, s->about, s->series, *role ? ", " : "",
 			role, *l->moment ? ", " : "", l->moment);
 	}
@@ -70,7 +95,8 @@ static int nothing(const struct ct_census *c, const char *path, struct ct_err *e
 		e, CT_EINPUT, "%s: no DICOM pictures among %zu files; %s", path, c->files, text);
 }
 
-/* The series of a file that is named: 0; 1 if that is a directory of files, which has no series.
+/* The series of a file that is named: 0; 1 if that is a directory of files, which has no series, or
+ * a file of several, among which there is no more to choose by its name than by that of its folder.
  * What is damaged is of the series that its header names; nothing else stands for the others of its
  * folder, which may be of another patient. */
 static int choose_member(
@@ -80,13 +106,17 @@ static int choose_member(
 	const struct ct_file *f = set->census.file, *end = f + set->census.files;
 	char text[sizeof e->msg];
 	struct ct_err why;
+	size_t found = 0; /* series that the file is of */
 
 	for (size_t k = 0; k < set->n; k++)
 		for (size_t i = 0; i < set->list[k].count; i++)
 			if (strcmp(s[set->list[k].first + i].path, member) == 0) {
+				found += found == 0 || *pick != k;
 				*pick = k;
-				return 0;
+				break;
 			}
+	if (found)
+		return found > 1;
 	while (f < end && strcmp(f->path, member) != 0)
 		f++;
 	if (f == end)
@@ -107,7 +137,7 @@ int series_choose(
 
 	if (set->n == 0)
 		return nothing(&set->census, in->paths[0], e);
-	rc = in->member ? choose_member(set, in->member, pick, e) : 1;
+	rc = in->member && !in->series ? choose_member(set, in->member, pick, e) : 1;
 	if (rc <= 0)
 		return rc;
 	return ct_series_pick(set->list, set->n, set->census.slice, in->series, pick, e)
@@ -186,6 +216,59 @@ void series_account(
 	free(reason);
 }
 
+/* The parts that a concatenation lacks: of that of slice s, the lowest; 0 if none does. All frames
+ * of a part are in the census, or none. */
+static int lacking(const struct ct_census *c, const struct ct_slice *s)
+{
+	int most = s->parts;
+	size_t frames = 0;
+
+	for (size_t i = 0; i < c->slices; i++)
+		if (strcmp(c->slice[i].whole, s->whole) == 0 && c->slice[i].part > most)
+			most = c->slice[i].part;
+	for (int part = 1; part <= most; part++) {
+		const struct ct_slice *is = NULL;
+
+		for (size_t i = 0; i < c->slices && !is; i++)
+			if (c->slice[i].part == part && strcmp(c->slice[i].whole, s->whole) == 0)
+				is = &c->slice[i];
+		if (!is || is->before > frames)
+			return is ? part - 1 : part;
+		frames = is->before + is->frames;
+	}
+	return 0;
+}
+
+/* CT_EINPUT if the series has a part of a concatenation whose other parts are not all there. */
+static int check_parts(const struct series_set *set, size_t pick, bool skip,
+	const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_slice *s = &set->census.slice[set->list[pick].first];
+	const char *last = "";
+
+	for (size_t i = 0; i < set->list[pick].count; i++) {
+		char of[40] = "";
+		int part;
+
+		if (!s[i].whole[0] || strcmp(s[i].whole, last) == 0)
+			continue;
+		last = s[i].whole;
+		part = lacking(&set->census, &s[i]);
+		if (part == 0)
+			continue;
+		if (s[i].parts)
+			snprintf(of, sizeof of, " of %d", s[i].parts);
+		if (!skip)
+			return ct_fail(e, CT_EINPUT,
+				"%s: part %d of a concatenation, and part %d%s is not here; "
+				"ct-convert --skip-damaged goes on without it",
+				s[i].path, s[i].part, part, of);
+		ct_log(env, CT_WARN, "%s: part %d%s of its concatenation is not here", s[i].path,
+			part, of);
+	}
+	return 0;
+}
+
 int series_whole(const struct series_set *set, size_t pick, bool skip, const struct ct_env *env,
 	struct ct_err *e)
 {
@@ -195,6 +278,8 @@ int series_whole(const struct series_set *set, size_t pick, bool skip, const str
 	char text[sizeof e->msg];
 	size_t count = 0;
 
+	if (check_parts(set, pick, skip, env, e))
+		return -1;
 	for (size_t i = 0; i < c->files; i++) {
 		const struct ct_file *f = &c->file[i];
 

@@ -94,7 +94,7 @@ int dicom_from(struct dicom_from *f, const struct ct_dicom_in *in, struct ct_err
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
 	}
 	f->in.paths = (const char *const *)&f->folder;
-	f->in.member = in->series ? NULL : f->member;
+	f->in.member = f->member;
 	return 0;
 }
 

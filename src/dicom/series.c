@@ -51,47 +51,6 @@ static int take(void *ctx, size_t k, const float *x, struct ct_err *e)
 	return r->taker ? r->taker->plane(r->taker->ctx, x, area, e) : 0;
 }
 
-/* Are the values of a and b the same? -1 if one of them cannot be read. */
-static int is_repeated(const struct ct_slice *a, const struct ct_slice *b, struct ct_err *e)
-{
-	const size_t area = a->columns * a->rows;
-	float *px = NULL, *qx = NULL;
-	int rc = -1;
-
-	if (ct_alloc(&px, area, sizeof *px, e) || ct_alloc(&qx, area, sizeof *qx, e) ||
-		ct_dicom_pixels(a, px, e) || ct_dicom_pixels(b, qx, e))
-		goto out;
-	ct_slice_scale(a, NONE_HU, px);
-	ct_slice_scale(b, NONE_HU, qx);
-	rc = memcmp(px, qx, area * sizeof *px) == 0;
-out:
-	free(px);
-	free(qx);
-	return rc;
-}
-
-/* Put the slices that repeat the one before them, number by number, behind the others. */
-static int part_repeats(struct ct_slice *s, size_t n, size_t *kept, struct ct_err *e)
-{
-	size_t last = 0; /* of those that are kept */
-
-	*kept = n;
-	for (size_t k = 0; k < n; k++) {
-		int same = 0;
-
-		if (k > 0 && s[k].placed && ct_slice_together(&s[last], &s[k]))
-			same = is_repeated(&s[last], &s[k], e);
-		if (same < 0)
-			return -1;
-		s[k].rank = same > 0;
-		s[k].at = 0;
-		*kept -= s[k].rank;
-		last = same ? last : k;
-	}
-	ct_slice_sort(s, n);
-	return 0;
-}
-
 /* Some converters give every slice a frame of its own. */
 static void warn_frames(const struct ct_slice *s, size_t n, const struct ct_env *env)
 {
@@ -102,6 +61,36 @@ static void warn_frames(const struct ct_slice *s, size_t n, const struct ct_env 
 				"positions are taken to be in one");
 			return;
 		}
+}
+
+/* Frames whose places nothing but SpacingBetweenSlices says. */
+static void warn_counted(const struct ct_slice *s, size_t n, const struct ct_env *env)
+{
+	for (size_t k = 0; k < n; k++)
+		if (s[k].counted) {
+			ct_log(env, CT_WARN,
+				"frames have no positions of their own: they are taken to follow the "
+				"first, %.6g mm apart, along rows x columns",
+				s[k].between);
+			return;
+		}
+}
+
+/* What changes the values of slices, and is not the same in all: zones of one scan, as a rule. */
+static void warn_mixed(const struct ct_slice *s, size_t n, const struct ct_env *env)
+{
+	bool kvp = false, kernel = false, contrast = false;
+
+	for (size_t k = 1; k < n; k++) {
+		kvp |= fabs(s[k].kvp - s->kvp) > 0.5;
+		kernel |= strcmp(s[k].kernel, s->kernel) != 0;
+		contrast |= strcmp(s[k].contrast, s->contrast) != 0;
+	}
+	if (kvp || kernel || contrast)
+		ct_log(env, CT_WARN,
+			"slices of the series differ in%s%s%s: their values may not compare",
+			kvp ? " KVP" : "", kernel ? " ConvolutionKernel" : "",
+			contrast ? " ContrastBolusAgent" : "");
 }
 
 /* Numbers that are left out where no place is, and pictures that were announced. */
@@ -304,6 +293,8 @@ static int assemble(struct ct_vol *v, struct ct_slice *s, size_t n, const struct
 		goto out;
 	}
 	warn_frames(s, n, env);
+	warn_counted(s, n, env);
+	warn_mixed(s, n, env);
 	warn_numbers(s, &l, env);
 	warn_grid(s, &l, env);
 	rc = describe(v, &r, &l, e) || (in->about && sidecar_series(in->about, s, &l, e)) ? -1 : 0;
@@ -345,9 +336,9 @@ int series_read(
 	}
 	l = &set.list[pick];
 	s = set.census.slice + l->first;
+	count = l->count;
 	if (series_whole(&set, pick, in->skip_damaged, env, e) ||
-		check_values(s, l->count, in->units, e) || part_repeats(s, l->count, &count, e) ||
-		series_check_size(s, count, e))
+		check_values(s, count, in->units, e) || series_check_size(s, count, e))
 		goto out;
 	while ((rc = assemble(v, s, count, in, &failed, env, e)) != 0 && failed < count &&
 		in->skip_damaged && e->code != CT_ENOMEM) {

@@ -17,7 +17,7 @@ void series_close(struct series_set *set);
  * ct_series_pick. */
 int series_choose(
 	const struct series_set *set, const struct ct_dicom_in *in, size_t *pick, struct ct_err *e);
-/* What each series is made of, a line a series, as warnings. */
+/* What each series is made of, a line a series, behind the error. */
 void series_lines(const struct series_set *set, const struct ct_env *env);
 /* How the files are used if series `pick` is: one line in the log if not all are, with -v one line
  * a file. `without` slices at the end of the series are not. */

@@ -9,6 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { MOST_PLANES = 20 }; /* a slice, where uneven ones are resampled */
+
 /* Unit vectors at right angles nearest to across and down, and their product. */
 static void axes(const struct ct_slice *s, double a[3], double d[3], double u[3])
 {
@@ -73,13 +75,6 @@ static int check_pair(const struct ct_slice *a, const struct ct_slice *b, struct
 		b->across[2], b->path);
 }
 
-static int by_value(const void *p, const void *q)
-{
-	const double a = *(const double *)p, b = *(const double *)q;
-
-	return (a > b) - (a < b);
-}
-
 /* Put the slices in order of their place along u; l->at gets the places, the first at 0. */
 static void sort(struct ct_layout *l, struct ct_slice *s, const double u[3])
 {
@@ -99,14 +94,13 @@ static void measure(struct ct_layout *l, const struct ct_slice *s, double *gap)
 	struct ct_spread *r = &l->spread;
 	double step;
 
+	const double near = ct_slice_near(s, n, gap);
+
 	r->length = l->at[n - 1];
 	step = r->length / (double)(n - 1);
-	for (size_t k = 1; k < n; k++) {
-		gap[k - 1] = l->at[k] - l->at[k - 1];
-		if (gap[k - 1] < 1e-3 && !r->twice)
+	for (size_t k = n; k-- > 1;)
+		if (l->at[k] - l->at[k - 1] < near)
 			r->twice = k;
-	}
-	qsort(gap, n - 1, sizeof *gap, by_value);
 	r->least = gap[0];
 	r->mid = gap[(n - 1) / 2];
 	r->most = gap[n - 2];
@@ -127,13 +121,7 @@ static void measure(struct ct_layout *l, const struct ct_slice *s, double *gap)
 		r->slip = sqrt(side);
 	}
 	r->tilt = atan2(r->slip, r->length) * 180 / M_PI;
-	for (size_t k = 1; k < n && ct_layout_uneven(l); k++) {
-		const double times = (l->at[k] - l->at[k - 1]) / r->mid;
-
-		if (r->least > 0.95 * r->mid && times > 1.5 && fabs(times - round(times)) < 0.1 &&
-			times < 1e6)
-			r->missing += l->lost[k] = (size_t)round(times) - 1;
-	}
+	ct_layout_count_missing(l, s);
 }
 
 int ct_layout_survey(struct ct_layout *l, struct ct_slice *s, size_t n, struct ct_err *e)
@@ -186,9 +174,12 @@ static int refuse(const struct ct_layout *l, const struct ct_slice *s, enum ct_t
 	const struct ct_spread *r = &l->spread;
 	const bool tilted = ct_layout_tilted(l, s), uneven = ct_layout_uneven(l);
 
+	char a[CT_SLICE_NAME], b[CT_SLICE_NAME];
+
 	if (r->twice)
-		return ct_fail(e, CT_EGEOM, "two slices at one place: %s and %s",
-			s[r->twice - 1].path, s[r->twice].path);
+		return ct_fail(e, CT_EGEOM, "two slices at one place: %s and %s, %.3g mm apart",
+			ct_slice_name(a, &s[r->twice - 1]), ct_slice_name(b, &s[r->twice]),
+			l->at[r->twice] - l->at[r->twice - 1]);
 	if (tilted && r->tilt > CT_TILT_MOST)
 		return ct_fail(e, CT_EGEOM,
 			"%s: slices drift sideways by %.4g mm over %.4g mm (%.1f degrees), and no gantry "
@@ -251,10 +242,11 @@ static int planes(struct ct_layout *l, struct ct_err *e)
 		count = round(r->length / r->mid) + 1;
 	else
 		count = ceil(r->length / common_gap(l) - 0.05) + 1;
-	if (!(count < 1e5))
+	if (!(count < (l->even || r->missing ? 1e5 : MOST_PLANES * (double)l->slices)))
 		return ct_fail(e, CT_EGEOM,
-			"uneven slices: gaps from %.4g to %.4g mm over %.4g mm would make %.0f planes",
-			r->least, r->most, r->length, count);
+			"uneven slices: gaps from %.4g to %.4g mm over %.4g mm would make %.0f planes "
+			"of %zu slices",
+			r->least, r->most, r->length, count, l->slices);
 	l->n[2] = (size_t)count;
 	l->step = r->length / (count - 1);
 	return 0;

@@ -31,8 +31,10 @@ struct ct_spread {
 	double slip, tilt; /* of the last slice sideways, and the angle in degrees */
 	double side,
 		bend; /* largest distance sideways: from the first slice's, from a straight line */
-	size_t missing; /* slices, where gaps are multiples of the others */
-	size_t twice;   /* slices `twice` - 1 and `twice` are at one place, if above 0 */
+	size_t missing; /* slices, where gaps are multiples of the others, and neither
+			   SliceThickness nor SpacingBetweenSlices says that they are meant so */
+	size_t twice; /* slices `twice` - 1 and `twice` are at one place (ct_slice_near), if above 0
+		       */
 };
 
 /* Owns what it points to; zeroes are empty. */
@@ -59,6 +61,10 @@ int ct_layout_survey(struct ct_layout *l, struct ct_slice *s, size_t n, struct c
  * at one place and what the rules call an error. */
 int ct_layout_grid(struct ct_layout *l, const struct ct_slice *s, enum ct_tilt tilt,
 	enum ct_gaps gaps, struct ct_err *e);
+/* Part of the survey, once the gaps are known: fill in `lost` and `missing`. Slices are missing
+ * where a gap is a multiple of the usual one, or of that which SliceThickness or
+ * SpacingBetweenSlices say. */
+void ct_layout_count_missing(struct ct_layout *l, const struct ct_slice *s);
 bool ct_layout_tilted(const struct ct_layout *l, const struct ct_slice *s);
 bool ct_layout_uneven(const struct ct_layout *l);
 void ct_layout_free(struct ct_layout *l);

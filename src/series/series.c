@@ -3,6 +3,7 @@
 #include "core/number.h"
 #include "core/mem.h"
 #include "core/vec3.h"
+#include "series/moments.h"
 #include "series/series.h"
 
 #include <math.h>
@@ -45,7 +46,7 @@ static bool is_of_macos(const char *path)
 bool ct_file_may_belong(const struct ct_file *f, const struct ct_slice *s)
 {
 	const char *end = ending(f->path);
-	const bool alike = strcasecmp(end, ending(s->path)) == 0;
+	const bool alike = f->marked || strcasecmp(end, ending(s->path)) == 0;
 
 	if (f->state == CT_FILE_UNREADABLE && f->path[0] && f->path[strlen(f->path) - 1] == '/')
 		return true; /* a folder that is shut */
@@ -120,176 +121,124 @@ static void classify(struct ct_slice *s, size_t n, size_t *seen)
 	}
 }
 
-static int push(
-	struct ct_series **list, size_t *n, size_t *cap, struct ct_series what, struct ct_err *e)
+/* Are their values the same? */
+static bool are_equal(struct ct_slice *a, struct ct_slice *b, const struct ct_series_pixels *px)
 {
-	if (what.count == 0)
-		return 0;
-	if (ct_grow(list, cap, *n + 1, sizeof **list, e))
-		return -1;
-	(*list)[(*n)++] = what;
-	return 0;
+	struct ct_slice *const both[] = {a, b};
+
+	for (int i = 0; i < 2; i++)
+		if (!both[i]->hashed && px->hash(px->ctx, both[i], both[i]->hash) == 0)
+			both[i]->hashed = true;
+	return a->hashed && b->hashed && memcmp(a->hash, b->hash, sizeof a->hash) == 0;
 }
 
-/* Slices that are at one place and one object go behind the others, in order; how many are left. */
-static size_t part_copies(struct ct_slice *s, size_t n)
+/* The slice before slice i that it is a copy of, at its place, or n. `objects`: one with its UID.
+ */
+static size_t find_twin(struct ct_slice *s, size_t n, size_t i, double near, bool objects,
+	const struct ct_series_pixels *px)
+{
+	for (size_t k = i; k-- > 0 && s[i].at - s[k].at <= near;) {
+		if (s[k].rank || !ct_slice_together(&s[k], &s[i], near) ||
+			(objects && (!s[i].object[0] || s[i].frame != s[k].frame ||
+					    strcmp(s[i].object, s[k].object) != 0)))
+			continue;
+		if (are_equal(&s[k], &s[i], px))
+			return k;
+	}
+	return n;
+}
+
+/* Of slices in order of place the copies go behind the others, but the first of them by number and
+ * name; how many are left. */
+static size_t part_copies(
+	struct ct_slice *s, size_t n, double near, bool objects, const struct ct_series_pixels *px)
 {
 	size_t kept = n;
 
-	for (size_t i = 0; i < n; i++) {
+	for (size_t i = 0; i < n; i++)
 		s[i].rank = 0;
-		s[i].at = 0;
-		for (size_t k = i; k-- > 0 && !s[i].rank;) {
-			if (s[k].rank)
-				continue;
-			if (!ct_slice_together(&s[k], &s[i]))
-				break;
-			s[i].rank = s[i].object[0] && s[i].frame == s[k].frame &&
-				    strcmp(s[i].object, s[k].object) == 0;
-		}
-		kept -= s[i].rank;
+	for (size_t i = 1; i < n && px; i++) {
+		const size_t twin = find_twin(s, n, i, near, objects, px);
+
+		if (twin == n)
+			continue;
+		s[by_uid(&s[twin], &s[i]) < 0 ? i : twin].rank = 1;
+		kept--;
 	}
 	ct_slice_sort(s, n);
 	return kept;
 }
 
-/* How a stack is divided into moments, the times, phases of the heart or of a contrast medium: by
- * the value of a field, or by its rank among those at the same place. */
-struct moments {
-	int field;
-	bool any, ranked; /* any: it is divided */
+/* The list as it grows. */
+struct maker {
+	struct ct_slice *s;
+	const struct ct_series_pixels *px;
+	struct ct_moments room;
+	struct ct_series *list;
+	size_t n, cap;
 };
 
-static const char *const fields[] = {"TemporalPositionIdentifier",
-	"NominalPercentageOfCardiacPhase", "TriggerTime", "AcquisitionNumber", "AcquisitionTime",
-	"ContentTime"};
-
-enum { FIELDS = sizeof fields / sizeof *fields, FIRST_TIME = 2 };
-
-static double value(const struct ct_slice *s, int field)
+/* A series, but for the copies behind the first `kept` of its slices. */
+static int push(struct maker *m, const struct ct_series *all, size_t kept, struct ct_err *e)
 {
-	const double v[FIELDS] = {s->moment, s->phase, s->trigger,
-		s->acquisition ? s->acquisition : (double)NAN, s->acquired, s->made};
+	struct ct_series what = *all, copies = *all;
 
-	return v[field];
-}
+	copies.first += kept;
+	copies.count -= kept;
+	copies.role = CT_PICTURE_COPY;
+	what.count = kept;
+	for (int i = 0; i < 2; i++) {
+		const struct ct_series *one = i ? &copies : &what;
 
-/* Slices at the place of slice k. */
-static size_t at_place(const struct ct_slice *s, size_t n, size_t k)
-{
-	size_t count = 1;
-
-	while (k + count < n && ct_slice_together(&s[k], &s[k + count]))
-		count++;
-	return count;
-}
-
-/* Does each place hold different values of the field? */
-static bool differ(const struct ct_slice *s, size_t n, int field)
-{
-	for (size_t k = 0, count; k < n; k += count) {
-		count = at_place(s, n, k);
-		for (size_t i = 0; i < count; i++) {
-			if (isnan(value(&s[k + i], field)))
-				return false;
-			for (size_t j = 0; j < i; j++)
-				if (value(&s[k + i], field) == value(&s[k + j], field))
-					return false;
-		}
+		if (one->count == 0)
+			continue;
+		if (ct_grow(&m->list, &m->cap, m->n + 1, sizeof *m->list, e))
+			return -1;
+		m->list[m->n++] = *one;
 	}
-	return true;
+	return 0;
 }
 
-/* Are there only as many values as the slices from `k` on have, which are at one place? */
-static bool closed(const struct ct_slice *s, size_t n, int field, size_t k, size_t count)
+/* The slices of `all` as stacks that nothing divides. */
+static int divide(struct maker *m, const struct ct_series *all, struct ct_err *e)
 {
-	for (size_t i = 0; i < n; i++) {
-		size_t j = 0;
+	struct ct_slice *s = m->s + all->first;
+	struct ct_series part = *all;
+	size_t kept, alone;
+	double near;
+	int field;
 
-		while (j < count && value(&s[i], field) != value(&s[k + j], field))
-			j++;
-		if (j == count)
-			return false;
+	if (all->role != CT_PICTURE_SLICES || !s->placed)
+		return push(m, all, all->count, e);
+	ct_moments_place(s, all->count);
+	near = ct_slice_near(s, all->count, m->room.gap);
+	kept = part_copies(s, all->count, near, true, m->px);
+	if (!ct_moments_divide(&m->room, s, kept, near, &field)) {
+		alone = part_copies(s, kept, near, false, m->px);
+		/* all copies are behind the others */
+		return push(m, all, alone, e);
 	}
-	return true;
-}
-
-/* Of slices in order of their place: if as many as `most` share one, the first field with that many
- * values, no two of them at one place; or the first that orders those at each place, if there are
- * as many everywhere. */
-static void find_moments(struct moments *m, const struct ct_slice *s, size_t n)
-{
-	size_t most = 0, where = 0;
-	bool even = true;
-
-	for (size_t k = 0, count; k < n; k += count) {
-		count = at_place(s, n, k);
-		even = even && (most == 0 || count == most);
-		if (count > most) {
-			most = count;
-			where = k;
-		}
-	}
-	if (most < 2)
-		return;
-	for (int ranked = 0; ranked < 2; ranked++)
-		for (int f = ranked ? FIRST_TIME : 0; f < FIELDS; f++)
-			if (differ(s, n, f) && (ranked ? even : closed(s, n, f, where, most))) {
-				*m = (struct moments){f, true, ranked};
-				return;
-			}
-}
-
-/* Order them by moment, which `at` counts, and in it by place. */
-static void sort_moments(const struct moments *m, struct ct_slice *s, size_t n)
-{
-	for (size_t k = 0, count; k < n; k += count) {
-		count = at_place(s, n, k);
-		for (size_t i = k; i < k + count; i++) {
-			s[i].rank = 0;
-			s[i].at = m->ranked ? 0 : value(&s[i], m->field);
-			for (size_t j = k; j < k + count && m->ranked; j++)
-				s[i].at += value(&s[j], m->field) < value(&s[i], m->field);
-		}
-	}
-	ct_slice_sort(s, n);
-}
-
-static int divide(struct ct_slice *s, size_t first, size_t count, struct ct_series **list,
-	size_t *n, size_t *cap, struct ct_err *e)
-{
-	const enum ct_picture role = picture_of(&s[first]);
-	const bool stack = role == CT_PICTURE_SLICES && s[first].placed;
-	struct moments how = {0};
-	const size_t kept = first + (stack ? part_copies(s + first, count) : count);
-
-	if (stack)
-		find_moments(&how, s + first, kept - first);
-	if (how.any)
-		sort_moments(&how, s + first, kept - first);
-	for (size_t k = first; k < kept;) {
-		struct ct_series one = {.first = k, .role = role};
-
-		if (how.any)
-			snprintf(one.moment, sizeof one.moment, "%s %s%.10g", fields[how.field],
-				how.ranked ? "from " : "", value(&s[k], how.field));
-		do
-			k++;
-		while (k < kept && (!how.any || s[k].at == s[one.first].at));
-		one.count = k - one.first;
-		if (push(list, n, cap, one, e))
+	for (size_t k = 0; k < kept; k += part.count) {
+		part = *all;
+		part.first += k;
+		for (part.count = 1; k + part.count < kept; part.count++)
+			if (s[k + part.count].rank != s[k].rank)
+				break;
+		ct_moments_say(part.moment, &s[k], field);
+		if (divide(m, &part, e))
 			return -1;
 	}
-	return push(list, n, cap,
-		(struct ct_series){
-			.first = kept, .count = first + count - kept, .role = CT_PICTURE_COPY},
-		e);
+	part = *all;
+	part.first += kept;
+	part.count -= kept;
+	return push(m, &part, 0, e);
 }
 
-int ct_series_list(
-	struct ct_slice *s, size_t n, struct ct_series **list, size_t *series, struct ct_err *e)
+int ct_series_list(struct ct_slice *s, size_t n, const struct ct_series_pixels *px,
+	struct ct_series **list, size_t *series, struct ct_err *e)
 {
-	size_t *seen, cap = 0;
+	struct maker m = {.s = s, .px = px};
+	size_t *seen;
 	int rc = 0;
 
 	*list = NULL;
@@ -300,17 +249,23 @@ int ct_series_list(
 	classify(s, n, seen);
 	free(seen);
 	ct_slice_sort(s, n);
+	if (ct_moments_alloc(&m.room, n, e))
+		return -1;
 	for (size_t i = 0, count; i < n && rc == 0; i += count) {
 		for (count = 1; i + count < n && s[i + count].rank == s[i].rank; count++)
 			;
-		rc = divide(s, i, count, list, series, &cap, e);
+		rc = divide(&m,
+			&(struct ct_series){.first = i, .count = count, .role = picture_of(&s[i])},
+			e);
 	}
+	ct_moments_free(&m.room);
 	if (rc) {
-		free(*list);
-		*list = NULL;
-		*series = 0;
+		free(m.list);
+		return rc;
 	}
-	return rc;
+	*list = m.list;
+	*series = m.n;
+	return 0;
 }
 
 static bool two_patients(const struct ct_series *list, size_t n, const struct ct_slice *s)

@@ -2,12 +2,13 @@
  * as stacks that belong together.
  *
  * A series shares SeriesInstanceUID, patient, kind of picture, matrix, pixel size and orientation;
- * where places repeat, also the moment, and nowhere else: no exposure or acquisition divides a
- * stack.
+ * where places repeat, or stacks lie in one another, also the moment (moments.h). Copies of a
+ * picture, at its place and with its values, are listed apart.
  */
 #ifndef CT_SERIES_SERIES_H
 #define CT_SERIES_SERIES_H
 #include "core/words.h"
+#include "series/moments.h"
 #include "series/slice.h"
 #ifdef __cplusplus
 extern "C" {
@@ -26,6 +27,7 @@ struct ct_file {
 	enum ct_file_state state;
 	char why[120];              /* of what is damaged or unreadable, more */
 	char series[CT_SLICE_TEXT]; /* SeriesInstanceUID; empty if not known */
+	bool marked;                /* it is DICOM, whatever its name, and cut off */
 };
 
 /* Owns what it points to; zeroes are empty. */
@@ -39,7 +41,8 @@ struct ct_census {
 void ct_census_free(struct ct_census *c);
 /* May the file, which is no picture that could be read, belong to the series of `s`? What is
  * damaged or unreadable may, unless its header names another series or its name has an ending that
- * those of the series have not; and what has their ending, but is no DICOM nor of macOS (._x). */
+ * those of the series have not, unless it has the mark of DICOM; and what has their ending, but is
+ * no DICOM nor of macOS (._x). */
 bool ct_file_may_belong(const struct ct_file *f, const struct ct_slice *s);
 
 #define CT_PICTURE_LIST(X)                                                                         \
@@ -47,8 +50,7 @@ bool ct_file_may_belong(const struct ct_file *f, const struct ct_slice *s);
 	X(CT_PICTURE_LOCALIZER, "localizer")                                                       \
 	X(CT_PICTURE_CAPTURE, "screen capture or dose page")                                       \
 	X(CT_PICTURE_OTHER, "other modality")                                                      \
-	X(CT_PICTURE_COPY, "repeated") /* of a picture at the same place, SOPInstanceUID and all   \
-					*/
+	X(CT_PICTURE_COPY, "repeated") /* a picture at the same place with the same values */
 enum ct_picture { CT_PICTURE_LIST(CT_WORD_VALUE) };
 
 struct ct_series {
@@ -56,13 +58,20 @@ struct ct_series {
 	enum ct_picture role;
 	/* what tells it from others of its UID at the same places: "AcquisitionNumber 2"; or empty
 	 */
-	char moment[40];
+	char moment[CT_MOMENT_TEXT];
+};
+
+/* What hashes the values of a picture: 0, or -1 if they cannot be read. */
+struct ct_series_pixels {
+	int (*hash)(void *ctx, const struct ct_slice *s, uint64_t out[2]);
+	void *ctx;
 };
 
 /* Order slices so that those of a series are adjacent, and list the series: by SeriesNumber, UID,
- * role, and then as they come. *list (free() it) and *n. CT_ENOMEM. */
-int ct_series_list(
-	struct ct_slice *s, size_t n, struct ct_series **list, size_t *series, struct ct_err *e);
+ * role, and then as they come. *list (free() it) and *n. Without `px` no picture is a copy.
+ * CT_ENOMEM. */
+int ct_series_list(struct ct_slice *s, size_t n, const struct ct_series_pixels *px,
+	struct ct_series **list, size_t *series, struct ct_err *e);
 /* The series that `which` names: by its place in the list counted from 1, or by UID. NULL is the
  * only one of slices, or the only one. CT_EGEOM if there are several, CT_EUSAGE if there is no
  * such, CT_EINPUT if there is none at all. */

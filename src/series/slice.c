@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -55,6 +56,11 @@ void ct_slice_place(struct ct_slice *s, const double affine[3][4], size_t k)
 
 int ct_slice_check(const struct ct_slice *s, struct ct_err *e)
 {
+	if (!s->placed && s->frames > 1)
+		return ct_fail(e, CT_EGEOM,
+			"%s: frame %zu has no position: neither a functional group with "
+			"ImagePositionPatient, nor SpacingBetweenSlices for all",
+			s->path, s->frame + 1);
 	if (!s->placed)
 		return ct_fail(e, CT_EGEOM,
 			"%s: no ImagePositionPatient, ImageOrientationPatient or PixelSpacing",
@@ -97,13 +103,64 @@ bool ct_slice_parallel(const struct ct_slice *a, const struct ct_slice *b)
 	return true;
 }
 
-bool ct_slice_together(const struct ct_slice *a, const struct ct_slice *b)
+static int by_value(const void *p, const void *q)
+{
+	const double a = *(const double *)p, b = *(const double *)q;
+
+	return (a > b) - (a < b);
+}
+
+/* The most slices in a row none of which is further than that from the next. */
+static size_t most_in_a_row(const struct ct_slice *s, size_t n, double gap)
+{
+	size_t most = 1, count = 1;
+
+	for (size_t k = 1; k < n; k++) {
+		count = s[k].at - s[k - 1].at <= gap ? count + 1 : 1;
+		most = count > most ? count : most;
+	}
+	return most;
+}
+
+double ct_slice_near(const struct ct_slice *s, size_t n, double *gap)
+{
+	enum { FINE = 20, LEAST = 3 };
+	const double least = 1e-3;
+
+	for (size_t k = 1; k < n; k++)
+		gap[k - 1] = s[k].at - s[k - 1].at;
+	qsort(gap, n > 0 ? n - 1 : 0, sizeof *gap, by_value);
+	/* a step from small gaps to large ones, by which there are more places than slices at one:
+	 * else it is stacks that are far from one another */
+	for (size_t k = n > 0 ? n - 1 : 0; k-- > 1 && gap[k - 1] > least;) {
+		const size_t places = n - k;
+
+		if (isfinite(gap[k]) && gap[k] >= FINE * gap[k - 1] && places >= LEAST &&
+			most_in_a_row(s, n, gap[k - 1]) <= places)
+			return gap[k] / FINE;
+	}
+	return least;
+}
+
+bool ct_slice_together(const struct ct_slice *a, const struct ct_slice *b, double near)
 {
 	double d = 0;
 
 	for (int i = 0; i < 3; i++)
 		d = fmax(d, fabs(a->position[i] - b->position[i]));
-	return d < 1e-3;
+	return d < near;
+}
+
+const char *ct_slice_name(char out[CT_SLICE_NAME], const struct ct_slice *s)
+{
+	const size_t n = strlen(s->path), room = CT_SLICE_NAME - 40;
+	const char *path = n > room ? s->path + (n - room) : s->path; /* its end tells more */
+
+	if (s->frames > 1)
+		snprintf(out, CT_SLICE_NAME, "%s (frame %zu)", path, s->frame + 1);
+	else
+		snprintf(out, CT_SLICE_NAME, "%s", path);
+	return out;
 }
 
 bool ct_slice_is_type(const struct ct_slice *s, int k, const char *word)

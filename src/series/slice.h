@@ -8,6 +8,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -33,6 +34,11 @@ struct ct_slice {
 	char modality[20], about[CT_SLICE_TEXT]; /* SeriesDescription */
 	char storage[CT_SLICE_TEXT], type[CT_SLICE_TEXT]; /* SOPClassUID, ImageType */
 	char unit[20], kernel[CT_SLICE_TEXT];             /* RescaleType, ConvolutionKernel */
+	char contrast[CT_SLICE_TEXT], stack[20];          /* ContrastBolusAgent, StackID */
+	char index[40];            /* DimensionIndexValues, without those that say the place */
+	char whole[CT_SLICE_TEXT]; /* ConcatenationUID of a file that is part of one, */
+	int part, parts;           /* InConcatenationNumber, InConcatenationTotalNumber */
+	size_t before;             /* ConcatenationFrameOffsetNumber */
 	int number, instance, acquisition; /* SeriesNumber, InstanceNumber, AcquisitionNumber */
 	int announced;                     /* ImagesInAcquisition */
 	/* TemporalPosition, nominal phase of the heart in %, TriggerTime in ms, acquisition and
@@ -47,7 +53,8 @@ struct ct_slice {
 	long long pixels;           /* where the numbers of its file begin, in bytes */
 	int allocated, stored;      /* BitsAllocated, BitsStored */
 	bool is_signed;
-	bool placed;        /* has position, orientation and pixel spacing */
+	bool placed;  /* has position, orientation and pixel spacing */
+	bool counted; /* its position is that of its file, and SpacingBetweenSlices times frame */
 	double position[3]; /* of the centre of the first pixel, LPS mm */
 	double across[3];   /* unit vector along a row: towards the next column */
 	double down[3];     /* unit vector along a column: towards the next row */
@@ -58,6 +65,8 @@ struct ct_slice {
 	double padding[2]; /* stored values from, to that are no measurement */
 	size_t rank, from; /* of ct_slice_sort, */
 	double at;         /* set before it is called; from is filled in */
+	bool hashed;       /* hash is that of its values */
+	uint64_t hash[2];
 };
 
 /* How numbers are stored: in 1, 2 or 4 bytes each, little-endian, of which the lower `bits` count;
@@ -78,8 +87,14 @@ void ct_slice_normal(const struct ct_slice *s, double n[3]);
 int ct_slice_check(const struct ct_slice *s, struct ct_err *e);
 /* Is b parallel to a, of the same matrix and pixel size? */
 bool ct_slice_parallel(const struct ct_slice *a, const struct ct_slice *b);
-/* Do the two lie at one place, within a thousandth of a millimetre? */
-bool ct_slice_together(const struct ct_slice *a, const struct ct_slice *b);
+/* How near, in mm, two slices are at one place: a thousandth, or the twentieth part of the distance
+ * of n slices in order of `at`, if some are nearer than that to each other. `gap` is room for n. */
+double ct_slice_near(const struct ct_slice *s, size_t n, double *gap);
+/* Do the two lie as near as that? */
+bool ct_slice_together(const struct ct_slice *a, const struct ct_slice *b, double near);
+/* What a message calls the picture: its file, and of several in it which. */
+enum { CT_SLICE_NAME = 300 };
+const char *ct_slice_name(char out[CT_SLICE_NAME], const struct ct_slice *s);
 /* Sort n slices by rank, in it by `at`, in that as they stand. */
 void ct_slice_sort(struct ct_slice *s, size_t n);
 /* How ImageType's value `k`, from 0, begins: is it `word`? */

@@ -11,18 +11,19 @@
 #include <vtkNew.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <stdexcept>
 #include <set>
 #include <string>
 #include <vector>
 
+#include <fcntl.h>
 #include <unistd.h>
 
 namespace
@@ -106,6 +107,10 @@ void add_picture(Found &found, const Source &from, vtkDICOMMetaData *m, vtkDICOM
 
 	if (wrong.empty() && (frames == 0 || frames > 1 << 16))
 		return note(found, from.shown, CT_FILE_DAMAGED, "NumberOfFrames is absurd");
+	const size_t groups = m->Get(DC::PerFrameFunctionalGroupsSequence).GetNumberOfValues();
+	if (wrong.empty() && groups > 0 && groups != frames)
+		wrong = "NumberOfFrames is " + std::to_string(frames) + ", but " +
+			std::to_string(groups) + " functional groups say where frames lie";
 	std::vector<ct_slice> all(wrong.empty() ? frames : 0);
 	for (size_t k = 0; k < all.size() && wrong.empty(); k++)
 		wrong = describe_frame(m, k, &all[k]);
@@ -126,23 +131,66 @@ void add_picture(Found &found, const Source &from, vtkDICOMMetaData *m, vtkDICOM
 	}
 }
 
+/* A name as discs have it: in capitals, without a version or the ending that a copy got. */
+std::string plain_name(std::string name)
+{
+	const size_t version = name.rfind(';');
+
+	if (version != std::string::npos)
+		name.resize(version);
+	for (char &c : name)
+		c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+	if (name.size() > 4 && name.compare(name.size() - 4, 4, ".DCM") == 0)
+		name.resize(name.size() - 4);
+	if (!name.empty() && name.back() == '.')
+		name.pop_back();
+	return name;
+}
+
+/* Names of folders, and of what lies in each by its plain name. */
+using Listings = std::map<std::string, std::multimap<std::string, std::string>>;
+
+/* Does it lie in the folder, by its name or one that is the same but for how discs write it?
+ * `parts` of a path, from number `k` on. */
+bool lies_in(
+	const fs::path &folder, const std::vector<std::string> &parts, size_t k, Listings &seen)
+{
+	std::error_code bad;
+	fs::path exact = folder;
+
+	for (size_t i = k; i < parts.size(); i++)
+		exact /= parts[i];
+	if (k == parts.size() || fs::exists(fs::symlink_status(exact, bad)))
+		return true;
+	const bool is_new = seen.find(folder.string()) == seen.end();
+	auto &names = seen[folder.string()];
+	for (fs::directory_iterator all(folder, bad), end; is_new && !bad && all != end;
+		all.increment(bad)) {
+		const std::string name = all->path().filename().string();
+
+		names.emplace(plain_name(name), name);
+	}
+	const auto alike = names.equal_range(plain_name(parts[k]));
+	return std::any_of(alike.first, alike.second,
+		[&](const auto &own) { return lies_in(folder / own.second, parts, k + 1, seen); });
+}
+
 /* Does a file that a directory lists lie there: below its folder or one above it, or with some of
  * the folders that it names left out? What is copied of an export keeps the directory, not the
  * root. */
-bool lies_there(fs::path folder, const vtkDICOMValue &id)
+bool lies_there(fs::path folder, const vtkDICOMValue &id, Listings &seen)
 {
 	const size_t n = id.GetNumberOfValues();
-	std::error_code bad;
 
 	if (n > 8) /* there are no longer ones (PS3.3 F.3.2.2) */
 		return false;
 	for (size_t up = 0; up < n; up++, folder /= "..")
 		for (size_t left_out = 0; left_out < (up ? 1 : n); left_out++) {
-			fs::path file = folder;
+			std::vector<std::string> parts;
 
 			for (size_t k = left_out; k < n; k++)
-				file /= id.GetString(static_cast<unsigned>(k));
-			if (fs::exists(fs::symlink_status(file, bad)))
+				parts.push_back(id.GetString(static_cast<unsigned>(k)));
+			if (lies_in(folder.empty() ? "." : folder, parts, 0, seen))
 				return true;
 		}
 	return false;
@@ -154,6 +202,7 @@ void add_missing(Found &found, const std::string &path, vtkDICOMMetaData *m)
 	const vtkDICOMValue &records = m->Get(DC::DirectoryRecordSequence);
 	const fs::path folder = fs::path(path).parent_path();
 	std::string series;
+	Listings seen;
 
 	for (size_t i = 0; i < records.GetNumberOfValues(); i++) {
 		const vtkDICOMItem &item = records.GetSequenceData()[i];
@@ -164,7 +213,7 @@ void add_missing(Found &found, const std::string &path, vtkDICOMMetaData *m)
 			series = item.Get(DC::SeriesInstanceUID).AsString();
 		for (size_t k = 0; k < id.GetNumberOfValues(); k++)
 			file /= id.GetString(static_cast<unsigned>(k));
-		if (id.GetNumberOfValues() > 0 && !lies_there(folder, id))
+		if (id.GetNumberOfValues() > 0 && !lies_there(folder, id, seen))
 			note(found, file.string(), CT_FILE_UNREADABLE,
 				"listed in " + path + ", but not there", series);
 	}
@@ -259,12 +308,47 @@ bool add_archive(Found &found, const std::string &path, bool single)
 	});
 }
 
+/* The first bytes of a file, as many as there are up to the size of `head`: 0, or errno. */
+int read_head(const std::string &path, std::vector<char> &head)
+{
+	const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+	size_t at = 0;
+	int why = fd < 0 ? errno : 0;
+
+	while (!why && at < head.size()) {
+		const ssize_t n = read(fd, head.data() + at, head.size() - at);
+
+		if (n == 0)
+			break;
+		if (n < 0 && errno != EINTR)
+			why = errno;
+		at += n > 0 ? static_cast<size_t>(n) : 0;
+	}
+	if (fd >= 0)
+		close(fd);
+	head.resize(at);
+	return why;
+}
+
+/* Does a file that is no whole DICOM begin as one does: with its mark, or what is left of that, or
+ * with an element of group 2 or 8 that no text begins with? */
+bool begins_as_dicom(const std::vector<char> &head)
+{
+	enum { MARK = 128, SHORT = 512 };
+	const size_t n = head.size();
+
+	if (n > MARK && std::memcmp(head.data() + MARK, "DICM", std::min<size_t>(n - MARK, 4)) == 0)
+		return n >= MARK + 4 || std::all_of(head.begin(), head.begin() + MARK,
+						[](char c) { return c == 0; });
+	return n >= 4 && n < SHORT && (head[0] == 2 || head[0] == 8) && head[1] == 0 &&
+	       head[3] == 0;
+}
+
 /* `named` by the user: archives are opened, and not only what is compressed alone. */
 void add_file(Found &found, const std::string &path, bool named)
 {
 	std::error_code bad;
 	std::vector<char> head(4096);
-	std::ifstream in;
 
 	if (fs::is_regular_file(path, bad) && fs::file_size(path, bad) == 0)
 		return note(found, path, CT_FILE_DAMAGED, "it is empty");
@@ -272,14 +356,16 @@ void add_file(Found &found, const std::string &path, bool named)
 		return note(found, path, CT_FILE_UNREADABLE, std::strerror(errno));
 	if (!fs::is_regular_file(path, bad))
 		return note(found, path, CT_FILE_FOREIGN, "no file");
+	Lack::check(path.c_str());
+	if (const int why = read_head(path, head))
+		return note(found, path, CT_FILE_UNREADABLE, std::strerror(why));
 	if (vtkDICOMUtilities::IsDICOMFile(path.c_str()))
 		return add_held(found, {path, path.c_str(), false, 0, 0});
-	Lack::check(path.c_str());
-	in.open(path, std::ios::binary);
-	if (!in.is_open())
-		return note(found, path, CT_FILE_UNREADABLE, std::strerror(errno));
-	in.read(head.data(), static_cast<std::streamsize>(head.size()));
-	head.resize(static_cast<size_t>(in.gcount()));
+	if (begins_as_dicom(head)) {
+		note(found, path, CT_FILE_DAMAGED, "its header is cut off");
+		found.file.back().marked = true;
+		return;
+	}
 	if (std::all_of(head.begin(), head.end(), [](char c) { return c == 0; }))
 		return note(found, path, CT_FILE_DAMAGED, "it holds zeros");
 	if ((named || (head.size() > 2 && head[0] == '\x1f' && head[1] == '\x8b')) &&
@@ -301,8 +387,10 @@ void walk(Found &found, const std::string &folder, bool deep)
 {
 	std::error_code bad;
 	std::vector<std::string> names;
-	const std::string real = fs::canonical(folder, bad).string();
+	std::string real = fs::canonical(folder, bad).string();
 
+	if (bad)
+		real = folder;
 	if (!found.folders.insert(real).second)
 		return; /* a link led here once more */
 	fs::directory_iterator all(folder, bad), end;
@@ -314,6 +402,8 @@ void walk(Found &found, const std::string &folder, bool deep)
 		return note(found, folder + "/", CT_FILE_UNREADABLE, bad.message());
 	for (; all != end && !bad; all.increment(bad))
 		names.push_back(all->path().string());
+	if (bad)
+		note(found, folder + "/", CT_FILE_UNREADABLE, bad.message());
 	std::sort(names.begin(), names.end()); /* a folder has no order */
 	try_headers(found, names);
 	for (const std::string &name : names)

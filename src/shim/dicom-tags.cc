@@ -5,6 +5,7 @@
 
 #include <vtkDICOMDictEntry.h>
 #include <vtkDICOMDictionary.h>
+#include <vtkDICOMItem.h>
 #include <vtkDICOMValue.h>
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <string>
 
 namespace
 {
@@ -180,6 +182,22 @@ double stored(double x, bool is_signed, int bits)
 	return x;
 }
 
+/* Frames without functional groups have one position: that of the first, and SpacingBetweenSlices
+ * leads to the others along rows x columns, unless they are of one place, at several times. */
+void count_frame(const Tags &tag, ct_slice *s)
+{
+	const vtkDICOMValue &by = tag(DC::FrameIncrementPointer);
+	const vtkDICOMTag time = by.IsValid() ? by.AsTag() : vtkDICOMTag();
+	double normal[3];
+
+	s->placed = s->between > 0 && std::isfinite(s->between) && time != DC::FrameTime &&
+		    time != DC::FrameTimeVector;
+	s->counted = s->placed;
+	ct_slice_normal(s, normal);
+	for (int i = 0; i < 3 && s->placed; i++)
+		s->position[i] += static_cast<double>(s->frame) * s->between * normal[i];
+}
+
 void describe_place(const Tags &tag, ct_slice *s)
 {
 	double iop[6], spacing[2];
@@ -193,6 +211,29 @@ void describe_place(const Tags &tag, ct_slice *s)
 	std::copy_n(iop + 3, 3, s->down);
 	s->pitch[0] = spacing[1]; /* PixelSpacing: between rows, then between columns */
 	s->pitch[1] = spacing[0];
+	if (s->frames > 1 && !tag.m->Get(DC::PerFrameFunctionalGroupsSequence).IsValid())
+		count_frame(tag, s);
+}
+
+/* What DimensionIndexValues say of a frame beside its stack and its place in it. */
+void describe_index(const Tags &tag, ct_slice *s)
+{
+	const vtkDICOMValue &dimensions = tag.m->Get(DC::DimensionIndexSequence);
+	const vtkDICOMValue &values = tag(DC::DimensionIndexValues);
+	const size_t n = std::min(dimensions.GetNumberOfValues(), values.GetNumberOfValues());
+	std::string text;
+
+	for (size_t k = 0; k < n; k++) {
+		const vtkDICOMValue &of =
+			dimensions.GetSequenceData()[k].Get(DC::DimensionIndexPointer);
+		const vtkDICOMTag what = of.IsValid() ? of.AsTag() : vtkDICOMTag();
+
+		if (what != DC::StackID && what != DC::InStackPositionNumber &&
+			what != DC::ImagePositionPatient)
+			text += (text.empty() ? "" : "\\") +
+				std::to_string(values.GetInt(static_cast<unsigned>(k)));
+	}
+	std::snprintf(s->index, sizeof s->index, "%s", text.c_str());
 }
 
 void describe_values(const Tags &tag, ct_slice *s)
@@ -279,6 +320,12 @@ std::string describe_frame(vtkDICOMMetaData *m, size_t frame, ct_slice *s)
 	put(s->storage, tag(DC::SOPClassUID));
 	put(s->type, tag(DC::FrameType).IsValid() ? tag(DC::FrameType) : tag(DC::ImageType));
 	put(s->kernel, tag(DC::ConvolutionKernel));
+	put(s->contrast, tag(DC::ContrastBolusAgent));
+	put(s->stack, tag(DC::StackID));
+	put(s->whole, tag(DC::ConcatenationUID));
+	s->part = tag.whole(DC::InConcatenationNumber, 0);
+	s->parts = tag.whole(DC::InConcatenationTotalNumber, 0);
+	s->before = tag.count(DC::ConcatenationFrameOffsetNumber, 0);
 	s->number = tag.whole(DC::SeriesNumber, 0);
 	s->instance = tag.whole(DC::InstanceNumber, 0);
 	s->announced = tag.whole(DC::ImagesInAcquisition, 0);
@@ -301,5 +348,6 @@ std::string describe_frame(vtkDICOMMetaData *m, size_t frame, ct_slice *s)
 	describe_place(tag, s);
 	describe_values(tag, s);
 	describe_moment(tag, s);
+	describe_index(tag, s);
 	return wrong;
 }

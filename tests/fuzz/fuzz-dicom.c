@@ -44,7 +44,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 		pictures += c.file[k].state == CT_FILE_PICTURE;
 	if (c.files == 0 || (c.slices > 0) != (pictures > 0))
 		abort();
-	if (ct_series_list(c.slice, c.slices, &list, &n, &e) || (n > 0) != (c.slices > 0))
+	if (ct_series_list(c.slice, c.slices, NULL, &list, &n, &e) || (n > 0) != (c.slices > 0))
 		abort();
 	for (size_t k = 0; k < n; k++)
 		decode(&c.slice[list[k].first]);
