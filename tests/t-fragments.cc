@@ -45,7 +45,17 @@ static Bytes item(const Bytes &b, unsigned char tag = 0x00)
 
 static const Bytes table = item({0, 0, 0, 0}), end = item({}, 0xdd);
 
-enum { PIXELS = 6 }; /* of a picture, 2 bytes each */
+enum { ROWS = 2, COLUMNS = 3, PIXELS = 6 }; /* of a picture, 2 bytes each */
+
+/* A JPEG stream: its header, of so many rows, columns and bits, and what is coded. */
+static Bytes jpeg(const Bytes &coded, unsigned char rows = ROWS, unsigned char columns = COLUMNS,
+	unsigned char bits = 16, unsigned char mark = 0xc3)
+{
+	return Bytes{0xff, 0xd8, 0xff, 0xe0, 0, 4, 0xff, 0xd9, /* what looks like an end is none */
+		       0xff, mark, 0, 11, bits, 0, rows, 0, columns, 1, 1, 0x11, 0, 0xff, 0xda, 0,
+		       8, 1, 1, 0, 1, 0, 0} +
+	       coded;
+}
 
 /* 0 and the streams to decode, one after another, in *streams; or the code of the failure. */
 static int check(const char *syntax, const Bytes &picture, const char *word = "",
@@ -55,6 +65,7 @@ static int check(const char *syntax, const Bytes &picture, const char *word = ""
 	const Coding coding = coding_of(syntax);
 	std::vector<Parts> list;
 	Bytes all;
+	unsigned bits;
 	int rc, fd;
 
 	std::ofstream(path, std::ios::binary)
@@ -76,7 +87,7 @@ static int check(const char *syntax, const Bytes &picture, const char *word = ""
 			rc = unpack_rle(numbers, one, PIXELS, 2, path, &err);
 			one = rc ? Bytes() : numbers;
 		} else
-			rc = check_jpeg(one, coding, path, &err);
+			rc = check_jpeg(one, coding, {ROWS, COLUMNS, 1, 16}, &bits, path, &err);
 		all = all + one;
 	}
 	if (streams)
@@ -89,8 +100,8 @@ static int check(const char *syntax, const Bytes &picture, const char *word = ""
 
 static void frames()
 {
-	const Bytes whole = {0xff, 0xd8, 1, 2, 0xff, 0xd9}, least = {0xff, 0xd8, 0xff, 0xd9};
-	const Bytes half1 = {0xff, 0xd8, 1, 0xff}, half2 = {0xd9, 0, 0};
+	const Bytes whole = jpeg({1, 2, 0xff, 0xd9}), least = jpeg({0xff, 0xd9});
+	const Bytes half1 = jpeg({1, 0xff}), half2 = {0xd9, 0, 0};
 	int good = 0, cut = 0, none = 0;
 
 	for (const char *s : syntaxes) {
@@ -101,23 +112,66 @@ static void frames()
 		cut += check(s, item(whole) + end, "truncated") == CT_EINPUT; /* as the table */
 		cut += check(s, table + item(whole) + Bytes{1, 2, 3, 4, 5, 6, 7, 8} + end,
 			       "truncated") == CT_EINPUT;
-		none += check(s, table + item({0xff, 0xd8, 1, 2}) + end, "no end mark") ==
+		none += check(s, table + item(jpeg({1, 2})) + end, "no end mark") == CT_EINPUT;
+		none += check(s, table + item({0xff, 0xd7, 1, 0xff, 0xd9}) + end,
+				"does not begin as JPEG") == CT_EINPUT;
+		none += check(s, table + item({0xff, 0xd8, 0xff, 0xd9}) + end, "no end mark") ==
 			CT_EINPUT;
-		none += check(s, table + item({0xff, 0xd7, 1, 0xff, 0xd9}) + end, "no end mark") ==
+		none += check(s, table + item({0, 0, 0}) + end, "does not begin as JPEG") ==
 			CT_EINPUT;
-		none += check(s, table + item({0xff, 0xd8, 0xd9}) + end, "no end mark") ==
-			CT_EINPUT;
-		none += check(s, table + item({0, 0, 0}) + end, "no end mark") == CT_EINPUT;
 	}
 	OK(good == 18, "JPEG, whole: %d", good);
 	OK(cut == 18, "cut off: %d", cut);
 	OK(none == 24, "without an end: %d", none);
 }
 
+/* What stands behind the end mark is no part of the picture, unless it is another one. */
+static void padded()
+{
+	const Bytes whole = jpeg({1, 2, 0xff, 0xd9});
+	const Bytes pads[] = {{0xff}, {0x37}, {0}, {0x37, 0xff, 0, 0x12, 0x99}, Bytes(9, 0)};
+	int good = 0, two = 0;
+	Bytes m;
+
+	for (const char *s : syntaxes) {
+		for (const Bytes &pad : pads)
+			good += check(s, table + item(whole + pad) + end, "", &m) == 0 &&
+				m == whole;
+		two += check(s, table + item(whole + whole) + end, "followed by another") ==
+		       CT_EINPUT;
+		two += check(s, table + item(whole) + item(whole) + end, "2 compressed pictures") ==
+		       CT_EINPUT;
+	}
+	OK(good == 30, "JPEG, bytes of any number and kind behind the end mark are cut off: %d",
+		good);
+	OK(two == 12, "two pictures where one is announced are refused: %d", two);
+}
+
+/* The picture's own header must agree with that of the file. */
+static void sizes()
+{
+	const Bytes rest = {1, 2, 0xff, 0xd9};
+	int wrong = 0, other = 0;
+
+	for (const char *s : syntaxes) {
+		wrong += check(s, table + item(jpeg(rest, 2 * ROWS)) + end, "3x4 pixels") ==
+			 CT_EINPUT;
+		wrong += check(s, table + item(jpeg(rest, ROWS, COLUMNS - 1)) + end,
+				 "2x2 pixels") == CT_EINPUT;
+		wrong += check(s, table + item(jpeg(rest, ROWS, COLUMNS, 17)) + end, "17 bits") ==
+			 CT_EINPUT;
+		other += check(s, table + item(jpeg(rest, ROWS, COLUMNS, 12, 0xf7)) + end) == 0;
+		other += check(s, table + item(jpeg(rest, 0)) + end) == 0; /* told at its end */
+	}
+	OK(wrong == 18, "JPEG of another size or more bits than the header says is refused: %d",
+		wrong);
+	OK(other == 12, "JPEG-LS, fewer bits, and rows that are told later: %d", other);
+}
+
 /* The length of a fragment is believed up to the file's end, and not beyond. */
 static void lengths()
 {
-	const Bytes whole = {0xff, 0xd8, 1, 2, 0xff, 0xd9};
+	const Bytes whole = jpeg({1, 2, 0xff, 0xd9});
 	Bytes long_one = table + item(whole) + end;
 
 	long_one[table.size() + 4] += 8;
@@ -170,8 +224,15 @@ static void run_lengths()
 
 	OK(check(rle, table + item(coded(two, literal)) + end, "", &got) == 0 && got == mixed,
 		"RLE, the upper bytes and the lower ones");
-	OK(check(rle, table + item(coded({0xf0, 9}, literal)) + end, "", &got) == 0 && got == nines,
-		"a run that is too long is cut");
+	OK(check(rle, table + item(coded({0xfb, 9}, literal)) + end, "", &got) == 0 && got == nines,
+		"a run");
+	OK(rc(coded({0xf0, 9}, literal)) == CT_EINPUT && rc(coded(all, {0xfa, 7})) == CT_EINPUT,
+		"a run that makes more than the pixels is refused");
+	OK(rc(coded(all + Bytes{0xfb, 7}, all)) == CT_EINPUT &&
+			rc(coded(all, literal + Bytes{0, 5})) == CT_EINPUT,
+		"more runs than the pixels need are refused");
+	OK(rc(coded(all + Bytes{0, 128, 0}, literal + Bytes(9, 0))) == 0,
+		"zeros behind the pixels are padding");
 	OK(rc(coded(all, literal + Bytes{0})) == 0, "and padded");
 	OK(rc(coded(all, {5, 1, 2, 3, 4, 5})) == CT_EINPUT, "numbers that are cut off");
 	OK(rc(coded({0xfc, 7}, all)) == CT_EINPUT, "a run too few in the first segment");
@@ -189,20 +250,20 @@ static void run_lengths()
 /* Fragments as pictures. */
 static void many()
 {
-	const Bytes a = {0xff, 0xd8, 0xff, 1, 0xff, 0xd9}, b = {0xff, 0xd8, 0xff, 2, 3, 4},
-		    c = {5, 6, 0xff, 0xd9}, run = coded({0xfb, 7}, {0xfb, 8}),
+	const Bytes a = jpeg({1, 0xff, 0xd9}), b = jpeg({2, 3, 4}), c = {5, 6, 0xff, 0xd9},
+		    run = coded({0xfb, 7}, {0xfb, 8}),
 		    numbers = {8, 7, 8, 7, 8, 7, 8, 7, 8, 7, 8, 7};
-	const Bytes cut = {0xff, 0xd8, 0xff, 9};
-	const char *const jpeg = syntaxes[3];
+	const Bytes cut = jpeg({9});
+	const char *const lossless = syntaxes[3];
 	Bytes got;
 
-	OK(check(jpeg, table + item(a) + item(b) + item(c) + end, "", &got, 2) == 0 &&
+	OK(check(lossless, table + item(a) + item(b) + item(c) + end, "", &got, 2) == 0 &&
 			got == a + b + c,
 		"two pictures in three fragments");
-	OK(check(jpeg, table + item(a) + item(b) + item(c) + end, "2 compressed pictures", &got,
+	OK(check(lossless, table + item(a) + item(b) + item(c) + end, "2 compressed pictures", &got,
 		   3) == CT_EINPUT,
 		"and not three");
-	OK(check(jpeg, table + item(a) + item(cut) + item(a) + end, "no end mark", &got, 3) ==
+	OK(check(lossless, table + item(a) + item(cut) + item(a) + end, "no end mark", &got, 3) ==
 			CT_EINPUT,
 		"one of them cut off");
 	OK(check(rle, table + item(run) + item(run) + end, "", &got, 2) == 0 &&
@@ -223,27 +284,38 @@ static Bytes part(unsigned size, unsigned extra)
 	       Bytes(extra, 0x55);
 }
 
-static const Bytes head = {0xff, 0x4f, 0xff, 0x51, 0, 6, 1, 2, 3, 4, 0xff, 0x52, 0, 2};
+static const Bytes head = {0xff, 0x4f, 0xff, 0x51, 0, 41, 0, 0, 0, 0, 0, COLUMNS + 1, 0, 0, 0,
+	ROWS + 2, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 9, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 15,
+	1, 1, 0xff, 0x52, 0, 2};
 static const Bytes eoc = {0xff, 0xd9};
 
 static void sound()
 {
-	const Bytes parts[] = {head + part(20, 6) + eoc, head + part(14, 0) + part(0, 9) + eoc,
-		head + part(20, 6) + eoc + Bytes(3, 0)};
+	const Bytes parts[] = {head + part(20, 6) + eoc, head + part(14, 0) + part(0, 9) + eoc};
 	Bytes m;
 	int good = 0;
 
 	for (const char *s : j2k)
 		for (const Bytes &b : parts)
-			good += check(s, table + item(b) + end, "", &m) == 0 && m == b;
-	OK(good == 15, "JPEG 2000, whole: %d, as they are", good);
+			for (const Bytes &pad : {Bytes{}, Bytes{0xff}, Bytes{9, 0xff, 0, 7}})
+				good += check(s, table + item(b + pad) + end, "", &m) == 0 &&
+					m == b;
+	OK(good == 30, "JPEG 2000, whole: %d, as they are, but for what stands behind them", good);
+	Bytes other = head;
+
+	other[11]++;
+	OK(check(j2k[0], table + item(other + part(20, 6) + eoc) + end, "4x2 pixels") == CT_EINPUT,
+		"JPEG 2000 of another size than the header says");
+	OK(check(j2k[0], table + item(parts[0] + parts[0]) + end, "followed by another") ==
+			CT_EINPUT,
+		"two of them where one is announced");
 	OK(check(j2k[0], table + item(head + part(13, 6) + eoc) + end, "tile-part") == CT_EINPUT,
 		"a tile-part shorter than its header");
 	OK(check(j2k[0], table + item(head + part(19, 6) + eoc) + end, "tile-part") == CT_EINPUT,
 		"one that ends before the next");
 	OK(check(j2k[0], table + item(head + eoc) + end, "tile-part") == CT_EINPUT, "none");
 	OK(check(j2k[0], table + item(Bytes{0xff, 0x4e} + part(20, 6) + eoc) + end,
-		   "no end mark") == CT_EINPUT,
+		   "does not begin as JPEG 2000") == CT_EINPUT,
 		"another beginning");
 }
 
@@ -277,6 +349,8 @@ int main()
 		return 99;
 	close(fd);
 	frames();
+	padded();
+	sizes();
 	lengths();
 	run_lengths();
 	many();

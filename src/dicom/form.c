@@ -5,6 +5,7 @@
 #include "formats/ends.h"
 #include "dicom/form.h"
 
+#include <ctype.h>
 #include <stdlib.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -51,8 +52,10 @@ enum dicom_form dicom_form_of(const char *path)
 		return FOLDER;
 	n = ct_any_head(head, path);
 	if (ct_any_sniff(head, n) == CT_KIND_DICOM ||
-		(n >= 8 && (head[0] == 2 || head[0] == 8) && !head[1] && !head[3]))
-		return FILE_OF_SERIES; /* with or without its preamble */
+		(n >= 8 && (head[0] == 2 || head[0] == 8) && !head[1] && !head[3]) ||
+		(n >= 8 && head[0] == 0 && head[1] == 8 && !head[2] && isupper(head[4]) &&
+			isupper(head[5]))) /* big-endian */
+		return FILE_OF_SERIES;     /* with or without its preamble */
 	if (is_archive(head, n) ||
 		(n > 2 && head[0] == 0x1f && head[1] == 0x8b && is_other_gzip(path)))
 		return ARCHIVE;

@@ -20,10 +20,12 @@ static bool is_padding(const struct ct_slice *s, double x)
 static void to_gray(struct ct_vol *v, const struct ct_slice *s, bool turned)
 {
 	const double span = ldexp(1, s->stored) - 1;
+	const double base = ct_slice_base(s);
 	const double least = s->is_signed ? -ldexp(1, s->stored - 1) : 0;
 
 	for (size_t i = 0; i < ct_vol_count(v); i++) {
-		const double x = (double)v->data[i], g = (x - least) / span;
+		const double x = (double)v->data[i] + base,
+			     g = fmin(fmax((x - least) / span, 0), 1);
 
 		v->data[i] = is_padding(s, x) ? 0 : (float)(turned ? 1 - g : g);
 	}

@@ -245,7 +245,7 @@ static bool is_whole(const struct ct_slice *s, const struct ct_layout *l)
 	bool whole = l->even && !l->moved;
 
 	for (size_t k = 0; k < l->slices; k++)
-		whole = whole && s[k].slope == rint(s[k].slope) &&
+		whole = whole && !s[k].floats && s[k].slope == rint(s[k].slope) &&
 			s[k].intercept == rint(s[k].intercept);
 	return whole;
 }

@@ -10,6 +10,8 @@
 #include <string.h>
 #include <strings.h>
 
+enum { LEAST_HU = -1024, MOST_HU = 3071 }; /* of 12 bits, which most scanners have */
+
 void ct_slice_normal(const struct ct_slice *s, double n[3])
 {
 	ct_vec3_cross(n, s->across, s->down);
@@ -68,6 +70,13 @@ int ct_slice_check(const struct ct_slice *s, struct ct_err *e)
 	if (s->samples != 1)
 		return ct_fail(e, CT_EINPUT, "%s: SamplesPerPixel is %zu: a picture in colour",
 			s->path, s->samples);
+	if (s->colours[0] && strncasecmp(s->colours, "MONOCHROME", 10) != 0)
+		return ct_fail(e, CT_EINPUT,
+			"%s: PhotometricInterpretation is '%s': colours, not HU (MONOCHROME2)",
+			s->path, s->colours);
+	if (s->table)
+		return ct_fail(e, CT_EINPUT,
+			"%s: ModalityLUTSequence: a table of values is not read", s->path);
 	if (!s->scaled || !isfinite(s->slope) || !isfinite(s->intercept) || s->slope == 0)
 		return ct_fail(e, CT_EINPUT,
 			"%s: no usable RescaleSlope and RescaleIntercept: the HU are not known",
@@ -181,6 +190,8 @@ static inline void widen(size_t n, float *restrict out, const unsigned char *res
 {
 	const uint32_t mask = UINT32_MAX >> (32 - how->bits),
 		       sign = how->is_signed ? UINT32_C(1) << (how->bits - 1) : 0;
+	const int64_t less = (int64_t)sign + (int64_t)how->base;
+	const int shift = how->shift;
 
 	_Pragma("omp simd") for (size_t i = 0; i < n; i++)
 	{
@@ -192,9 +203,9 @@ static inline void widen(size_t n, float *restrict out, const unsigned char *res
 			u = half;
 		} else if (bytes == 4)
 			memcpy(&u, in + 4 * i, sizeof u);
-		u = (u & mask) ^ sign;
+		u = (u >> shift & mask) ^ sign;
 		out[i] = bytes < 4 ? (float)((int32_t)u - (int32_t)sign)
-				   : (float)((int64_t)u - (int64_t)sign);
+				   : (float)((int64_t)u - less);
 	}
 }
 
@@ -209,16 +220,40 @@ void ct_slice_widen(
 		widen(n, out, in, how, 4);
 }
 
+double ct_slice_base(const struct ct_slice *s)
+{
+	const double zero = s->scaled ? rint(-s->intercept / s->slope) : 0;
+
+	return s->allocated == 32 && fabs(zero) <= 0x1p32 ? zero : 0;
+}
+
+/* The stored values that are padding, less `base`: none if *lo > *hi. */
+static void padding_of(double *lo, double *hi, const struct ct_slice *s, double base)
+{
+	const double from = s->slope * s->padding[0] + s->intercept,
+		     to = s->slope * s->padding[1] + s->intercept,
+		     below = LEAST_HU - fmax(from, to), above = fmin(from, to) - MOST_HU,
+		     beside = fmax(fmax(below, above), 0) / 2 / fabs(s->slope);
+
+	*lo = s->padded ? fmin(s->padding[0], s->padding[1]) - base : (double)INFINITY;
+	*hi = s->padded ? fmax(s->padding[0], s->padding[1]) - base : -(double)INFINITY;
+	if (s->lossy && strcmp(s->modality, "CT") == 0 && beside > 0) {
+		*lo -= beside;
+		*hi += beside;
+	}
+}
+
 void ct_slice_scale(const struct ct_slice *s, float none, float *x)
 {
 	const size_t n = s->columns * s->rows;
-	const double lo = s->padded ? fmin(s->padding[0], s->padding[1]) : (double)INFINITY;
-	const double hi = s->padded ? fmax(s->padding[0], s->padding[1]) : -(double)INFINITY;
+	const double base = ct_slice_base(s), zero = s->slope * base + s->intercept;
+	double lo, hi;
 
+	padding_of(&lo, &hi, s, base);
 	_Pragma("omp simd") for (size_t i = 0; i < n; i++)
 	{
 		const double v = (double)x[i];
-		const float y = (float)(s->slope * v + s->intercept);
+		const float y = (float)(s->slope * v + zero);
 
 		x[i] = v >= lo && v <= hi ? none : y;
 	}

@@ -51,9 +51,14 @@ struct ct_slice {
 	double on_disk, claimed;    /* bytes of its part of the file, and of its numbers unpacked */
 	char syntax[CT_SLICE_TEXT]; /* TransferSyntaxUID */
 	long long pixels;           /* where the numbers of its file begin, in bytes */
-	int allocated, stored;      /* BitsAllocated, BitsStored */
+	int allocated, stored, high; /* BitsAllocated, BitsStored; HighBit, or -1 */
 	bool is_signed;
-	bool placed;  /* has position, orientation and pixel spacing */
+	bool overlaid;    /* bits that are not stored are of an overlay */
+	bool lossy;       /* values are near to what they were */
+	bool table;       /* has a ModalityLUTSequence */
+	bool floats;      /* FloatPixelData or DoubleFloatPixelData */
+	char colours[20]; /* PhotometricInterpretation */
+	bool placed;      /* has position, orientation and pixel spacing */
 	bool counted; /* its position is that of its file, and SpacingBetweenSlices times frame */
 	double position[3]; /* of the centre of the first pixel, LPS mm */
 	double across[3];   /* unit vector along a row: towards the next column */
@@ -69,12 +74,14 @@ struct ct_slice {
 	uint64_t hash[2];
 };
 
-/* How numbers are stored: in 1, 2 or 4 bytes each, little-endian, of which the lower `bits` count;
- * what lies above them, in old files, is something else. */
+/* How numbers are stored: in 1, 2 or 4 bytes each, little-endian, of which `bits` above the lowest
+ * `shift` count. `base` is subtracted from them before they are rounded to floats. */
 struct ct_slice_bits {
 	size_t bytes;
 	int bits;
 	bool is_signed;
+	int shift;
+	double base; /* a whole number */
 };
 
 /* Where plane k of a grid lies: position, axes and pitch, i along a row and j down the columns. The
@@ -99,9 +106,14 @@ const char *ct_slice_name(char out[CT_SLICE_NAME], const struct ct_slice *s);
 void ct_slice_sort(struct ct_slice *s, size_t n);
 /* How ImageType's value `k`, from 0, begins: is it `word`? */
 bool ct_slice_is_type(const struct ct_slice *s, int k, const char *word);
+/* What is subtracted from stored values, that floats hold what is left exactly, or nearly: that of
+ * 0 HU, where they have 32 bits; else 0. */
+double ct_slice_base(const struct ct_slice *s);
 /* n stored values. */
 void ct_slice_widen(size_t n, float *out, const void *in, const struct ct_slice_bits *how);
-/* Stored values of a slice to those that its scale makes of them; padding becomes `none`. */
+/* Stored values of a slice, less its base, to those that its scale makes of them; padding becomes
+ * `none`. Lossy compression moves padding: there, what is nearer to padding than to any HU that CT
+ * has is padding too. */
 void ct_slice_scale(const struct ct_slice *s, float none, float *x);
 /* A picture of X rays on a detector, by its modality? */
 bool ct_slice_is_radiograph(const struct ct_slice *s);

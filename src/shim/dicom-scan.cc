@@ -5,9 +5,10 @@
 #include "shim/dicom.h"
 #include "shim/guard.h"
 #include "shim/held.h"
+#include "shim/outline.h"
+#include "shim/pixel-tags.h"
 
 #include <vtkDICOMItem.h>
-#include <vtkDICOMUtilities.h>
 #include <vtkNew.h>
 
 #include <algorithm>
@@ -76,21 +77,6 @@ void note(Found &found, const std::string &path, ct_file_state state, const std:
 	found.file.push_back(f);
 }
 
-/* Are the numbers of a picture that is not compressed all there? */
-bool cut_off(vtkDICOMMetaData *m, vtkDICOMParser *p)
-{
-	std::string wrong; /* add_picture says it */
-	const double size = m->Get(DC::Rows).AsDouble() * m->Get(DC::Columns).AsDouble() *
-			    static_cast<double>(count_frames(m, &wrong)) *
-			    std::max(1.0, m->Get(DC::SamplesPerPixel).AsDouble()) *
-			    (m->Get(DC::BitsAllocated).AsInt() / 8);
-
-	return p->GetPixelDataVL() != 0xffffffff &&
-	       (static_cast<double>(p->GetFileSize() - p->GetFileOffset()) <
-			       static_cast<double>(p->GetPixelDataVL()) ||
-		       static_cast<double>(p->GetPixelDataVL()) < size);
-}
-
 /* What is parsed: a file, or a part of the store. */
 struct Source {
 	std::string shown; /* what it is called */
@@ -99,7 +85,7 @@ struct Source {
 	uint64_t begin, size;
 };
 
-void add_picture(Found &found, const Source &from, vtkDICOMMetaData *m, vtkDICOMParser *p)
+void add_picture(Found &found, const Source &from, vtkDICOMMetaData *m, const Outline &o)
 {
 	std::string wrong;
 	const size_t frames = count_frames(m, &wrong);
@@ -119,7 +105,8 @@ void add_picture(Found &found, const Source &from, vtkDICOMMetaData *m, vtkDICOM
 	note(found, from.shown, CT_FILE_PICTURE, "", series);
 	const double size = static_cast<double>(from.stored ? from.size : fs::file_size(from.path));
 	for (ct_slice &s : all) {
-		s.pixels = p->GetFileOffset();
+		describe_bits(m, o, &s);
+		s.pixels = static_cast<long long>(o.pixels);
 		s.store = from.stored ? found.store.descriptor() + 1 : 0;
 		s.begin = static_cast<long long>(from.begin);
 		s.bytes = static_cast<long long>(from.size);
@@ -219,6 +206,13 @@ void add_missing(Found &found, const std::string &path, vtkDICOMMetaData *m)
 	}
 }
 
+bool may_be_parsed(const std::string &path)
+{
+	const Outline o = outline_of(path.c_str());
+
+	return o.dicom && o.trouble.empty();
+}
+
 /* Hostile headers end in an assertion of vtk-dicom; these are tried elsewhere, before. */
 void try_headers(Found &found, const std::vector<std::string> &paths)
 {
@@ -227,8 +221,7 @@ void try_headers(Found &found, const std::vector<std::string> &paths)
 		vtkNew<vtkDICOMMetaData> m;
 		vtkNew<vtkDICOMParser> p;
 
-		if (fs::is_regular_file(paths[i], bad) &&
-			vtkDICOMUtilities::IsDICOMFile(paths[i].c_str()))
+		if (fs::is_regular_file(paths[i], bad) && may_be_parsed(paths[i]))
 			parse_header(paths[i], m, p);
 	});
 
@@ -250,10 +243,17 @@ void add_dicom(Found &found, const Source &from)
 {
 	vtkNew<vtkDICOMMetaData> m;
 	vtkNew<vtkDICOMParser> p;
+	Outline o = outline_of(from.path);
 
+	if (!o.trouble.empty())
+		return note(found, from.shown, CT_FILE_DAMAGED, o.trouble);
 	if (is_deadly(found, from))
 		return note(found, from.shown, CT_FILE_DAMAGED, "its header kills the parser");
-	const bool parsed = parse_header(from.path, m, p);
+	/* what stands behind the pixels may be anything */
+	const bool parsed =
+		parse_header(from.path, m, p) ||
+		(o.pixel_data != 0 && p->GetPixelDataFound() &&
+			static_cast<uint64_t>(p->GetFileOffset()) >= o.pixels); /* of the error */
 	const std::string series = m->Get(DC::SeriesInstanceUID).AsString();
 
 	if (!parsed)
@@ -270,10 +270,15 @@ void add_dicom(Found &found, const Source &from)
 			add_missing(found, from.shown, m);
 		return;
 	}
-	if (cut_off(m, p))
-		return note(found, from.shown, CT_FILE_DAMAGED, "truncated: its picture is cut off",
-			series);
-	add_picture(found, from, m, p);
+	if (o.pixel_data == 0) { /* other pictures, which PixelFile refuses */
+		o.pixels = static_cast<uint64_t>(p->GetFileOffset());
+		o.length = p->GetPixelDataVL();
+	}
+	const std::string wrong =
+		wrong_pixels(m, &o, static_cast<uint64_t>(p->GetFileSize()), count_frames(m));
+	if (!wrong.empty())
+		return note(found, from.shown, CT_FILE_DAMAGED, wrong, series);
+	add_picture(found, from, m, o);
 }
 
 /* What is held and deflated is parsed once it is inflated, the rest as it is. */
@@ -359,7 +364,7 @@ void add_file(Found &found, const std::string &path, bool named)
 	Lack::check(path.c_str());
 	if (const int why = read_head(path, head))
 		return note(found, path, CT_FILE_UNREADABLE, std::strerror(why));
-	if (vtkDICOMUtilities::IsDICOMFile(path.c_str()))
+	if (outline_of(path.c_str()).dicom)
 		return add_held(found, {path, path.c_str(), false, 0, 0});
 	if (begins_as_dicom(head)) {
 		note(found, path, CT_FILE_DAMAGED, "its header is cut off");

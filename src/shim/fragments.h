@@ -2,7 +2,8 @@
  *
  * Decoders fill what is missing with grey and do not tell, so the stream is checked before them:
  * its fragments must end with a sequence delimiter inside the file, a JPEG stream with its own end
- * mark, and each segment of RLE must make as many bytes as the picture has pixels. (DICOM PS3.5
+ * mark and the size that the header says, and each segment of RLE must make as many bytes as the
+ * picture has pixels, no more. (DICOM PS3.5
  * annexes A.4 and G; ITU-T T.81 and T.800 annex A for the marks.)
  */
 #ifndef CT_SHIM_FRAGMENTS_H
@@ -34,10 +35,18 @@ int list_pictures(std::vector<Parts> &list, int fd, uint64_t offset, Coding codi
  * CT_EINPUT if it does not make all of them. */
 int unpack_rle(
 	Bytes &out, const Bytes &b, size_t pixels, size_t bytes, const char *what, ct_err *e);
-/* Is that the whole stream of a picture in JPEG or JPEG 2000? 0, or -1 with CT_EINPUT.
+/* What a picture holds, by the header of the file or its own. */
+struct Frame {
+	size_t rows, columns;
+	unsigned samples, bits;
+};
+/* Is that the whole stream of one picture in JPEG or JPEG 2000, of the size that is wanted, with no
+ * more bits? 0 and its bits, or -1 with CT_EINPUT. What stands behind its end mark is cut off: one
+ * byte where their number is odd, but there are writers that put more, and not zeros.
  *
  * The one repair: the last tile-part of a JPEG 2000 stream may state a length (Psot) beyond the
  * end, where 0 means "up to the end". */
-int check_jpeg(Bytes &b, Coding coding, const char *what, ct_err *e);
+int check_jpeg(
+	Bytes &b, Coding coding, const Frame &want, unsigned *bits, const char *what, ct_err *e);
 
 #endif

@@ -3,6 +3,7 @@
 #include "core/inflate.h"
 #include "shim/guard.h"
 #include "shim/held.h"
+#include "shim/outline.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -123,14 +124,6 @@ Held::~Held()
 namespace
 {
 
-/* Do these first bytes of a file look like DICOM, with or without preamble? */
-bool looks_like_dicom(const unsigned char *p, size_t n)
-{
-	if (n >= 132 && std::memcmp(p + 128, "DICM", 4) == 0)
-		return true;
-	return n >= 8 && (p[0] == 2 || p[0] == 8) && p[1] == 0 && p[3] == 0;
-}
-
 std::string trouble_of(archive *a)
 {
 	return archive_error_string(a) ? archive_error_string(a) : "damaged archive";
@@ -145,7 +138,7 @@ void keep(archive *a, Member &m, Store &store)
 	while (held < 4096 &&
 		(n = archive_read_data(a, block.data() + held, block.size() - held)) > 0)
 		held += static_cast<size_t>(n);
-	m.dicom = looks_like_dicom(block.data(), held);
+	m.dicom = begins_as_dicom(block.data(), held, std::max<size_t>(held, 132));
 	m.zeros = std::all_of(
 		block.data(), block.data() + held, [](unsigned char c) { return c == 0; });
 	m.size = held;
@@ -208,60 +201,23 @@ bool unpack(const std::string &, bool, Store &, const std::function<void(const M
 }
 #endif
 
-namespace
-{
-
-/* Where the data set begins behind the group of the file's meta information, whose syntax lies at
- * *syntax; 0 if there is none. */
-size_t data_begin(const std::vector<unsigned char> &b, size_t *syntax)
-{
-	size_t at = 132;
-
-	if (b.size() < 140 || std::memcmp(b.data() + 128, "DICM", 4) != 0)
-		return 0;
-	for (*syntax = 0; at + 8 <= b.size() && b[at] == 2 && b[at + 1] == 0;) {
-		const bool wide = std::memcmp(&b[at + 4], "OB", 2) == 0 ||
-				  std::memcmp(&b[at + 4], "UN", 2) == 0;
-		size_t size = b[at + 6] | b[at + 7] << 8, head = 8;
-
-		if (wide) {
-			if (at + 12 > b.size())
-				return 0;
-			size = b[at + 8] | b[at + 9] << 8 | b[at + 10] << 16 |
-			       static_cast<size_t>(b[at + 11]) << 24;
-			head = 12;
-		}
-		if (size > b.size() - at - head)
-			return 0;
-		if (b[at + 2] == 0x10 && b[at + 3] == 0 && size == 22)
-			*syntax = at + head;
-		at += head + size;
-	}
-	return *syntax ? at : 0;
-}
-
-} // namespace
-
 bool inflate_dicom(const char *path, Store &store)
 {
 	static const char deflated[] = "1.2.840.10008.1.2.1.99",
 			  plain[] = "1.2.840.10008.1.2.1\0\0";
 	std::vector<unsigned char> file, block(1 << 18);
 	std::ifstream in(path, std::ios::binary);
-	size_t begin, syntax;
+	const Outline o = outline_of(path);
+	const size_t begin = static_cast<size_t>(o.begin);
 	z_stream z = {};
 	int rc;
 
-	file.resize(4096);
-	in.read(reinterpret_cast<char *>(file.data()), 4096);
-	file.resize(static_cast<size_t>(in.gcount()));
-	begin = data_begin(file, &syntax);
-	if (begin == 0 || std::memcmp(&file[syntax], deflated, 22) != 0)
+	if (o.syntax != deflated)
 		return false;
-	in.clear();
-	file.insert(
-		file.end(), std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
-	std::memcpy(&file[syntax], plain, 22);
+	file.assign(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
+	if (file.size() < begin)
+		throw std::runtime_error("it has become shorter");
+	std::memcpy(&file[o.uid], plain, 22);
 	store.unpacks(file.size());
 	store.add(file.data(), begin);
 	if (inflateInit2(&z, -15) != Z_OK)

@@ -32,14 +32,17 @@ class PixelFile
 	int read(const ct_slice &s, float *out, ct_err *e);
 
       private:
-	int decode_jpeg(const ct_slice &s, float *out, ct_err *e);
+	int decode_jpeg(const ct_slice &s, ct_err *e);
 	int get(const Parts &parts, ct_err *e);
-	bool write_alone(const char *path, const ct_slice &s) const;
+	bool write_alone(const char *path, const ct_slice &s, int bits) const;
+	int turn(const ct_slice &s, size_t bytes, ct_err *e);
 
 	const ct_slice *of = nullptr; /* that was opened */
 	std::unique_ptr<Held> held;
 	int fd = -1;
 	Coding coding = Coding::other;
+	uint32_t tag = 0;            /* of the pixel data, */
+	char vr[2] = {0, 0};         /* their VR */
 	std::vector<Parts> pictures; /* of what is compressed */
 	Bytes raw, unpacked;
 };
