@@ -52,8 +52,6 @@ def make():
         write("cutoff/%d.dcm" % k, "axial", k, "1.2.3.14")
         write("shortrun/%d.dcm" % k, "axial", k, "1.2.3.19")
         write("syntax/%d.dcm" % k, "axial", k, "1.2.3.20")
-        write("float/%d.dcm" % k, "axial", k, "1.2.3.21", BitsAllocated=32, BitsStored=32, HighBit=31,
-              FloatPixelData=b"\0" * (4 * ROWS * COLUMNS), PixelData=None)
         write("norescale/%d.dcm" % k, "axial", k, "1.2.3.15", RescaleSlope=None)
         bomb("bomb/%d.dcm" % k, k)
     write("twice/again.dcm", "axial", 3, "1.2.3.10")

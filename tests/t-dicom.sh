@@ -52,7 +52,6 @@ refused 3 mr "modality is 'MR'"
 refused 3 cutoff 'cannot be decoded\|damaged\|truncated'
 refused 3 shortrun 'shortrun/4.dcm: damaged: its run-length code does not make 120 pixels of 2 bytes'
 refused 3 syntax 'syntax/4.dcm: TransferSyntaxUID 1.2.840.10008.1.2.4.58 is not one that is read'
-refused 3 float 'no PixelData'
 refused 3 norescale 'RescaleSlope'
 refused 3 bomb '1152000000 or more.*--expand'
 [ ! -e d.nii ]; ok $? 'no file is left'

@@ -126,6 +126,7 @@ def numbers():
     series("signed-zeros-above", lambda v: (hu(v).astype("<u2") & 0xfff).tobytes(), signed=1, intercept="0")
     overlay = Form().short(0x60000100, 16) + Form().short(0x60000102, 12)
     series("overlay", lambda v: little(v | 0x1000 * (v % 2)), more=overlay)
+    series("above", lambda v: little(v | 0x5000))
     metal = lambda v: np.where(v == v.max(), 5000, v)
     series("metal-16", lambda v: little(metal(v)), stored=16, high=15)
     series("metal", lambda v: little(metal(v)))

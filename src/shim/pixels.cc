@@ -132,9 +132,23 @@ uint32_t bits_in(const Bytes &b, size_t bytes)
 	return all;
 }
 
-/* Which bits of the numbers count. What lies above BitsStored is of an overlay, if one says so;
- * else it is the sign, or the rest of a number that is too large for them, as of metal: then all
- * count. */
+/* Do the bits from `from` on differ between numbers? */
+bool differ_above(const Bytes &b, size_t bytes, int from)
+{
+	uint32_t first = 0, u = 0;
+
+	std::memcpy(&first, b.data(), std::min(bytes, b.size()));
+	for (size_t i = 0; i + bytes <= b.size(); i += bytes) {
+		std::memcpy(&u, &b[i], bytes);
+		if ((u ^ first) >> from != 0)
+			return true;
+	}
+	return false;
+}
+
+/* Which bits of the numbers count. What lies above BitsStored is of an overlay, if one says so, or
+ * nothing, if it is the same in all numbers; else it is the sign, or the rest of a number that is
+ * too large for them, as of metal: then all count. */
 int choose_bits(ct_slice_bits *how, const ct_slice &s, const Bytes &b, ct_err *e)
 {
 	const int stored = bits_of(s);
@@ -148,7 +162,8 @@ int choose_bits(ct_slice_bits *how, const ct_slice &s, const Bytes &b, ct_err *e
 		return ct_fail(e, CT_EINPUT,
 			"%s: HighBit is %d, but the numbers lie in the lower %d bits: HighBit should be %d",
 			s.path, s.high, stored, stored - 1);
-	if (shift == 0 && !s.overlaid && stored < s.allocated && all >> stored != 0)
+	if (shift == 0 && !s.overlaid && stored < s.allocated && all >> stored != 0 &&
+		differ_above(b, how->bytes, stored))
 		how->bits = s.allocated;
 	return 0;
 }
@@ -220,8 +235,8 @@ int PixelFile::open(const ct_slice &s, ct_err *e)
 			s.allocated);
 	if (coding == Coding::other)
 		return ct_fail(e, CT_EINPUT,
-			"%s: TransferSyntaxUID %s (%s) is not one that is read: recode it, as by dcmconv or "
-			"gdcmconv --raw",
+			"%s: TransferSyntaxUID %s is not one that is read: %s; recode it, as by "
+			"dcmconv or gdcmconv --raw",
 			s.path, s.syntax, syntax_name(s.syntax));
 	if (foreign() && s.high >= bits_of(s) && s.high < s.allocated)
 		return ct_fail(e, CT_EINPUT,
