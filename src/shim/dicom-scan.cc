@@ -274,8 +274,10 @@ void add_dicom(Found &found, const Source &from)
 		o.pixels = static_cast<uint64_t>(p->GetFileOffset());
 		o.length = p->GetPixelDataVL();
 	}
-	const std::string wrong =
-		wrong_pixels(m, &o, static_cast<uint64_t>(p->GetFileSize()), count_frames(m));
+	std::string wrong;
+	const size_t frames = count_frames(m, &wrong);
+	if (wrong.empty())
+		wrong = wrong_pixels(m, &o, static_cast<uint64_t>(p->GetFileSize()), frames);
 	if (!wrong.empty())
 		return note(found, from.shown, CT_FILE_DAMAGED, wrong, series);
 	add_picture(found, from, m, o);
