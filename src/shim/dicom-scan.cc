@@ -276,6 +276,9 @@ void add_dicom(Found &found, const Source &from)
 	}
 	std::string wrong;
 	const size_t frames = count_frames(m, &wrong);
+	ct_slice first = {};
+	if (wrong.empty())
+		wrong = describe_frame(m, 0, &first); /* Rows that are no number, not their bytes */
 	if (wrong.empty())
 		wrong = wrong_pixels(m, &o, static_cast<uint64_t>(p->GetFileSize()), frames);
 	if (!wrong.empty())
