@@ -601,11 +601,6 @@ static void in_turn(struct ct_slice *s, int k)
 	s->acquisition = 1 + k % 2;
 }
 
-static void thrice(struct ct_slice *s, int k)
-{
-	s->phase = 30 * (k % 3);
-}
-
 static void behind(struct ct_slice *s, int k)
 {
 	s->acquisition = 1 + k / 4;
@@ -622,23 +617,13 @@ static void inserted(struct ct_slice *s, int k)
 	snprintf(s->kernel, sizeof s->kernel, "%d", k == 2 || k == 3);
 }
 
-static void at_times(struct ct_slice *s, int k)
-{
-	s->acquired = k % 2;
-}
-
 static void test_passes(void)
 {
 	OK(crosses(in_turn, "0246(AcquisitionNumber 1) 135(AcquisitionNumber 2)"),
 		"what lies between the slices of another acquisition is another stack");
-	OK(crosses(thrice, "036(NominalPercentageOfCardiacPhase 0) "
-			   "14(NominalPercentageOfCardiacPhase 30) "
-			   "25(NominalPercentageOfCardiacPhase 60)"),
-		"so are three phases");
 	OK(crosses(by_pairs, "0145(KVP 80) 236(KVP 140)"), "and energies by pairs");
-	OK(crosses(behind, "0123456") && crosses(inserted, "0123456") &&
-			crosses(at_times, "0123456"),
-		"acquisitions one behind the other, a zone and passes in time are one");
+	OK(crosses(behind, "0123456") && crosses(inserted, "0123456"),
+		"acquisitions one behind the other, and a zone, are one");
 }
 
 static bool picks(struct ct_slice *s, const char *which, size_t want)

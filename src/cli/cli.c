@@ -284,6 +284,10 @@ static void say(const struct ct_env *env, enum ct_level level, const char *said)
 	char text[SAID];
 
 	put_said(text, said);
+	if (level == CT_BEHIND && env->behind) {
+		fprintf(env->behind, "%s: %s\n", env->tool, text);
+		return;
+	}
 	if (level == CT_WARN)
 		put_log(env, "warning: ", text);
 	if (level == CT_WARN && env->notes)

@@ -18,20 +18,6 @@ void ct_log(const struct ct_env *env, enum ct_level level, const char *fmt, ...)
 	env->log(env, level, text);
 }
 
-void ct_log_behind(const struct ct_env *env, const char *fmt, ...)
-{
-	char text[600];
-	va_list ap;
-
-	va_start(ap, fmt);
-	vsnprintf(text, sizeof text, fmt, ap);
-	va_end(ap);
-	if (env && env->behind)
-		fprintf(env->behind, "%s: %s\n", env->tool, text);
-	else
-		ct_log(env, CT_WARN, "%s", text);
-}
-
 void ct_progress(const struct ct_env *env, const char *what, size_t done, size_t total)
 {
 	ct_progress_until(env, what, done, total, 0);

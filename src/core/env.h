@@ -10,7 +10,8 @@
 #include <stdint.h>
 #include <stdio.h>
 
-enum ct_level { CT_WARN = 0, CT_INFO = 1, CT_DEBUG = 2 };
+/* CT_BEHIND: a line that follows the error that ends the run. */
+enum ct_level { CT_BEHIND = -1, CT_WARN = 0, CT_INFO = 1, CT_DEBUG = 2 };
 
 /* A zeroed struct is a valid quiet, single-threaded environment. */
 struct ct_given;   /* cli/modes.h */
@@ -29,7 +30,7 @@ struct ct_env {
 	const struct ct_given *given;      /* the options of the command line */
 	const volatile sig_atomic_t *stop; /* non-zero: stop soon, state saved; may be NULL */
 	FILE *notes;  /* `log` of the commands puts the warnings there too, a line each; or NULL */
-	FILE *behind; /* lines that follow the error that ends the run; or NULL */
+	FILE *behind; /* `log` of the commands puts what is CT_BEHIND there; or NULL */
 	/* warnings, however quiet, and what `verbose` asks for */
 	void (*log)(const struct ct_env *env, enum ct_level level, const char *text);
 	/* done of total units of the work `what`, which ends there; or, with likely > 0, there at
@@ -43,9 +44,6 @@ struct ct_env {
 /* Format and hand to env->log; no log, no words. */
 void ct_log(const struct ct_env *env, enum ct_level level, const char *fmt, ...)
 	__attribute__((format(printf, 3, 4)));
-/* A line that follows the error that ends the run: a list of what there is to choose from. */
-void ct_log_behind(const struct ct_env *env, const char *fmt, ...)
-	__attribute__((format(printf, 2, 3)));
 void ct_progress(const struct ct_env *env, const char *what, size_t done, size_t total);
 void ct_progress_until(
 	const struct ct_env *env, const char *what, size_t done, size_t most, size_t likely);

@@ -64,9 +64,9 @@ void series_lines(const struct series_set *set, const struct ct_env *env)
 		const char *role =
 			l->role == CT_PICTURE_SLICES ? "" : CT_WORD(CT_PICTURE_LIST, l->role);
 
-		ct_log_behind(env, "series %zu: %zu %s %zux%zu '%s' %s%s%s%s%s", k + 1, l->count,
-			s->modality, s->columns, s->rows, s->about, s->series, *role ? ", " : "",
-			role, *l->moment ? ", " : "", l->moment);
+		ct_log(env, CT_BEHIND, "series %zu: %zu %s %zux%zu '%s' %s%s%s%s%s", k + 1,
+			l->count, s->modality, s->columns, s->rows, s->about, s->series,
+			*role ? ", " : "", role, *l->moment ? ", " : "", l->moment);
 	}
 }
 
