@@ -2,10 +2,10 @@
 # Looks for inputs that break a reader, with libFuzzer (Debian: clang, libclang-rt-dev):
 #   scripts/fuzz.sh [--seconds N | --runs N] [--keep] [TARGET...]
 # TARGET is the x of tests/fuzz/fuzz-x.c; default: all of them, 60 seconds each. Builds in build-fuzz with
-# AddressSanitizer and UBSan. Each begins from its seeds and tests/fuzz/corpus/TARGET. --keep writes back to
-# tests/fuzz/corpus at most 40 small inputs a target that reach most of what was reached, beside those that
-# are named found-*. A finding is left in build-fuzz/found, to be replayed: tests/fuzz/fuzz-x FILE. Closes
-# with a table.
+# AddressSanitizer and UBSan. Each begins from its seeds and tests/fuzz/corpus/TARGET.tar. --keep writes back to
+# this archive at most 40 small inputs a target that reach most of what was reached, beside those that
+# are named found-*. A finding is left in build-fuzz/found, to be replayed: tests/fuzz/fuzz-x FILE,
+# and kept: scripts/fuzz-corpus.sh add TARGET FILE. Closes with a table.
 set -e
 top=$(cd "$(dirname "$0")/.." && pwd)
 limit=-max_total_time=60 keep=
@@ -48,10 +48,10 @@ export UBSAN_OPTIONS=print_stacktrace=1
 tried=0 broken=0
 printf '%-14s %12s %8s %8s  %s\n' target executed covered corpus result >table
 for x in $names; do
-	old=$top/tests/fuzz/corpus/$x new=$build/corpus/$x
+	new=$build/corpus/$x
 	rm -rf "$build/seeds/$x" && mkdir -p "$new" "$build/seeds/$x"
 	"tests/fuzz/fuzz-$x" --seeds "$build/seeds/$x"
-	[ ! -d "$old" ] || cp "$old"/* "$build/seeds/$x/"
+	"$top/scripts/fuzz-corpus.sh" unpack "$x" "$build/seeds/$x"
 	result=sound leaks=1
 	# where another library decodes, what it leaks is its own
 	! grep -q 'fuzz_rounds = 0' "$top/tests/fuzz/fuzz-$x.c" || leaks=0
@@ -67,8 +67,10 @@ for x in $names; do
 	if [ "$keep" ] && [ "${result#BROKEN}" = "$result" ]; then
 		rm -rf "$build/least" && mkdir "$build/least"
 		ASAN_OPTIONS=allocator_may_return_null=1:detect_leaks=0 "tests/fuzz/fuzz-$x" -set_cover_merge=1 -max_len=4096 "$build/least" "$build/seeds/$x" "$new" >>"$x.log" 2>&1
-		mkdir -p "$old" && find "$old" -type f ! -name 'found-*' -delete
-		find "$build/least" -type f -printf '%s %p\n' | sort -n | head -n 40 | while read -r _ f; do cp "$f" "$old/"; done
+		rm -rf "$build/kept" && mkdir "$build/kept"
+		find "$build/least" -type f -printf '%s %p\n' | sort -n | head -n 40 | while read -r _ f; do cp "$f" "$build/kept/"; done
+		find "$build/seeds/$x" -type f -name 'found-*' -exec cp {} "$build/kept/" \;
+		"$top/scripts/fuzz-corpus.sh" replace "$x" "$build/kept"
 	fi
 	printf '%-14s %12s %8s %8s  %s\n' "$x" "${n:-0}" "${cov:-0}" "$(find "$new" -type f | wc -l)" "$result" >>table
 done

@@ -99,7 +99,8 @@ printf '#!/bin/sh\nexit 7\n' >to/bin/ct-picture; exits 7 'no memory' to/bin/ct-c
 printf '#!/bin/sh\nhead -c 510 /dev/zero\n' >to/bin/ct-picture; exits 3 'a picture that breaks off' to/bin/ct-convert --radiograph intensity a8.png no.exr; has err 'cannot be decoded$' 'is told'
 exits 2 'ct-picture alone' ct-picture; has err 'reads a picture for ct-convert' 'says what it is for'
 [ ! -e no.exr ]; ok $? 'nothing was made'
-for f in "$srcdir"/tests/fuzz/corpus/image/*; do
+mkdir hostile; tar -xf "$srcdir/tests/fuzz/corpus/image.tar" -C hostile
+for f in hostile/*; do
 	ct-convert -q -f --radiograph integral "$f" o.exr 2>err; code=$?
 	case $code in 0|3|6|7) ;; *) echo "$f $code"; cat err ;; esac
 	n=$((${n:-0} + 1)); [ $n -lt 20 ] || break

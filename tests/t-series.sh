@@ -33,7 +33,7 @@ head -c -20 ok/05.dcm >bad-pixels/05.dcm; damaged bad-pixels 'damaged: truncated
 ln -sf nowhere bad-dangling/05.dcm; damaged bad-dangling 'unreadable: No such file'
 ln -sf 05.dcm bad-loop/05.dcm; damaged bad-loop 'unreadable: Too many levels'
 echo hello >bad-text/05.dcm; damaged bad-text 'not DICOM'
-cp "$srcdir/tests/fuzz/corpus/dicom/found-length" bad-kills/05.dcm; damaged bad-kills 'damaged: ' # an assertion of the parser
+tar -xOf "$srcdir/tests/fuzz/corpus/dicom.tar" found-length >bad-kills/05.dcm; damaged bad-kills 'damaged: ' # an assertion of the parser
 if [ "$(id -u)" -ne 0 ]; then
 	cp -r ok bad-mode; chmod 000 bad-mode/05.dcm; damaged bad-mode 'unreadable: Permission denied'
 	cp -r ok bad-folder; mkdir bad-folder/sub; chmod 000 bad-folder/sub

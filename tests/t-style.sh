@@ -57,6 +57,11 @@ bad=$(for f in $src; do
 bad=$(wc -l $src | awk '$2 != "total" && $1 > ($2 ~ /^tests/ ? 700 : 500) {print}')
 [ -z "$bad" ]; ok $? 'no source is longer than 500 lines, no test than 700'
 [ -z "$bad" ] || echo "$bad" | sed 's/^/# /'
+bad=$(find tests/fuzz/corpus -mindepth 1 | grep -v '^tests/fuzz/corpus/[a-z-]*\.tar$'
+	for f in tests/fuzz/fuzz-*.c; do
+		x=${f#tests/fuzz/fuzz-}; [ -f "tests/fuzz/corpus/${x%.c}.tar" ] || echo "$f has no corpus"; done)
+[ -z "$bad" ]; ok $? 'the corpus of each fuzz target is one archive (scripts/fuzz-corpus.sh pack)'
+[ -z "$bad" ] || echo "$bad" | sed 's/^/# /'
 if clang-format --version 2>/dev/null | grep -q 'version 14\.'; then
 	# shellcheck disable=SC2046
 	bad=$(clang-format --dry-run $src $(find bench -name '*.[ch]') 2>&1 | grep warning: | cut -d: -f1 | uniq -c)

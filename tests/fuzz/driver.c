@@ -1,5 +1,5 @@
 /* Replays a fuzz target: its own seeds with mutations drawn from a fixed linear congruential
- * generator, and the files of its corpus; or the files that are named. A crash or a sanitizer
+ * generator, and the inputs of its corpus; or the files that are named. A crash or a sanitizer
  * report is the failure.
  *   fuzz-x [FILE...]         replay
  *   fuzz-x --seeds FOLDER    write the seeds there; also of the target that libFuzzer drives */
@@ -7,13 +7,12 @@
 #include "driver.h"
 #include "../tap.h"
 
-#include <dirent.h>
 #include <stdlib.h>
 #include <string.h>
 
 size_t fuzz_taken;
 
-enum { ROOM = 256, MOST_FILE = 1 << 20 };
+enum { ROOM = 256, MOST_FILE = 1 << 20, MOST_CORPUS = 1 << 24 };
 
 static uint64_t lcg(uint64_t *s)
 {
@@ -83,43 +82,67 @@ static void replay(const unsigned char *seed, size_t n, const char *name)
 	OK(1, "%s and %d mutations of its %zu bytes", name, fuzz_rounds, n);
 }
 
-static void replay_file(const char *path)
+static void replay_bytes(const unsigned char *p, size_t n)
 {
-	unsigned char *p = malloc(MOST_FILE), *exact;
-	FILE *f = fopen(path, "rb");
-	size_t n;
+	unsigned char *exact = malloc(n ? n : 1); /* so that reading past the end is caught */
 
-	if (!p || !f)
+	if (!exact)
 		exit(99);
-	n = fread(p, 1, MOST_FILE, f);
-	fclose(f);
-	exact = realloc(p, n ? n : 1);
-	LLVMFuzzerTestOneInput(exact ? exact : p, n);
-	free(exact ? exact : p);
+	memcpy(exact, p, n);
+	LLVMFuzzerTestOneInput(exact, n);
+	free(exact);
 }
 
-/* tests/fuzz/corpus/x of the target fuzz-x. */
+/* The bytes of a file, from malloc. */
+static unsigned char *whole(const char *path, size_t most, size_t *n)
+{
+	unsigned char *p = malloc(most);
+	FILE *f = fopen(path, "rb");
+
+	if (!p)
+		exit(99);
+	*n = f ? fread(p, 1, most, f) : 0;
+	if (f)
+		fclose(f);
+	return p;
+}
+
+static void replay_file(const char *path)
+{
+	size_t n;
+	unsigned char *p = whole(path, MOST_FILE, &n);
+
+	replay_bytes(p, n);
+	free(p);
+}
+
+/* tests/fuzz/corpus/x.tar of the target fuzz-x, which scripts/fuzz-corpus.sh writes: a block with
+ * the name and size of a file, its bytes, filled up to a block; last a block of zeros. */
 static void replay_corpus(const char *target)
 {
+	enum { BLOCK = 512, SIZE = 124, KIND = 156, MAGIC = 257 };
 	const char *top = getenv("srcdir"), *name = strrchr(target, '/');
-	char folder[3000], path[4000];
-	struct dirent *x;
-	size_t files = 0;
-	DIR *d;
+	size_t files = 0, at = 0, n;
+	unsigned char *p;
+	char path[4000];
 
 	name = name ? name + 1 : target;
 	name += strncmp(name, "fuzz-", 5) == 0 ? 5 : 0;
-	snprintf(folder, sizeof folder, "%s/tests/fuzz/corpus/%s", top ? top : ".", name);
-	d = opendir(folder);
-	while (d && (x = readdir(d)))
-		if (x->d_name[0] != '.') {
-			snprintf(path, sizeof path, "%s/%s", folder, x->d_name);
-			replay_file(path);
-			files++;
-		}
-	if (d)
-		closedir(d);
-	OK(files > 0, "%zu files of %s", files, folder);
+	snprintf(path, sizeof path, "%s/tests/fuzz/corpus/%s.tar", top ? top : ".", name);
+	p = whole(path, MOST_CORPUS, &n);
+	while (n - at >= BLOCK && memcmp(p + at + MAGIC, "ustar", 5) == 0 && p[at + KIND] == '0') {
+		const size_t size = strtoul((const char *)p + at + SIZE, NULL, 8);
+
+		if (size > n - at - BLOCK)
+			break;
+		replay_bytes(p + at + BLOCK, size);
+		files++;
+		at += BLOCK + (size + BLOCK - 1) / BLOCK * BLOCK;
+		at = at < n ? at : n;
+	}
+	OK(files > 0, "%zu inputs of %s are replayed", files, path);
+	OK(at < n && p[at] == 0, "%s is a whole archive of plain files", path);
+	free(p);
 }
 
 static void write_seeds(const char *folder)

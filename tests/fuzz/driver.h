@@ -1,7 +1,8 @@
 /* driver.h: a fuzz target is these two functions and a number.
  *
- * In make check driver.c feeds it its own seeds, mutations of them, and the files of
- * tests/fuzz/corpus. scripts/fuzz.sh builds the same target for libFuzzer, which looks for more.
+ * In make check driver.c feeds it its own seeds, mutations of them, and the inputs of
+ * tests/fuzz/corpus/x.tar. scripts/fuzz.sh builds the same target for libFuzzer, which looks for
+ * more.
  */
 #ifndef CT_TESTS_FUZZ_DRIVER_H
 #define CT_TESTS_FUZZ_DRIVER_H

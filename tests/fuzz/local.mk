@@ -1,8 +1,8 @@
-# A fuzz target for every reader, state and metadata: fuzz-x.c, corpus/x. make check replays the corpus and
+# A fuzz target for every reader, state and metadata: fuzz-x.c, corpus/x.tar. make check replays the corpus and
 # mutates the seeds; scripts/fuzz.sh looks for more with libFuzzer.
 FUZZ_DRIVER = tests/fuzz/driver.c tests/fuzz/driver.h tests/fuzz/mem-file.h tests/fuzz/seed-file.h tests/fuzz/volume.h tests/fuzz/weights.h \
 	tests/fuzz/state-run.h
-EXTRA_DIST += tests/fuzz/corpus tests/fuzz/make-dicom.py scripts/fuzz.sh
+EXTRA_DIST += tests/fuzz/corpus tests/fuzz/make-dicom.py scripts/fuzz.sh scripts/fuzz-corpus.sh
 FUZZ_TARGETS =
 check_PROGRAMS += $(FUZZ_TARGETS)
 FUZZ_TARGETS += tests/fuzz/fuzz-nifti

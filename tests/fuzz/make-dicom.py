@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the DICOM seeds of tests/fuzz/corpus/dicom into a folder: one small synthetic picture in every
+"""Writes the DICOM seeds of tests/fuzz/corpus/dicom.tar into a folder: one small synthetic picture in every
 transfer syntax that pydicom and gdcmconv (Debian: libgdcm-tools) can write, deflated, and in archives.
 
   make-dicom.py FOLDER
