@@ -1,6 +1,7 @@
 libct_a_SOURCES += src/core/clock.c src/core/clock.h
 libct_a_SOURCES += src/core/err.c src/core/err.h
 libct_a_SOURCES += src/core/inflate.c src/core/inflate.h
+libct_a_SOURCES += src/core/installed.c src/core/installed.h
 libct_a_SOURCES += src/core/mem.c src/core/mem.h
 libct_a_SOURCES += src/core/meta.c src/core/meta.h
 libct_a_SOURCES += src/core/acquired.c src/core/acquired.h

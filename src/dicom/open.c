@@ -1,11 +1,11 @@
 /* open.c: the module is loaded; see module.h. */
 #include "config.h"
 #include "core/inflate.h"
+#include "core/installed.h"
 #include "core/mem.h"
 #include "dicom/form.h"
 #include "dicom/module.h"
 #include "formats/temp.h"
-#include "tools/lib/installed.h"
 
 #include <dlfcn.h>
 #include <errno.h>

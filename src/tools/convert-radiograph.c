@@ -3,13 +3,13 @@
 #include "cli/modes.h"
 #include "cli/stop.h"
 #include "core/inflate.h"
+#include "core/installed.h"
 #include "core/mem.h"
 #include "core/stack.h"
 #include "dicom/form.h"
 #include "formats/format.h"
 #include "formats/hash.h"
 #include "tools/convert.h"
-#include "tools/lib/installed.h"
 
 #include <errno.h>
 #include <fcntl.h>

@@ -1,8 +1,8 @@
 /* page-file.c: see page-file.h. */
 #include "config.h"
-#include "tools/page-file.h"
+#include "core/installed.h"
 #include "formats/io.h"
-#include "tools/lib/installed.h"
+#include "tools/page-file.h"
 
 #include <stdlib.h>
 #include <unistd.h>

@@ -1,7 +1,7 @@
 /* prior-opts.c: see prior-opts.h. */
 #include "config.h"
+#include "core/installed.h"
 #include "formats/format.h"
-#include "tools/lib/installed.h"
 #include "tools/lib/prior-opts.h"
 
 #include <stdlib.h>

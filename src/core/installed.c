@@ -1,6 +1,6 @@
 /* installed.c: see installed.h. */
 #include "config.h"
-#include "tools/lib/installed.h"
+#include "core/installed.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 /* installed.h: where files lie that are installed with the program. */
-#ifndef CT_TOOLS_LIB_INSTALLED_H
-#define CT_TOOLS_LIB_INSTALLED_H
+#ifndef CT_CORE_INSTALLED_H
+#define CT_CORE_INSTALLED_H
 #include "core/err.h"
 
 /* Path of a file, to be freed: the first of that name beside the running program (a build folder),
