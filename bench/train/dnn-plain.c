@@ -1,8 +1,9 @@
 /* dnn-plain.c: the matrix products of unet/dnn.h and unet/product.h without oneDNN, for a static
- * program. A matrix is kept in panels of PANEL rows; a tile of ROWS rows of x meets one panel in
+ * program. There are no convolutions: the volume network is refused. A matrix is kept in panels of PANEL rows; a tile of ROWS rows of x meets one panel in
  * registers. */
 #include "config.h"
 #include "core/mem.h"
+#include "unet/conv.h"
 #include "unet/dnn.h"
 #include "unet/product.h"
 
@@ -136,4 +137,49 @@ int ct_product_run(const struct ct_product *p, const float *x, size_t n, float *
 	(void)e;
 	multiply(y, p->ldy, x, p->columns, p->panel, n, p->rows, p->columns, 1, 0);
 	return 0;
+}
+
+int ct_dnn_alloc(struct ct_dnn **out, struct ct_err *e)
+{
+	(void)out;
+	return ct_fail(e, CT_EFAIL, "no convolutions in this program: leave the volume network out");
+}
+
+void ct_dnn_free(struct ct_dnn *d)
+{
+	(void)d;
+}
+
+int ct_conv_alloc(struct ct_conv **out, struct ct_dnn *d, const struct ct_conv_shape *s, size_t key,
+	const float *weight, bool train, struct ct_err *e)
+{
+	(void)s;
+	(void)key;
+	(void)weight;
+	(void)train;
+	*out = NULL;
+	return ct_dnn_alloc(&d, e);
+}
+
+void ct_conv_free(struct ct_conv *c)
+{
+	(void)c;
+}
+
+size_t ct_conv_scratch(const struct ct_conv *c)
+{
+	(void)c;
+	return 0;
+}
+
+int ct_conv_forward(struct ct_conv *c, float *y, const float *x, const float *bias, const float *add,
+	void *scratch, struct ct_err *e)
+{
+	(void)c;
+	(void)y;
+	(void)x;
+	(void)bias;
+	(void)add;
+	(void)scratch;
+	return ct_dnn_alloc(NULL, e);
 }

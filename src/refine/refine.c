@@ -212,8 +212,7 @@ static int plan_prior(struct ct_refine *r, const struct ct_vol *in, struct ct_er
 		last--;
 	for (int a = 0; a < 3; a++)
 		r->restore.axes[a] = !p->one_axis || a == last;
-	if (p->one_axis || !ct_slice_prior_knows(can, p->prior, &r->is.by, true))
-		r->restore.passes = 1;
+	r->restore.passes = p->one_axis ? 1 : ct_slice_prior_passes(p->prior, &r->is.by);
 	if (!isnan(p->least))
 		r->restore.least = p->least;
 	r->restore.weight = weighted ? p->weight : 1;

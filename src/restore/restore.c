@@ -7,6 +7,7 @@
 #include "restore/predict.h"
 #include "restore/restore.h"
 #include "restore/steps.h"
+#include "restore/weights.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -18,36 +19,6 @@
 /* Noise that the result may depart from the scan by at a voxel of that, in standard deviations:
  * what lies beyond is none. */
 #define NOISE_LIMIT 3
-
-int ct_slice_prior_alloc(struct ct_slice_prior *p, const struct ct_tensors *w, struct ct_err *e)
-{
-	static const char *const kinds[] = {"", "thick-", "again-", "again-thick-"};
-	char name[40], tensor[64];
-
-	for (size_t s = 2; s <= CT_PATCH_CELL; s++)
-		for (size_t k = 0; k < 4 && p->n < CT_SLICE_PRIOR_MOST; k++) {
-			struct ct_slice_network *r = &p->r[p->n];
-
-			snprintf(name, sizeof name, "%s%zu", kinds[k], s);
-			snprintf(tensor, sizeof tensor, "%s.shape", name);
-			if (!ct_tensors_find(w, tensor))
-				continue;
-			p->again[p->n++] = k >= 2;
-			if (ct_slice_network_get(r, w, name, e))
-				return -1;
-			if (r->shape.cell != s || r->shape.swap != (k % 2 == 0))
-				return ct_fail(
-					e, CT_EINPUT, "tensor \"%s\" is of other slices", tensor);
-		}
-	return p->n ? 0 : ct_fail(e, CT_EINPUT, "no prior of slices: no tensor \"4.shape\"");
-}
-
-void ct_slice_prior_free(struct ct_slice_prior *p)
-{
-	for (size_t i = 0; i < p->n; i++)
-		ct_slice_network_free(&p->r[i]);
-	p->n = 0;
-}
 
 /* Networks serve scans at most so many times coarser, or finer, than theirs. */
 #define CELL_RATIO 2.7
@@ -128,12 +99,6 @@ size_t ct_slice_prior_knows(
 	return cell;
 }
 
-/* Weights of blocks of s voxels: m of them along i, j and k. row: work of m[0]. */
-struct weights {
-	float *w, *row;
-	size_t m[3], s;
-};
-
 /* A pass of the prior over a volume. */
 struct pass {
 	struct ct_vol *x;
@@ -145,8 +110,11 @@ struct pass {
 	bool again;
 	size_t cell;
 	float *own;
-	struct weights w;
+	struct ct_weights w;
 	struct ct_added *added; /* of the first pass; NULL: there is one */
+	/* For the volume network: what slice networks added, on the grid of x, and on that of the
+	 * networks. NULL: a pass of slice networks. */
+	const float *more, *more_own;
 };
 
 /* What all slice networks expect that know slices of the scene; *floor += what the noise alone
@@ -174,6 +142,18 @@ static int expect(struct ct_guess *g, double *floor, const struct pass *s, struc
 			  ((double)r->spread[1] + (double)r->spread[2] * noise * noise);
 	}
 	return g->axes ? 0 : ct_fail(e, CT_EGEOM, "the prior knows no slices of such a scan");
+}
+
+/* What the volume network expects. */
+static int expect_whole(struct ct_guess *g, const struct pass *s, struct ct_err *e)
+{
+	const size_t *m = s->w.m;
+
+	g->axes = 1;
+	g->square = NULL;
+	s->report->cells = s->report->textured = m[0] * m[1] * m[2];
+	return ct_volume_network_predict(&s->prior->volume, g->h, s->scene.x, s->more_own,
+		s->scene.n, &s->scene.regime, s->env, e);
 }
 
 /* Sums of squares over a block of voxels: of what is expected, and of how far the axes are from it.
@@ -219,51 +199,6 @@ static struct block block_of(
 	return b;
 }
 
-/* Of the m blocks of s voxels along an axis, that whose centre is the last one at voxel i or before
- * it; *part: how much of the way to the next it is. */
-static size_t between(double *part, size_t i, size_t s, size_t m)
-{
-	const double at = ((double)i + 0.5) / (double)s - 0.5;
-	const double within = fmin(fmax(at, 0), (double)(m - 1));
-
-	*part = within - floor(within);
-	return (size_t)within;
-}
-
-/* The row of weights of the blocks along i at voxels (j,k), linear between their centres. */
-static void weigh_row(const struct weights *w, size_t j, size_t k)
-{
-	double part[3];
-	const size_t c = between(&part[2], k, w->s, w->m[2]);
-	const size_t b = between(&part[1], j, w->s, w->m[1]);
-	const size_t up = part[2] > 0 ? w->m[0] * w->m[1] : 0, on = part[1] > 0 ? w->m[0] : 0;
-
-	for (size_t a = 0; a < w->m[0]; a++) {
-		const float *q = w->w + (c * w->m[1] + b) * w->m[0] + a;
-
-		w->row[a] = (float)((1 - part[2]) * ((1 - part[1]) * (double)q[0] +
-							    part[1] * (double)q[on]) +
-				    part[2] * ((1 - part[1]) * (double)q[up] +
-						      part[1] * (double)q[up + on]));
-	}
-}
-
-/* h, a row of n voxels, becomes w h, w linear between the centres of the blocks; *sum += (w h)^2.
- */
-static void weigh_detail(double *sum, float *h, size_t n, double axes, const struct weights *w)
-{
-	for (size_t i = 0; i < n; i++) {
-		double part;
-		const size_t a = between(&part, i, w->s, w->m[0]);
-		const double next = part > 0 ? (double)w->row[a + 1] : 0;
-		const double more =
-			((1 - part) * (double)w->row[a] + part * next) * (double)h[i] / axes;
-
-		h[i] = (float)more;
-		*sum += more * more;
-	}
-}
-
 /* The operator from x, n voxels, to the grid of the networks, m voxels, or (back) from that to x,
  * along the coarse axes of the scene. */
 static int plan_between(struct ct_separable *plan, const struct pass *s, bool back,
@@ -287,17 +222,23 @@ static int plan_between(struct ct_separable *plan, const struct pass *s, bool ba
 static int see(struct pass *s, const struct ct_vol *lo, struct ct_err *e)
 {
 	struct ct_separable plan = {0};
-	size_t *n = s->scene.n;
+	size_t *n = s->scene.n, all;
 	int rc = -1;
 
+	s->more_own = s->more;
 	if (apart_of(s->cell, s->rule->by.factor) == 0)
 		return 0;
 	for (int a = 0; a < 3; a++)
 		n[a] = s->scene.coarse[a] ? lo->n[a] * s->cell : s->x->n[a];
+	all = n[0] * n[1] * n[2];
 	if (plan_between(&plan, s, false, s->x->n, n, e) == 0 &&
-		ct_alloc(&s->own, n[0] * n[1] * n[2], sizeof *s->own, e) == 0) {
+		ct_alloc(&s->own, (s->more ? 2 : 1) * all, sizeof *s->own, e) == 0) {
 		ct_separable_apply(&plan, s->own, s->x->data, s->env->par);
 		s->scene.x = s->own;
+		if (s->more) {
+			ct_separable_apply(&plan, s->own + all, s->more, s->env->par);
+			s->more_own = s->own + all;
+		}
 		rc = 0;
 	}
 	ct_separable_free(&plan);
@@ -350,9 +291,9 @@ static int add(struct pass *s, struct ct_guess *g, struct ct_err *e)
 		ct_steps_keep(&steps, s->env->par);
 	for (size_t k = 0; k < n[2]; k++)
 		for (size_t j = 0; j < n[1]; j++) {
-			weigh_row(&s->w, j, k);
-			weigh_detail(&square, g->h + (k * n[1] + j) * n[0], n[0], (double)g->axes,
-				&s->w);
+			ct_weights_row(&s->w, j, k);
+			ct_weights_apply(&square, g->h + (k * n[1] + j) * n[0], n[0],
+				(double)g->axes, &s->w);
 		}
 	s->report->added = sqrt(square / (double)all);
 	if (!isfinite(square))
@@ -402,7 +343,8 @@ static int predict(struct pass *s, float *std, struct ct_err *e)
 		g.v = g.h + (1 + apart) * all;
 	else if (std)
 		memset(std, 0, all * sizeof *std);
-	if (expect(&g, &floor, s, e) || (std && deviate(s, std, g.v, &g, floor, e)))
+	if ((s->more ? expect_whole(&g, s, e) : expect(&g, &floor, s, e)) ||
+		(std && deviate(s, std, g.v, &g, floor, e)))
 		goto out;
 	rc = add(s, &g, e);
 	if (rc == 0 && s->added && !s->again) {
@@ -419,82 +361,120 @@ out:
 /* Of the networks and of what they work in. */
 #define NETWORKS 67108864.0
 
+/* The second pass is that of the volume network: what it was trained on. */
+static bool by_volume(const struct ct_slice_prior *prior, const struct ct_degrade *d)
+{
+	bool axes[3], all = prior->volume.blocks > 0;
+
+	for (int a = 0; a < 3; a++)
+		all = all && d->factor[a] >= CT_VOLUME_NETWORK_CELL;
+	return all && ct_slice_prior_knows(axes, prior, d, false) == CT_VOLUME_NETWORK_CELL;
+}
+
+int ct_slice_prior_passes(const struct ct_slice_prior *prior, const struct ct_degrade *d)
+{
+	bool axes[3];
+
+	return by_volume(prior, d) || ct_slice_prior_knows(axes, prior, d, true) ? 2 : 1;
+}
+
 double ct_restore_bytes(const struct ct_slice_prior *prior, const struct ct_restore_rule *rule,
 	const size_t n[static 3], bool error)
 {
+	const bool second = rule->passes == 2, volume = second && by_volume(prior, &rule->by);
 	const double apart = rule->doubt > 0, *factor = rule->by.factor;
 	const double fine = 4 * (double)n[0] * (double)n[1] * (double)n[2];
-	double one = fine, coarse = 0, cell, blocks;
+	double one = fine, coarse = 0, cell, more;
 	bool axes[3];
 
 	cell = (double)ct_slice_prior_knows(axes, prior, &rule->by, false);
-	blocks = rule->passes == 2 ? fine / pow(cell, 3) : 0;
+	more = NETWORKS + (second ? fine / pow(cell, 3) : 0);
+	if (volume)
+		more += fine + ct_volume_network_bytes(&prior->volume, n);
 	if (apart_of((size_t)cell, factor) == 0)
-		return NETWORKS + one * (1 + apart) + blocks;
+		return more + one * (1 + apart);
 	for (int a = 0; a < 3; a++) {
 		one *= factor[a] > 1 ? cell / factor[a] : 1;
 		coarse += factor[a] > 1;
 	}
-	return NETWORKS + one * (2 + apart + error) + (coarse - 1) * fmax(one, fine) + blocks;
+	return more + one * (2 + fmax(apart + error, volume)) + (coarse - 1) * fmax(one, fine);
 }
 
-/* A pass: the second, where the first added much; of the first that becomes *added, or NULL. */
-static int once(struct ct_vol *x, float *std, struct ct_added *added, bool again,
-	const struct ct_vol *lo, const struct ct_slice_prior *prior,
-	const struct ct_restore_rule *rule, struct ct_restore_report *report,
-	const struct ct_env *env, struct ct_err *e)
+/* A pass, the last one or not. */
+static int once(struct pass *s, float *std, bool last, const struct ct_vol *lo, struct ct_err *e)
 {
-	struct pass s = {.x = x,
-		.again = again,
-		.added = added,
-		.prior = prior,
-		.rule = rule,
-		.report = report,
-		.env = env,
-		.scene = {.x = x->data, .n = {x->n[0], x->n[1], x->n[2]}}};
-	const bool last = again || !added;
+	const struct ct_restore_rule *rule = s->rule;
+	const size_t *n = s->x->n;
 	bool axes[3];
 	int rc;
 
-	*report = (struct ct_restore_report){0};
-	s.cell = ct_slice_prior_knows(axes, prior, &rule->by, again);
-	if (s.cell == 0 || !scene_of(&s.scene, &rule->by))
+	*s->report = (struct ct_restore_report){0};
+	s->scene = (struct ct_scene){.x = s->x->data, .n = {n[0], n[1], n[2]}};
+	s->cell = s->more ? CT_VOLUME_NETWORK_CELL
+			  : ct_slice_prior_knows(axes, s->prior, &rule->by, s->again);
+	if (s->cell == 0 || !scene_of(&s->scene, &rule->by))
 		return ct_fail(e, CT_EGEOM, "the prior knows no factors %g,%g,%g",
 			rule->by.factor[0], rule->by.factor[1], rule->by.factor[2]);
-	if (see(&s, lo, e))
+	if (see(s, lo, e))
 		return -1;
-	s.scene.regime.noise = rule->noise;
-	s.w.s = s.cell;
+	s->scene.regime.noise = rule->noise;
+	s->w.s = s->cell;
 	for (int a = 0; a < 3; a++)
-		s.w.m[a] = (s.scene.n[a] + s.cell - 1) / s.cell;
-	rc = predict(&s, std, e);
-	free(s.own);
-	if (rc ||
-		(last && rule->flat && ct_flat_mix(x, lo, rule->by.factor, rule->texture, env, e)))
+		s->w.m[a] = (s->scene.n[a] + s->cell - 1) / s->cell;
+	rc = predict(s, std, e);
+	free(s->own);
+	s->own = NULL;
+	if (rc || (last && rule->flat &&
+			  ct_flat_mix(s->x, lo, rule->by.factor, rule->texture, s->env, e)))
 		return -1;
 	return ct_upsample_settle(
-		x, lo, &rule->by, NOISE_LIMIT * rule->noise, &report->residual, env, e);
+		s->x, lo, &rule->by, NOISE_LIMIT * rule->noise, &s->report->residual, s->env, e);
+}
+
+/* The second pass, of s->x, to which the first one added, to what `more` holds if that is the
+ * volume network's. */
+static int again(struct pass *s, float *more, const struct ct_vol *lo, struct ct_err *e)
+{
+	struct ct_restore_rule second = *s->rule;
+	const size_t all = ct_vol_count(s->x);
+
+	second.gate = fmax(s->rule->gate, s->rule->second_gate);
+	second.cap = s->rule->second_cap;
+	s->rule = &second;
+	s->again = true;
+	for (size_t i = 0; i < all && more; i++)
+		more[i] = s->x->data[i] - more[i];
+	s->more = more;
+	return once(s, NULL, true, lo, e);
 }
 
 int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,
 	const struct ct_slice_prior *prior, const struct ct_restore_rule *rule,
 	struct ct_restore_report *report, const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_restore_rule second = *rule;
+	const size_t all = ct_vol_count(x);
 	struct ct_added added = {0};
 	struct ct_env_part part = {env, "pass", 0, 2};
 	struct ct_env told;
+	struct pass s = {.x = x, .prior = prior, .rule = rule, .report = report, .env = env};
+	float *base = NULL;
 	int rc;
 
 	if (rule->passes != 2)
-		return once(x, std, NULL, false, lo, prior, rule, report, env, e);
+		return once(&s, std, true, lo, e);
+	if (by_volume(prior, &rule->by)) {
+		if (ct_alloc(&base, all, sizeof *base, e))
+			return -1;
+		memcpy(base, x->data, all * sizeof *base);
+	}
 	ct_env_part(&told, &part);
-	rc = once(x, std, &added, false, lo, prior, rule, report, &told, e);
+	s.env = &told;
+	s.added = &added;
+	rc = once(&s, std, false, lo, e);
 	part.k = 1;
-	second.gate = fmax(rule->gate, rule->second_gate);
-	second.cap = rule->second_cap;
 	if (rc == 0)
-		rc = once(x, NULL, &added, true, lo, prior, &second, report, &told, e);
+		rc = again(&s, base, lo, e);
 	free(added.rms);
+	free(base);
 	return rc;
 }

@@ -20,6 +20,10 @@
  * "thick-S" for those with one such axis; "again-S" and "again-thick-S" for volumes that the former
  * have added to, which show what slices of one axis did not know of the others.
  *
+ * A prior may hold a volume network "volume-4", too (volume-network.h). Then that makes the second
+ * pass over scans 4 times coarser or more along all axes, of which the nearest S is 4, in place of
+ * "again-S": h is what it expects, everywhere, and doubt is 0.
+ *
  * A scan of other factors f, whole or not, is seen by the networks of the nearest S, that for which
  * the largest of f / S and S / f is least: the volume is interpolated (Keys) along its coarse axes
  * to S voxels an LR voxel, and w h back. What a blur and a sampling do is the same at any factor,
@@ -30,6 +34,7 @@
 #include "core/env.h"
 #include "core/vol.h"
 #include "restore/slice-network.h"
+#include "restore/volume-network.h"
 
 enum { CT_SLICE_PRIOR_MOST = 16 };
 
@@ -37,6 +42,7 @@ struct ct_slice_prior {
 	size_t n;
 	struct ct_slice_network r[CT_SLICE_PRIOR_MOST];
 	bool again[CT_SLICE_PRIOR_MOST];
+	struct ct_volume_network volume; /* or none */
 };
 
 /* The slice networks of w. CT_EINPUT naming what does not fit. *p must be zero. */
@@ -48,6 +54,9 @@ void ct_slice_prior_free(struct ct_slice_prior *p);
  * take slices. */
 size_t ct_slice_prior_knows(bool axes[static 3], const struct ct_slice_prior *p,
 	const struct ct_degrade *d, bool again);
+
+/* 2 if the prior has networks for a second pass over scans that d made, else 1. */
+int ct_slice_prior_passes(const struct ct_slice_prior *p, const struct ct_degrade *d);
 
 struct ct_restore_rule {
 	struct ct_degrade by;
