@@ -139,7 +139,7 @@ static void reading(void)
 	ct_tensors_free(&w);
 }
 
-/* A second pass is by the volume network where the three axes are coarse, and alone there. */
+/* A pass by the volume network follows where the three axes are coarse, as it was trained. */
 static void use(const struct ct_volume_network *r)
 {
 	static const struct {

@@ -361,7 +361,7 @@ out:
 /* Of the networks and of what they work in. */
 #define NETWORKS 67108864.0
 
-/* The second pass is that of the volume network: what it was trained on. */
+/* The last pass is that of the volume network. */
 static bool by_volume(const struct ct_slice_prior *prior, const struct ct_degrade *d)
 {
 	bool axes[3], all = prior->volume.blocks > 0;
@@ -375,13 +375,13 @@ int ct_slice_prior_passes(const struct ct_slice_prior *prior, const struct ct_de
 {
 	bool axes[3];
 
-	return by_volume(prior, d) || ct_slice_prior_knows(axes, prior, d, true) ? 2 : 1;
+	return 1 + (ct_slice_prior_knows(axes, prior, d, true) > 0) + by_volume(prior, d);
 }
 
 double ct_restore_bytes(const struct ct_slice_prior *prior, const struct ct_restore_rule *rule,
 	const size_t n[static 3], bool error)
 {
-	const bool second = rule->passes == 2, volume = second && by_volume(prior, &rule->by);
+	const bool second = rule->passes > 1, volume = second && by_volume(prior, &rule->by);
 	const double apart = rule->doubt > 0, *factor = rule->by.factor;
 	const double fine = 4 * (double)n[0] * (double)n[1] * (double)n[2];
 	double one = fine, coarse = 0, cell, more;
@@ -431,12 +431,14 @@ static int once(struct pass *s, float *std, bool last, const struct ct_vol *lo, 
 		s->x, lo, &rule->by, NOISE_LIMIT * rule->noise, &s->report->residual, s->env, e);
 }
 
-/* The second pass, of s->x, to which the first one added, to what `more` holds if that is the
- * volume network's. */
-static int again(struct pass *s, float *more, const struct ct_vol *lo, struct ct_err *e)
+/* All passes; `more`, for the volume network (NULL: none), holds what the first adds to. */
+static int all_passes(struct pass *s, float *std, float *more, const struct ct_vol *lo,
+	struct ct_env_part *part, struct ct_err *e)
 {
 	struct ct_restore_rule second = *s->rule;
 	const size_t all = ct_vol_count(s->x);
+	bool axes[3];
+	int rc = once(s, std, false, lo, e);
 
 	second.gate = fmax(s->rule->gate, s->rule->second_gate);
 	second.cap = s->rule->second_cap;
@@ -444,8 +446,16 @@ static int again(struct pass *s, float *more, const struct ct_vol *lo, struct ct
 	s->again = true;
 	for (size_t i = 0; i < all && more; i++)
 		more[i] = s->x->data[i] - more[i];
-	s->more = more;
-	return once(s, NULL, true, lo, e);
+	if (rc == 0 && ct_slice_prior_knows(axes, s->prior, &second.by, true)) {
+		part->k++;
+		rc = once(s, NULL, !more, lo, e);
+	}
+	if (rc == 0 && more) {
+		part->k++;
+		s->more = more;
+		rc = once(s, NULL, true, lo, e);
+	}
+	return rc;
 }
 
 int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,
@@ -454,13 +464,13 @@ int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,
 {
 	const size_t all = ct_vol_count(x);
 	struct ct_added added = {0};
-	struct ct_env_part part = {env, "pass", 0, 2};
+	struct ct_env_part part = {env, "pass", 0, (size_t)ct_slice_prior_passes(prior, &rule->by)};
 	struct ct_env told;
 	struct pass s = {.x = x, .prior = prior, .rule = rule, .report = report, .env = env};
 	float *base = NULL;
 	int rc;
 
-	if (rule->passes != 2)
+	if (rule->passes < 2 || part.m == 1)
 		return once(&s, std, true, lo, e);
 	if (by_volume(prior, &rule->by)) {
 		if (ct_alloc(&base, all, sizeof *base, e))
@@ -470,10 +480,7 @@ int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,
 	ct_env_part(&told, &part);
 	s.env = &told;
 	s.added = &added;
-	rc = once(&s, std, false, lo, e);
-	part.k = 1;
-	if (rc == 0)
-		rc = again(&s, base, lo, e);
+	rc = all_passes(&s, std, base, lo, &part, e);
 	free(added.rms);
 	free(base);
 	return rc;

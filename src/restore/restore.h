@@ -20,9 +20,9 @@
  * "thick-S" for those with one such axis; "again-S" and "again-thick-S" for volumes that the former
  * have added to, which show what slices of one axis did not know of the others.
  *
- * A prior may hold a volume network "volume-4", too (volume-network.h). Then that makes the second
- * pass over scans 4 times coarser or more along all axes, of which the nearest S is 4, in place of
- * "again-S": h is what it expects, everywhere, and doubt is 0.
+ * A prior may hold a volume network "volume-4", too (volume-network.h). That makes one more pass,
+ * the last, over scans 4 times coarser or more along all axes, of which the nearest S is 4: h is
+ * what it expects, everywhere, and doubt is 0.
  *
  * A scan of other factors f, whole or not, is seen by the networks of the nearest S, that for which
  * the largest of f / S and S / f is least: the volume is interpolated (Keys) along its coarse axes
@@ -55,7 +55,7 @@ void ct_slice_prior_free(struct ct_slice_prior *p);
 size_t ct_slice_prior_knows(bool axes[static 3], const struct ct_slice_prior *p,
 	const struct ct_degrade *d, bool again);
 
-/* 2 if the prior has networks for a second pass over scans that d made, else 1. */
+/* How many passes the prior has networks for, over scans that d made: 1 to 3. */
 int ct_slice_prior_passes(const struct ct_slice_prior *p, const struct ct_degrade *d);
 
 struct ct_restore_rule {
@@ -69,11 +69,11 @@ struct ct_restore_rule {
 	double texture;                  /* HU (flat.h) */
 	bool flat;                       /* what is flat becomes linear */
 	bool axes[3];                    /* slices across these */
-	int passes;                      /* 1 or 2 */
+	int passes;                      /* up to 1; else all that the prior has */
 };
 
 /* The weight of a scan of n voxels that rule->by made, with rule->noise, where networks of that
- * cell see it, its confidence weights, and two passes. *little: what the prior could add is not
+ * cell see it, its confidence weights, and all passes. *little: what the prior could add is not
  * worth what it may spoil. CT_ENOMEM. */
 int ct_restore_confidence(struct ct_restore_rule *rule, bool *little, size_t cell,
 	const size_t n[static 3], struct ct_err *e);

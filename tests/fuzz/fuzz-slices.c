@@ -7,18 +7,21 @@
 #include "restore/restore.h"
 #include "seed-file.h"
 
+#include <stdio.h>
+
 const int fuzz_rounds = 100;
 
 enum { MOST = 1 << 24, N = 8, COUNT = N * N * N };
 
-/* What it adds is a number, or it says what is not. */
-static void use(const struct ct_slice_prior *p)
+/* What it adds to a scan of this factor is a number, or it says what is not. */
+static void use(const struct ct_slice_prior *p, size_t f)
 {
-	const struct ct_restore_rule rule = {
-		.by = {.factor = {2, 2, 2}}, .weight = 1, .axes = {true, true, true}};
+	struct ct_restore_rule rule = {.by = {.factor = {(double)f, (double)f, (double)f}},
+		.weight = 1,
+		.axes = {true, true, true}};
 	float fine[COUNT], coarse[COUNT / 8] = {0};
 	struct ct_vol x = {.n = {N, N, N}, .data = fine};
-	struct ct_vol lo = {.n = {N / 2, N / 2, N / 2}, .data = coarse};
+	struct ct_vol lo = {.n = {N / f, N / f, N / f}, .data = coarse};
 	struct ct_restore_report r;
 	struct ct_env env = {0};
 	struct ct_err e = {0};
@@ -26,6 +29,7 @@ static void use(const struct ct_slice_prior *p)
 
 	for (size_t i = 0; i < COUNT; i++)
 		fine[i] = (float)(i * 7919 % 1000);
+	rule.passes = ct_slice_prior_passes(p, &rule.by);
 	if (ct_slice_prior_knows(axes, p, &rule.by, false) &&
 		ct_restore(&x, NULL, &lo, p, &rule, &r, &env, &e) && e.msg[0] == '\0')
 		abort();
@@ -42,25 +46,50 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 		rc = ct_slice_prior_alloc(&p, &w, &e);
 	if (rc && (e.code == CT_OK || e.msg[0] == '\0'))
 		abort();
-	if (rc == 0)
-		use(&p);
+	for (size_t f = 2; f <= 4 && rc == 0; f *= 2)
+		use(&p, f);
 	fuzz_taken += rc == 0;
 	ct_slice_prior_free(&p);
 	ct_tensors_free(&w);
 	return 0;
 }
 
-/* A small one, whole. */
+/* Tensors of the smallest volume network, zeros. */
+static int put_volume(struct ct_tensors *w, struct ct_err *e)
+{
+	static const float shape[4] = {4, 1, 1, 2}, zeros[128 * 27];
+	static const struct {
+		const char *name;
+		size_t dim[2];
+	} all[] = {{"first", {1, 128 * 27}}, {"one", {1, 27}}, {"second", {1, 27}},
+		{"second_bias", {1, 1}}, {"last", {64, 27}}, {"last_bias", {1, 64}},
+		{"regime", {2, 9}}};
+	char name[64];
+
+	if (ct_tensors_put(w, "volume-4.shape", 1, (size_t[]){4}, shape, e))
+		return -1;
+	for (size_t k = 0; k < sizeof all / sizeof *all; k++) {
+		snprintf(name, sizeof name, "volume-4.%s", all[k].name);
+		if (ct_tensors_put(w, name, 2, all[k].dim, zeros, e))
+			return -1;
+	}
+	return 0;
+}
+
+/* Small ones, whole: slice networks of 2x; of 4x and a volume network. */
 size_t fuzz_seed(size_t k, unsigned char **data)
 {
-	struct ct_slice_network r = {.shape = {2, 4, 1, 1, true}, .components = 2, .width = 2};
+	struct ct_slice_network r = {.components = 2, .width = 2};
 	struct ct_tensors w = {0};
 	struct ct_err e = {0};
 	size_t n;
 
-	if (k)
+	if (k > 1)
 		return 0;
-	if (ct_slice_network_alloc(&r, &e) || ct_slice_network_put(&r, &w, "2", &e))
+	r.shape = k ? (struct ct_patch_shape){4, 8, 1, 1, true}
+		    : (struct ct_patch_shape){2, 4, 1, 1, true};
+	if (ct_slice_network_alloc(&r, &e) || ct_slice_network_put(&r, &w, k ? "4" : "2", &e) ||
+		(k && put_volume(&w, &e)))
 		exit(99);
 	n = seed_file(data, ct_tensors_write(seed_path(), &w, true, &seed_env, &e));
 	ct_slice_network_free(&r);
