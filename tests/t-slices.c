@@ -177,64 +177,6 @@ static void test_refusals(void)
 	OK(grid(s, 1, affine, &err) && err.code == CT_EGEOM, "one slice is no volume");
 }
 
-static void test_hu(void)
-{
-	struct ct_slice s = {.columns = 3,
-		.rows = 1,
-		.slope = 2,
-		.intercept = -1000,
-		.padded = true,
-		.padding = {-2000, -1500}};
-	float px[3] = {-1800, 0, 300};
-
-	ct_slice_scale(&s, -1024, px);
-	OK(px[0] == -1024 && px[1] == -1000 && px[2] == -400, "rescale and padding");
-}
-
-/* Numbers of every size, with bits above those that count. */
-static void test_widen(void)
-{
-	enum { M = 131 };
-	unsigned char row[4 * M];
-	float out[M];
-	size_t bad = 0;
-
-	for (size_t bytes = 1; bytes <= 4; bytes *= 2)
-		for (int bits = 1; bits <= 8 * (int)bytes; bits++)
-			for (int is_signed = 0; is_signed < 2; is_signed++) {
-				const int shift = bits % 2 ? 8 * (int)bytes - bits : 0;
-				const double base = bytes == 4 ? 1000000007 : 0;
-				const struct ct_slice_bits how = {
-					bytes, bits, is_signed, shift, base};
-				const int64_t range = INT64_C(1) << bits;
-
-				for (uint32_t i = 0; i < M; i++) {
-					const uint32_t u = i * UINT32_C(2654435761) + i % 3;
-					const uint8_t u8 = (uint8_t)u;
-					const uint16_t u16 = (uint16_t)u;
-
-					memcpy(row + bytes * i,
-						bytes == 1   ? (const void *)&u8
-						: bytes == 2 ? (const void *)&u16
-							     : (const void *)&u,
-						bytes);
-				}
-				ct_slice_widen(M, out, row, &how);
-				for (uint32_t i = 0; i < M; i++) {
-					const uint32_t u = i * UINT32_C(2654435761) + i % 3;
-					const int64_t all = bytes == 1   ? (uint8_t)u
-							    : bytes == 2 ? (uint16_t)u
-									 : (int64_t)u;
-					int64_t want = (all >> shift) % range;
-
-					if (is_signed && want >= range / 2)
-						want -= range;
-					bad += out[i] != (float)(want - (int64_t)base);
-				}
-			}
-	OK(bad == 0, "stored values of every size");
-}
-
 static void test_colours(void)
 {
 	static const double x[3] = {1, 0, 0}, y[3] = {0, 1, 0};
@@ -707,8 +649,6 @@ int main(void)
 	test_orientations();
 	test_refusals();
 	test_series();
-	test_hu();
-	test_widen();
 	test_colours();
 	test_axes();
 	test_pairs();

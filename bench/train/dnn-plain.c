@@ -1,6 +1,6 @@
 /* dnn-plain.c: the matrix products of unet/dnn.h and unet/product.h without oneDNN, for a static
- * program. There are no convolutions: the volume network is refused. A matrix is kept in panels of PANEL rows; a tile of ROWS rows of x meets one panel in
- * registers. */
+ * program. There are no convolutions: the volume network is refused. A matrix is kept in panels of
+ * PANEL rows; a tile of ROWS rows of x meets one panel in registers. */
 #include "config.h"
 #include "core/mem.h"
 #include "unet/conv.h"
@@ -12,7 +12,8 @@
 
 enum { PANEL = 16, ROWS = 6 };
 typedef float lanes __attribute__((vector_size(PANEL * sizeof(float) / 2)));
-typedef float unaligned __attribute__((vector_size(PANEL * sizeof(float) / 2), aligned(4), may_alias));
+typedef float unaligned
+	__attribute__((vector_size(PANEL * sizeof(float) / 2), aligned(4), may_alias));
 
 struct ct_product {
 	size_t rows, columns, ldy;
@@ -42,17 +43,18 @@ static float *panels(const float *b, size_t ldb, bool transposed, size_t n, size
 }
 
 #define LOAD(p) (*(const unaligned *)(const void *)(p))
-#define STEP(r)                                                                                                        \
-	do {                                                                                                           \
-		const float v = row[r][i];                                                                             \
-                                                                                                                       \
-		s##r += v * b;                                                                                         \
-		t##r += v * c;                                                                                         \
+#define STEP(r)                                                                                    \
+	do {                                                                                       \
+		const float v = row[r][i];                                                         \
+                                                                                                   \
+		s##r += v * b;                                                                     \
+		t##r += v * c;                                                                     \
 	} while (0)
 #define STORE(r) (memcpy(y[r], &s##r, sizeof s##r), memcpy(y[r] + PANEL / 2, &t##r, sizeof t##r))
 
 /* y[m][PANEL] = x[m][k] panel, m at most ROWS: all sums in registers. */
-static void tile(float (*y)[PANEL], const float *x, size_t ldx, size_t m, const float *panel, size_t k)
+static void tile(
+	float (*y)[PANEL], const float *x, size_t ldx, size_t m, const float *panel, size_t k)
 {
 	lanes s0 = {0}, s1 = {0}, s2 = {0}, s3 = {0}, s4 = {0}, s5 = {0};
 	lanes t0 = {0}, t1 = {0}, t2 = {0}, t3 = {0}, t4 = {0}, t5 = {0};
@@ -78,14 +80,15 @@ static void tile(float (*y)[PANEL], const float *x, size_t ldx, size_t m, const 
 	STORE(5);
 }
 
-static void multiply(float *c, size_t ldc, const float *a, size_t lda, const float *panel, size_t m, size_t n,
-	size_t k, float alpha, float beta)
+static void multiply(float *c, size_t ldc, const float *a, size_t lda, const float *panel, size_t m,
+	size_t n, size_t k, float alpha, float beta)
 {
 	float y[ROWS][PANEL];
 
 	for (size_t j = 0; j < n; j += PANEL)
 		for (size_t i = 0; i < m; i += ROWS) {
-			const size_t rows = m - i < ROWS ? m - i : ROWS, columns = n - j < PANEL ? n - j : PANEL;
+			const size_t rows = m - i < ROWS ? m - i : ROWS,
+				     columns = n - j < PANEL ? n - j : PANEL;
 
 			tile(y, a + i * lda, lda, rows, panel + j * k, k);
 			for (size_t r = 0; r < rows; r++)
@@ -97,8 +100,8 @@ static void multiply(float *c, size_t ldc, const float *a, size_t lda, const flo
 		}
 }
 
-int ct_dnn_sgemm(bool ta, bool tb, size_t m, size_t n, size_t k, float alpha, const float *a, size_t lda,
-	const float *b, size_t ldb, float beta, float *c, size_t ldc, struct ct_err *e)
+int ct_dnn_sgemm(bool ta, bool tb, size_t m, size_t n, size_t k, float alpha, const float *a,
+	size_t lda, const float *b, size_t ldb, float beta, float *c, size_t ldc, struct ct_err *e)
 {
 	float *panel = panels(b, ldb, tb, n, k), *rows = NULL;
 	int rc = -1;
@@ -116,12 +119,13 @@ int ct_dnn_sgemm(bool ta, bool tb, size_t m, size_t n, size_t k, float alpha, co
 	return rc ? ct_fail(e, CT_ENOMEM, "no memory for a matrix product") : 0;
 }
 
-int ct_product_alloc(struct ct_product **out, const float *matrix, size_t rows, size_t columns, size_t ldy,
-	struct ct_err *e)
+int ct_product_alloc(struct ct_product **out, const float *matrix, size_t rows, size_t columns,
+	size_t ldy, struct ct_err *e)
 {
 	if (ct_alloc0(out, 1, sizeof **out, e))
 		return -1;
-	**out = (struct ct_product){rows, columns, ldy, panels(matrix, columns, true, rows, columns)};
+	**out = (struct ct_product){
+		rows, columns, ldy, panels(matrix, columns, true, rows, columns)};
 	return (*out)->panel ? 0 : ct_fail(e, CT_ENOMEM, "no memory for a matrix");
 }
 
@@ -142,7 +146,8 @@ int ct_product_run(const struct ct_product *p, const float *x, size_t n, float *
 int ct_dnn_alloc(struct ct_dnn **out, struct ct_err *e)
 {
 	(void)out;
-	return ct_fail(e, CT_EFAIL, "no convolutions in this program: leave the volume network out");
+	return ct_fail(
+		e, CT_EFAIL, "no convolutions in this program: leave the volume network out");
 }
 
 void ct_dnn_free(struct ct_dnn *d)
@@ -172,8 +177,8 @@ size_t ct_conv_scratch(const struct ct_conv *c)
 	return 0;
 }
 
-int ct_conv_forward(struct ct_conv *c, float *y, const float *x, const float *bias, const float *add,
-	void *scratch, struct ct_err *e)
+int ct_conv_forward(struct ct_conv *c, float *y, const float *x, const float *bias,
+	const float *add, void *scratch, struct ct_err *e)
 {
 	(void)c;
 	(void)y;

@@ -1,4 +1,5 @@
-/* pairs.c: training pairs of the volume network: what ct-sr makes of a reduced CT, and what that lacks.
+/* pairs.c: training pairs of the volume network: what ct-sr makes of a reduced CT, and what that
+ * lacks.
  *
  *   pairs CT.nii NETWORKS.safetensors FIRST COUNT FOLDER SIDE FACTOR THICK
  *
@@ -58,7 +59,8 @@ static int write_pair(const struct pairs_job *j, int i, const struct ct_example 
 	const size_t n = p->n[0] * p->n[1] * p->n[2];
 	const int head[6] = {(int)p->n[0], (int)p->n[1], (int)p->n[2], (int)p->regime.decimate,
 		p->coarse[0] + 2 * p->coarse[1] + 4 * p->coarse[2], (int)j->rule.factor};
-	const float told[4] = {(float)p->regime.sigma, (float)p->regime.noise, sqrtf((float)p->variance), 0};
+	const float told[4] = {
+		(float)p->regime.sigma, (float)p->regime.noise, sqrtf((float)p->variance), 0};
 	short *out = malloc(3 * n * sizeof *out);
 	char name[4096], part[4200];
 	bool whole = false;
@@ -73,7 +75,8 @@ static int write_pair(const struct pairs_job *j, int i, const struct ct_example 
 		out[2 * n + k] = rounded(p->rest[k], SHARE_REST);
 	}
 	if (f && out)
-		whole = fwrite(head, sizeof head, 1, f) == 1 && fwrite(told, sizeof told, 1, f) == 1 &&
+		whole = fwrite(head, sizeof head, 1, f) == 1 &&
+			fwrite(told, sizeof told, 1, f) == 1 &&
 			fwrite(out, sizeof *out, 3 * n, f) == 3 * n;
 	if (f && fclose(f) != 0)
 		whole = false;
@@ -128,7 +131,8 @@ static int begin(struct pairs_job *j, char **v, struct ct_err *e)
 	ct_example_soft(j->rule.soft, &j->vol);
 	if (strcmp(v[2], "-") == 0)
 		return 0;
-	if (ct_tensors_read(v[2], &j->weights, e) || ct_slice_prior_alloc(&j->prior, &j->weights, e))
+	if (ct_tensors_read(v[2], &j->weights, e) ||
+		ct_slice_prior_alloc(&j->prior, &j->weights, e))
 		return -1;
 	j->rule.after = &j->prior;
 	return 0;
@@ -141,7 +145,8 @@ int main(int c, char **v)
 	int rc;
 
 	if (c != 9) {
-		fprintf(stderr, "usage: pairs CT.nii NETWORKS FIRST COUNT FOLDER SIDE FACTOR THICK\n");
+		fprintf(stderr,
+			"usage: pairs CT.nii NETWORKS FIRST COUNT FOLDER SIDE FACTOR THICK\n");
 		return 2;
 	}
 	rc = begin(&j, v, &e);
