@@ -131,4 +131,11 @@ rmdir tmp/ct-sr.mine
 exits 0 'a dry run' ct-sr --dry-run -x 4 --paper marks.nii t4.nii
 exits 0 'and one with a folder' ct-sr --dry-run -x 4 --paper --keep none marks.nii t4.nii
 [ ! -e none ] && [ -z "$(ls tmp)" ]; ok $? 'make none'
+# what is not of a run in the folder is not replaced
+for f in lr.nii commands.sh; do
+	mkdir mine-$f && echo mine >mine-$f/$f
+	exits 4 "--keep with $f of somebody else" ct-sr -q -x 2 --paper --expert views=2,iterations=2,gaussians=20 --keep mine-$f in.nii sr-mine.nii
+	has err "mine-$f/$f: exists, and no run in this folder made it" 'is refused'
+	[ "$(cat mine-$f/$f)" = mine ]; ok $? 'and stays'
+done
 done_testing

@@ -218,8 +218,44 @@ out:
 	return rc;
 }
 
+/* Is there a file of somebody else's that a command, or the script, would replace? */
+static int check_folder(const struct ct_chain *c, const struct ct_env *env, struct ct_err *e)
+{
+	const size_t n = strlen(c->folder);
+	char *script = ct_chain_path(c, "commands.sh"), *state, head[40] = "";
+	const char *foreign = NULL;
+	FILE *f = script ? fopen(script, "r") : NULL;
+	int rc = 0;
+
+	if (f && (fread(head, 1, sizeof head - 1, f) == 0 ||
+			 (strstr(head, "#!/bin/sh\nset -e\nCDPATH= cd ") != head &&
+				 strstr(head, "#!/bin/sh\nset -e\ncd -- ") != head)))
+		foreign = script;
+	for (size_t i = 0; i < c->n && !foreign; i++) {
+		const char *out = c->step[i].output;
+
+		if (strncmp(out, c->folder, n) != 0 || out[n] != '/' || access(out, F_OK) != 0)
+			continue;
+		state = read_state(c, i);
+		if (!state)
+			foreign = out;
+		free(state);
+	}
+	if (foreign && !env->force)
+		rc = ct_fail(e, CT_EOUTPUT,
+			"%s: exists, and no run in this folder made it; name another folder, or "
+			"--force overwrites it",
+			foreign);
+	if (f)
+		fclose(f);
+	free(script);
+	return rc;
+}
+
 int ct_chain_run(struct ct_chain *c, const struct ct_env *env, struct ct_err *e)
 {
+	if (c->kept && check_folder(c, env, e))
+		return -1;
 	if (c->kept && ct_chain_write(c, env, e))
 		return -1;
 	for (size_t i = 0; i < c->n; i++)

@@ -419,7 +419,8 @@ void walk(Found &found, const std::string &folder, bool deep)
 	for (const std::string &name : names)
 		if (!fs::is_directory(name, bad))
 			add(found, name, false);
-		else if (deep)
+		else if (deep && fs::path(name).filename().string().rfind(".ctsr-tmp-", 0) != 0)
+			/* but what another command is at work on */
 			walk(found, name, deep);
 }
 
