@@ -2,7 +2,7 @@
 # all.sh [PART[=COUNT[,COMMAND]]...]: the parts of make check-long, all of them if none is named, and a table
 # of what was tried and what passed, in check-long.md of the present folder too.
 here=$(cd "$(dirname "$0")" && pwd)
-parts=${*:-kill full memory faults peak two threads sanitize fuzz network train cluster conda}
+parts=${*:-kill full memory faults io-faults peak two threads sanitize fuzz network train cluster conda}
 table=$PWD/check-long.md rows=$(mktemp)
 trap 'rm -f "$rows" "$rows.part"' EXIT
 status=0 counts=
