@@ -8,6 +8,9 @@
 #include "core/err.h"
 
 #include <stddef.h>
+#ifdef __cplusplus
+extern "C" {
+#endif
 
 /* Largest single array, bytes. Fuzz builds lower it. */
 #ifndef CT_MAX_BYTES
@@ -33,4 +36,7 @@ int ct_mem_room(size_t bytes, struct ct_err *e);
  * Grows geometrically; contents kept; on failure *p is untouched. */
 int ct_grow(void *p, size_t *cap, size_t n, size_t size, struct ct_err *e);
 
+#ifdef __cplusplus
+}
+#endif
 #endif

@@ -8,32 +8,10 @@
 #include "formats/temp.h"
 
 #include <dlfcn.h>
-#include <errno.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <unistd.h>
 
 #ifdef HAVE_VTK
-static void no_memory(void)
-{
-	ct_temp_remove_all();
-	dprintf(STDERR_FILENO, "%s: not enough memory, or another resource, for DICOM libraries\n",
-		program_invocation_short_name);
-	_exit(CT_ENOMEM);
-}
-
-/* What they throw while they are loaded no one catches: the last word is set before. */
-static void set_last_word(void)
-{
-	void *const cxx = dlopen("libstdc++.so.6", RTLD_NOW | RTLD_GLOBAL);
-	void (*(*set)(void (*)(void)))(void) = NULL;
-
-	if (cxx)
-		*(void **)&set = dlsym(cxx, "_ZSt13set_terminatePFvvE"); /* std::set_terminate */
-	if (set)
-		set(no_memory);
-}
-
 static const struct dicom_module *module(struct ct_err *e)
 {
 	const struct dicom_module *m = NULL;
@@ -49,10 +27,8 @@ static const struct dicom_module *module(struct ct_err *e)
 	rc = ct_installed_find(&path, DICOM_MODULE, "/../libexec/ctsr", CT_LIBEXECDIR, R_OK, e);
 	if (rc < 0)
 		return NULL;
-	if (rc == 0) {
-		set_last_word();
+	if (rc == 0)
 		handle = dlopen(path, RTLD_NOW | RTLD_LOCAL);
-	}
 	if (handle)
 		m = dlsym(handle, DICOM_MODULE_SYMBOL);
 	if (!m)

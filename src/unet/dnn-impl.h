@@ -41,8 +41,9 @@ struct ct_dnn {
 /* CT_EFAIL or CT_ENOMEM with oneDNN's word for it. */
 int ct_dnn_check(dnnl_status_t s, const char *what, struct ct_err *e);
 
-/* Make a primitive; CT_ENOMEM if not ROOM bytes are to be had: the library writes its code without
- * a look whether there was memory for it. */
+/* An engine, a primitive; CT_ENOMEM if not 64 MiB are to be had: the library writes its objects and
+ * its code without a look whether there was memory for them. */
+int ct_dnn_engine_new(dnnl_engine_t *engine, struct ct_err *e);
 int ct_dnn_primitive(
 	dnnl_primitive_t *p, dnnl_primitive_desc_t pd, const char *what, struct ct_err *e);
 /* Descriptors; NULL may be freed. */

@@ -44,6 +44,19 @@ void ct_dnn_leave(int was)
 #endif
 }
 
+/* oneDNN does not look whether there is memory for its objects. */
+static int has_room(struct ct_err *e)
+{
+	return ct_mem_room((size_t)1 << 26, e);
+}
+
+int ct_dnn_engine_new(dnnl_engine_t *engine, struct ct_err *e)
+{
+	return has_room(e) || ct_dnn_check(dnnl_engine_create(engine, dnnl_cpu, 0), "engine", e)
+		       ? -1
+		       : 0;
+}
+
 int ct_dnn_alloc(struct ct_dnn **out, struct ct_err *e)
 {
 	struct ct_dnn *d;
@@ -51,7 +64,7 @@ int ct_dnn_alloc(struct ct_dnn **out, struct ct_err *e)
 	cap_level();
 	if (ct_alloc0(&d, 1, sizeof *d, e))
 		return -1;
-	if (ct_dnn_check(dnnl_engine_create(&d->engine, dnnl_cpu, 0), "engine", e)) {
+	if (ct_dnn_engine_new(&d->engine, e)) {
 		free(d);
 		return -1;
 	}
@@ -119,9 +132,7 @@ void ct_dnn_desc_free(ct_dnn_desc d)
 int ct_dnn_primitive(
 	dnnl_primitive_t *p, dnnl_primitive_desc_t pd, const char *what, struct ct_err *e)
 {
-	enum { ROOM = 1 << 26 };
-
-	if (ct_mem_room(ROOM, e))
+	if (has_room(e))
 		return -1;
 	return ct_dnn_check(dnnl_primitive_create(p, pd), what, e);
 }

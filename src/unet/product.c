@@ -66,7 +66,7 @@ static int build(struct ct_product *p, struct ct_err *e)
 	ct_dnn_desc any = NULL;
 	int rc = -1;
 
-	if (ct_dnn_check(dnnl_engine_create(&p->engine, dnnl_cpu, 0), "engine", e) ||
+	if (ct_dnn_engine_new(&p->engine, e) ||
 		ct_dnn_desc_new(&p->x, 2, x, dnnl_f32, dnnl_ab, e) ||
 		ct_dnn_desc_strided(&p->y, 2, y, stride, e) ||
 		ct_dnn_desc_new(&any, 2, w, dnnl_f32, dnnl_format_tag_any, e) ||

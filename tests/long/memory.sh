@@ -1,7 +1,8 @@
 #!/bin/sh
 # memory.sh [LIMITS [COMMAND]]: every command with LIMITS (24) limits of its memory (ulimit -v) from 64 MB up to where
 # all have room: the right result, or status 7 and a message, and nothing left; never a crash. The
-# loader's own "error while loading shared libraries" counts as a message.
+# loader's own "error while loading shared libraries" counts as a message, and "terminate called" of a library that
+# throws while it is initialised, before the command is.
 . "$(dirname "$0")/lib.sh"
 limits=${1:-24} only=${2:-}
 inputs
@@ -20,6 +21,7 @@ limited() { # limited OUT COMMAND...: with every limit
 		case $got in
 		0) enough=1; [ "$(content "$out")" = "$want" ] || broken='another result' ;;
 		7) [ -s err ] || broken='no message' ;;
+		134) grep -q 'terminate called' err || broken='status 134' ;; # a library throws while it is initialised
 		127) grep -q 'shared librar' err || broken="status 127" ;;
 		*) broken="status $got" ;;
 		esac
