@@ -49,10 +49,10 @@ BENCH_SH += bench/b-field.sh
 EXTRA_DIST += bench/field-twin.py bench/naf_twin.py
 # No bench: makes projections to train the diffusion prior on, where nothing of ours is installed
 # (bench/train/projections.py): nothing of it is shared, and what it does not need is not linked.
-EXTRA_PROGRAMS += bench/train/project
-bench_train_project_SOURCES = bench/train/project.c
-bench_train_project_LDFLAGS = -static $(AM_LDFLAGS)
-bench_train_project_LDADD = libct.a -ldeflate -lz $(JANSSON_LIBS) -lm
+EXTRA_PROGRAMS += bench/train/projections
+bench_train_projections_SOURCES = bench/train/projections.c
+bench_train_projections_LDFLAGS = -static $(AM_LDFLAGS)
+bench_train_projections_LDADD = libct.a -ldeflate -lz $(JANSSON_LIBS) -lm
 EXTRA_DIST += bench/train/projections.py bench/train/measure_projections.py
 # The same of the volume network (bench/train/volume.py). dnn-plain.c stands for oneDNN.
 EXTRA_PROGRAMS += bench/train/pairs

@@ -39,7 +39,7 @@ else
 EXTRA_DIST += src/tools/picture.c
 endif
 bin_PROGRAMS += ct-train
-ct_train_SOURCES = src/tools/ct-train.c src/tools/train.h src/tools/train-loop.c src/tools/lib/libraries.cc \
+ct_train_SOURCES = src/tools/ct-train.c src/tools/train-loop.h src/tools/train-loop.c src/tools/lib/libraries.cc \
 	$(TRAIN_SOURCES)
 if HAVE_OIIO
 ct_train_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)

@@ -6,7 +6,7 @@
 #include "unet/attention.h"
 #include "unet/conv.h"
 #include "unet/norm.h"
-#include "unet/window.h"
+#include "unet/window-attention.h"
 #include "tap.h"
 
 #include <stdlib.h>

@@ -6,8 +6,8 @@
 #include "restore/predict.h"
 #include "restore/steps.h"
 #include "tests/tap.h"
-#include "slice-network.h"
-#include "texture.h"
+#include "slice-network-make.h"
+#include "texture-make.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -5,8 +5,8 @@
 #include "resolution/degrade.h"
 #include "restore/example.h"
 #include "tests/tap.h"
-#include "slice-network.h"
-#include "texture.h"
+#include "slice-network-make.h"
+#include "texture-make.h"
 
 #include <math.h>
 #include <stdbool.h>

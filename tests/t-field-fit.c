@@ -3,7 +3,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "field-tensors.h"
-#include "field/fit-step.h"
+#include "field/field-fit-step.h"
 #include "field/render.h"
 #include "formats/format.h"
 #include "xray/geometry.h"

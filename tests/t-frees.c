@@ -11,7 +11,7 @@
 #include "diffusion/train.h"
 #include "formats/any.h"
 #include "formats/io.h"
-#include "gs/adam.h"
+#include "gs/gaussian-adam.h"
 #include "gs/fit.h"
 #include "gs/loss.h"
 #include "gs/loss-lowres.h"

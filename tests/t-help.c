@@ -3,7 +3,7 @@
  */
 #include "config.h"
 #include "cli/cli.h"
-#include "cli/cost.h"
+#include "cli/cost-report.h"
 #include "cli/modes.h"
 #include "cli/progress.h"
 #include "cli/table.h"

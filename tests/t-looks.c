@@ -5,7 +5,7 @@
 #include "restore/predict.h"
 #include "restore/restore.h"
 
-#include "slice-network.h"
+#include "slice-network-make.h"
 
 #include <string.h>
 

@@ -7,8 +7,8 @@
 #include "refine/slabs.h"
 #include "refine/texture.h"
 #include "tests/tap.h"
-#include "slice-network.h"
-#include "texture.h"
+#include "slice-network-make.h"
+#include "texture-make.h"
 
 #include <pthread.h>
 #include <string.h>

@@ -3,8 +3,8 @@
 #include "config.h"
 #include "refine/rehearsal.h"
 #include "tests/tap.h"
-#include "slice-network.h"
-#include "texture.h"
+#include "slice-network-make.h"
+#include "texture-make.h"
 
 #include <string.h>
 

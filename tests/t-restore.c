@@ -10,8 +10,8 @@
 #include "restore/restore.h"
 #include "solve/jacobi.h"
 #include "tests/tap.h"
-#include "slice-network.h"
-#include "texture.h"
+#include "slice-network-make.h"
+#include "texture-make.h"
 #include "unet/dnn.h"
 
 #include <stdbool.h>

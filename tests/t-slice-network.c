@@ -2,7 +2,7 @@
 #include "config.h"
 #include "core/rng.h"
 #include "tests/tap.h"
-#include "slice-network.h"
+#include "slice-network-make.h"
 #include "unet/dnn.h"
 
 #include <math.h>

@@ -1,7 +1,7 @@
 /* Letters, boxes and colours of pictures. */
 #include "config.h"
 #include "picture/montage.h"
-#include "picture/text.h"
+#include "picture/canvas.h"
 #include "tap.h"
 
 #include <string.h>
@@ -50,29 +50,29 @@ static void test_letters(void)
 	size_t twins = 0;
 	struct ct_canvas c = blank();
 
-	ct_text_draw(&c, 3, 2, 1, "RL", false, ink);
+	ct_canvas_text(&c, 3, 2, 1, "RL", false, ink);
 	OK(holds(3, 2, 1, rl, 8) && count() == 29, "R and L");
 	c = blank();
-	ct_text_draw(&c, 3, 2, 3, "RL", false, ink);
+	ct_canvas_text(&c, 3, 2, 3, "RL", false, ink);
 	OK(holds(3, 2, 3, rl, 8), "three times as large");
 	for (int k = 0; k < 95; k++) {
 		c = blank();
-		ct_text_draw(&c, 0, 0, 1, (const char[2]){(char)(32 + k), 0}, false, ink);
+		ct_canvas_text(&c, 0, 0, 1, (const char[2]){(char)(32 + k), 0}, false, ink);
 		memcpy(seen[k], rgb, sizeof seen[k]);
 		for (int j = 0; j < k; j++)
 			twins += memcmp(seen[k], seen[j], sizeof seen[k]) == 0;
 	}
 	OK(twins == 0, "no two characters look the same");
 	c = blank();
-	ct_text_draw(&c, 0, 0, 1, "\xc3\xa4\xe2\x82\xac\x7f\x01x", false, ink);
+	ct_canvas_text(&c, 0, 0, 1, "\xc3\xa4\xe2\x82\xac\x7f\x01x", false, ink);
 	memcpy(seen[0], rgb, sizeof seen[0]);
 	c = blank();
-	ct_text_draw(&c, 0, 0, 1, "????x", false, ink);
+	ct_canvas_text(&c, 0, 0, 1, "????x", false, ink);
 	OK(memcmp(seen[0], rgb, sizeof seen[0]) == 0 &&
-			ct_text_width("\xc3\xa4\xe2\x82\xac\x7f\x01x") == 30,
+			ct_canvas_text_width("\xc3\xa4\xe2\x82\xac\x7f\x01x") == 30,
 		"others are question marks");
 	c = blank();
-	ct_text_draw(&c, 10, 10, 2, "I", true, ink);
+	ct_canvas_text(&c, 10, 10, 2, "I", true, ink);
 	OK(rgb[(8 * W + 10) * 3] == 0 && rgb[(7 * W + 12) * 3] == 7 &&
 			rgb[(14 * W + 12) * 3] == 0 && inked(10, 12),
 		"a rim as wide as a stroke");
@@ -89,8 +89,8 @@ static void test_clip(void)
 	ct_canvas_box(&c, -3, -3, 100, 100, ink);
 	OK(count() == 4 * 7 && inked(5, 4) && inked(8, 10) && !inked(9, 10), "a clip");
 	c = blank();
-	ct_text_draw(&c, -4, W - 3, 1, "WWW", false, ink);
-	ct_text_draw(&c, H - 2, -3, 1, "WWW", false, ink);
+	ct_canvas_text(&c, -4, W - 3, 1, "WWW", false, ink);
+	ct_canvas_text(&c, H - 2, -3, 1, "WWW", false, ink);
 	OK(1, "beyond the edges");
 }
 

@@ -137,7 +137,7 @@ def main():
         to.write(f.read())
     os.remove(out + '/xray.npy')
     os.makedirs(out + '/bin', exist_ok=True)
-    for program in ('pairs', 'project'):
+    for program in ('pairs', 'projections'):
         subprocess.run(['strip', '-o', f'{out}/bin/{program}', f'{build}/bench/train/{program}'], check=True)
     pack_network(os.path.join(here, '../../src/prior/slices.safetensors'), network, out + '/slices.safetensors')
     total = sum(os.path.getsize(os.path.join(d, f)) for d, _, fs in os.walk(out) for f in fs)

@@ -1,7 +1,7 @@
 """The diffusion prior of projections (src/prior/prior.safetensors), trained with PyTorch: its data, its
 network, its loss and its file. bench/train/train.py has the loop.
 
-Data are views that bench/train/project.c makes of CTs in the background, and a share of radiographs. All
+Data are views that bench/train/projections.c makes of CTs in the background, and a share of radiographs. All
 views lie end to end in one array on the device; a piece of one is cut, reduced, turned and mirrored there
 by one index. See Projections.
 """
@@ -24,7 +24,7 @@ STEPS = 1000
 MAP = "2 x / max - 1; max: of the stack, or of the picture's type"
 HELD = ('lidc0003', 'fullhead', 'tciasts047')
 LEFT_OUT = ('covidctmd', 'mouse')  # licences unclear, or not ours
-CEILING = 1.25  # of project.c, what 65535 means
+CEILING = 1.25  # of projections.c, what 65535 means
 
 
 def share_left():
@@ -262,7 +262,7 @@ def placed(rng, views, size):
 
 
 def read_views(path):
-    """What project.c wrote: pixels of all views, sizes [n][2]; None if it is another file."""
+    """What projections.c wrote: pixels of all views, sizes [n][2]; None if it is another file."""
     with open(path, 'rb') as f:
         b = f.read()
     if b[:4] != b'ctpv':
@@ -278,7 +278,7 @@ class Projections:
     as in DDPM, plain mean square (see loss).
 
     Every patient is seen as often as another, limbs half as often (13 of 26 CTs are of limbs). `data` holds
-    ct/*.nii, xray.npy and bin/project; what is made stays in projections/.
+    ct/*.nii, xray.npy and bin/projections; what is made stays in projections/.
     """
     name = 'projections'
     rate, decay, average = 8e-4, 1e-3, .999
@@ -332,7 +332,7 @@ class Projections:
         return self.views.add(pixels, np.tile([[h, w]], (n, 1)), -1, 1, 1.)
 
     def make(self):
-        """One of the threads that have project make views, one process each, and move them to the device."""
+        """One of the threads that have bench/train/projections make views, one process each, and move them to the device."""
         while not self.stopped:
             with self.job_lock:
                 if self.next >= len(self.jobs):
@@ -349,7 +349,7 @@ class Projections:
         out = os.path.join(self.folder, '%s-%d.raw' % (self.names[i], r))
         if not os.path.exists(out) or read_views(out) is None:
             seed = zlib.crc32(self.names[i].encode()) * 1000 + r
-            command = [os.path.join(self.data, 'bin', 'project'), self.patients[i], out, str(seed), str(self.count)]
+            command = [os.path.join(self.data, 'bin', 'projections'), self.patients[i], out, str(seed), str(self.count)]
             done = subprocess.run(['nice', '-n', '0' if r < self.first else '10'] + command,
                                   stderr=subprocess.PIPE, text=True)
             if done.returncode:

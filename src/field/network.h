@@ -2,20 +2,20 @@
  *
  * `depth` hidden layers h = a(W h + b) of `width`, a the leaky ReLU of `slope`, then a linear layer
  * to `outputs` numbers. Hidden layers count from 0. The input of hidden layer `skip` (0: of none)
- * is the code and then the layer before, as in NeRF. With attention (attention.h) its block stands
- * between hidden layers 0 and 1. So
+ * is the code and then the layer before, as in NeRF. With attention (ray-attention.h) its block
+ * stands between hidden layers 0 and 1. So
  *
  *   NAF       width 32, depth 3, skip 2, slope .01, 1 output, sigmoid
  *   NeRF      width 256, depth 8, skip 5, slope 0 (its "skips = [4]": after layer 4)
  *   SAX-NeRF  width 32, depth 2, skip 1, slope .01, 1 output, sigmoid, attention 2 x 8 x 4
  *
- * Weights are one vector: W (out,in) and b (out) of hidden layer 0, the block's (attention.h), W
- * and b of the other hidden layers, W and b of the outputs.
+ * Weights are one vector: W (out,in) and b (out) of hidden layer 0, the block's (ray-attention.h),
+ * W and b of the other hidden layers, W and b of the outputs.
  */
 #ifndef CT_FIELD_NETWORK_H
 #define CT_FIELD_NETWORK_H
 #include "core/err.h"
-#include "field/attention.h"
+#include "field/ray-attention.h"
 
 #include <stdbool.h>
 #include <stddef.h>

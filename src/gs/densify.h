@@ -9,7 +9,7 @@
 #ifndef CT_GS_DENSIFY_H
 #define CT_GS_DENSIFY_H
 #include "core/err.h"
-#include "gs/adam.h"
+#include "gs/gaussian-adam.h"
 #include "gs/mixture.h"
 
 struct ct_densify_rule {

@@ -30,7 +30,7 @@
 #include "core/stack.h"
 #include "core/tensors.h"
 #include "core/vol.h"
-#include "gs/adam.h"
+#include "gs/gaussian-adam.h"
 #include "gs/densify.h"
 #include "gs/loss.h"
 #include "resolution/degrade.h"

@@ -17,4 +17,4 @@ libct_a_SOURCES += src/gs/loss-total.c src/gs/loss-total.h
 libct_a_SOURCES += src/gs/loss-lowres.c src/gs/loss-lowres.h
 SIMD_SOURCES += src/gs/loss-row.c
 # The optimiser.
-libct_a_SOURCES += src/gs/adam.c src/gs/adam.h
+libct_a_SOURCES += src/gs/gaussian-adam.c src/gs/gaussian-adam.h

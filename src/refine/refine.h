@@ -107,7 +107,7 @@ int ct_refine_first(struct ct_vol *mid, const struct ct_vol **use, const struct 
 /* What was assumed (assumed.h) and, once run, damped: words for a person, and the header. */
 void ct_refine_assumed(char to[static CT_ASSUMED_WORDS], const struct ct_refine *r,
 	const double spacing[static 3]);
-/* For cost.c, run.c: the rule of the inversion. */
+/* For refine-cost.c, run.c: the rule of the inversion. */
 struct ct_upsample_rule ct_refine_inversion(const struct ct_refine *r);
 
 #endif

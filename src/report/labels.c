@@ -2,7 +2,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "report/sheet.h"
-#include "picture/text.h"
+#include "picture/canvas.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -58,12 +58,13 @@ static void size_around(struct ct_labels *l, size_t *h, size_t *w)
 	n = l->names ? bars(b, l) : 0;
 	for (size_t i = 0; i < n; i++)
 		for (int k = 0; k < 3; k++)
-			wide = ct_text_width(b[i].text[k]) > wide ? ct_text_width(b[i].text[k])
-								  : wide;
+			wide = ct_canvas_text_width(b[i].text[k]) > wide
+				       ? ct_canvas_text_width(b[i].text[k])
+				       : wide;
 	*w += n ? l->scale * (3 * PAD + BAR + wide) : 0;
 	n *= l->scale * LINES * CT_TEXT_H;
 	*h = l->top + (*h > n ? *h : n);
-	wide = l->names == 1 ? l->scale * (ct_text_width(l->name[0]) + PAD) : 0;
+	wide = l->names == 1 ? l->scale * (ct_canvas_text_width(l->name[0]) + PAD) : 0;
 	*w = *w > wide ? *w : wide;
 }
 
@@ -86,7 +87,7 @@ static void put_bars(const struct ct_labels *l, const struct ct_canvas *c, size_
 			ct_canvas_box(c, y + k, x, 1, s * BAR, rgb);
 		}
 		for (int k = 0; k < 3; k++)
-			ct_text_draw(c, y + k * (tall - s * (CT_TEXT_H - 2)) / 2,
+			ct_canvas_text(c, y + k * (tall - s * (CT_TEXT_H - 2)) / 2,
 				x + s * (BAR + PAD), l->scale, b[i].text[k], false, white);
 	}
 }
@@ -102,8 +103,8 @@ static void put_sides(const struct ct_canvas *c, const char *side, const size_t 
 				{middle[0], x + w - s * (CT_TEXT_W + 1)}};
 
 	for (int k = 0; k < 4; k++)
-		ct_text_draw(c, place[k][0], place[k][1], scale, (const char[2]){side[k], 0}, true,
-			white);
+		ct_canvas_text(c, place[k][0], place[k][1], scale, (const char[2]){side[k], 0},
+			true, white);
 }
 
 /* In the lower left corner. */
@@ -119,7 +120,7 @@ static void put_scale(const struct ct_canvas *c, double mm, const size_t at[2],
 		length >= 10 ? length / 10 : length);
 	ct_canvas_box(c, y - s, x - s, 4 * s, wide + 2 * s, (const unsigned char[3]){0, 0, 0});
 	ct_canvas_box(c, y, x, 2 * s, wide, white);
-	ct_text_draw(c, y - s * (CT_TEXT_H + 1), x, scale, text, true, white);
+	ct_canvas_text(c, y - s * (CT_TEXT_H + 1), x, scale, text, true, white);
 }
 
 /* On and around the sheet, mw pixels wide. */
@@ -140,7 +141,7 @@ static void put_all(const struct ct_labels *l, const struct ct_canvas *all, size
 			c.clip[2 * k + 1] = (ptrdiff_t)(at[k] + size[k]);
 		}
 		if (m->tile[i].slice.data) {
-			ct_text_draw(&c, c.clip[0] + (ptrdiff_t)l->scale,
+			ct_canvas_text(&c, c.clip[0] + (ptrdiff_t)l->scale,
 				c.clip[2] + 2 * (ptrdiff_t)l->scale, l->scale, s->note[i].caption,
 				true, white);
 			if (s->note[i].side)
@@ -153,7 +154,7 @@ static void put_all(const struct ct_labels *l, const struct ct_canvas *all, size
 			c.clip[1] = (ptrdiff_t)l->top;
 			if (l->names == 1)
 				c.clip[3] = (ptrdiff_t)all->w;
-			ct_text_draw(&c, (ptrdiff_t)(l->scale * PAD / 2),
+			ct_canvas_text(&c, (ptrdiff_t)(l->scale * PAD / 2),
 				c.clip[2] + 2 * (ptrdiff_t)l->scale, l->scale, l->name[i], false,
 				white);
 		}

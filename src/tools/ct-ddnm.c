@@ -1,7 +1,7 @@
 /* ct-ddnm: super-resolve projections with a diffusion prior, consistent with the measured ones. */
 #include "config.h"
 #include "cli/cli.h"
-#include "cli/cost.h"
+#include "cli/cost-report.h"
 #include "cli/modes.h"
 #include "core/clock.h"
 #include "core/memory.h"

@@ -1,7 +1,7 @@
 /* ct-fdk: a volume from projections: filtered back-projection, or iteration. */
 #include "config.h"
 #include "cli/cli.h"
-#include "cli/cost.h"
+#include "cli/cost-report.h"
 #include "cli/keep.h"
 #include "formats/io.h"
 #include "xray/project.h"

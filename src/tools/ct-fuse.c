@@ -2,7 +2,7 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/json.h"
-#include "cli/cost.h"
+#include "cli/cost-report.h"
 #include "cli/resume.h"
 #include "core/clock.h"
 #include "formats/format.h"

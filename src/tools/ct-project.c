@@ -1,6 +1,6 @@
 /* ct-project: X-ray projections of a volume: exact line integrals of its density. */
 #include "config.h"
-#include "cli/cost.h"
+#include "cli/cost-report.h"
 #include "cli/keep.h"
 #include "core/clock.h"
 #include "core/mem.h"

@@ -5,7 +5,7 @@
 #include "cli/cli.h"
 #include "core/mem.h"
 #include "tools/lib/prior-opts.h"
-#include "tools/train.h"
+#include "tools/train-loop.h"
 #include "xray/window.h"
 
 #include <math.h>

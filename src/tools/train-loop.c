@@ -1,13 +1,13 @@
-/* train-loop.c: see train.h. */
+/* train-loop.c: see train-loop.h. */
 #include "config.h"
-#include "cli/cost.h"
+#include "cli/cost-report.h"
 #include "cli/stop.h"
 #include "core/clock.h"
 #include "core/mem.h"
 #include "core/stream.h"
 #include "formats/format.h"
 #include "formats/io.h"
-#include "tools/train.h"
+#include "tools/train-loop.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -3,7 +3,7 @@
 #define CT_TRAIN_DATA_H
 #include "core/vol.h"
 #include "diffusion/patches.h"
-#include "train/train.h"
+#include "train/subject.h"
 
 /* Add what `path` names to the set: an EXR stack, divided by its largest value; a picture; or all
  * pictures and stacks of a folder in the order of their names. The key "input" of *meta becomes

@@ -4,7 +4,7 @@
 #include "core/mem.h"
 #include "diffusion/prior.h"
 #include "train/data.h"
-#include "train/train.h"
+#include "train/subject.h"
 
 #include <math.h>
 #include <stdio.h>

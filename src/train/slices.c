@@ -8,7 +8,7 @@
 #include "restore/learn.h"
 #include "restore/restore.h"
 #include "train/data.h"
-#include "train/train.h"
+#include "train/subject.h"
 
 #include <errno.h>
 #include <stdio.h>

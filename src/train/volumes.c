@@ -2,7 +2,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "train/data.h"
-#include "train/train.h"
+#include "train/subject.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -32,7 +32,7 @@ enum ct_graph_kind {
 	CT_GRAPH_MEAN,      /* of all pixels */
 	CT_GRAPH_POOL,      /* largest of k x k, every `stride` */
 	CT_GRAPH_STRETCH,   /* bilinear, to another size */
-	CT_GRAPH_WINDOW,    /* attention in windows; a: qkv; param: as in window.h */
+	CT_GRAPH_WINDOW,    /* attention in windows; a: qkv; param: as in window-attention.h */
 };
 
 struct ct_image {
@@ -47,7 +47,7 @@ struct ct_graph_op {
 	bool silu;             /* normalisation */
 	bool bare;             /* convolution: no bias, and one parameter */
 	bool inside;           /* convolution: no padding */
-	bool channels, spread; /* attention, as in window.h */
+	bool channels, spread; /* attention, as in window-attention.h */
 	enum ct_pointwise f;
 	double eps; /* of CT_GRAPH_LAYER */
 };

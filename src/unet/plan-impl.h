@@ -6,7 +6,7 @@
 #include "unet/conv.h"
 #include "unet/norm.h"
 #include "unet/unet.h"
-#include "unet/window.h"
+#include "unet/window-attention.h"
 
 /* How the gradient of one operation goes to its inputs. */
 struct ct_plan_flow {

@@ -2,7 +2,7 @@
 #include "config.h"
 #include "driver.h"
 #include "state-run.h"
-#include "field/fit.h"
+#include "field/field-fit.h"
 
 const int fuzz_rounds = 1500;
 

@@ -5,8 +5,8 @@
 minutes=${1:-1} # of each training
 python3 -c 'import torch, numpy, PIL' 2>/dev/null || { echo "row|$part|skipped: no PyTorch|0|0"; exit 0; }
 kit=$srcdir/bench/train build=$(dirname "$(command -v ct-sr)")
-[ -x "$build/bench/train/pairs" ] && [ -x "$build/bench/train/project" ] ||
-	make -s -C "$build" bench/train/pairs bench/train/project >make.log 2>&1 || { cat make.log; exit 99; }
+[ -x "$build/bench/train/pairs" ] && [ -x "$build/bench/train/projections" ] ||
+	make -s -C "$build" bench/train/pairs bench/train/projections >make.log 2>&1 || { cat make.log; exit 99; }
 mkdir ct xray
 row 'pack of four phantoms'
 k=0

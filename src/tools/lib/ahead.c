@@ -1,7 +1,7 @@
 /* ahead.c: see ahead.h. */
 #include "config.h"
 #include "tools/lib/ahead.h"
-#include "cli/cost.h"
+#include "cli/cost-report.h"
 #include "cli/files.h"
 #include "core/memory.h"
 

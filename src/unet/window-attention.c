@@ -1,7 +1,8 @@
-/* window.c: see window.h. A group is copied together, pixel by pixel, worked on, and copied back.
+/* window-attention.c: see window-attention.h. A group is copied together, pixel by pixel, worked
+ * on, and copied back.
  */
 #include "config.h"
-#include "unet/window.h"
+#include "unet/window-attention.h"
 #include "unet/dnn.h"
 #include "unet/layers.h"
 

@@ -1,4 +1,4 @@
-/* window.h: attention within groups of pixels, of pixels or of channels.
+/* window-attention.h: attention within groups of pixels, of pixels or of channels.
  *
  * qkv[h][w][3c] holds queries, keys and values of c = heads * width channels, head by head. The
  * picture is cut into groups of pixels, each on its own: size x size neighbours, or if `spread`
@@ -16,8 +16,8 @@
  * One picture a call, float; dqkv is written; dparam is added to, or NULL. CT_EFAIL of the matrix
  * products. Thread-safe, between ct_dnn_enter and ct_dnn_leave.
  */
-#ifndef CT_UNET_WINDOW_H
-#define CT_UNET_WINDOW_H
+#ifndef CT_UNET_WINDOW_ATTENTION_H
+#define CT_UNET_WINDOW_ATTENTION_H
 #include "core/err.h"
 
 #include <stdbool.h>

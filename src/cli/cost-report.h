@@ -1,6 +1,7 @@
-/* cost.h: what a run is expected to take, said in one way by every command with --dry-run. */
-#ifndef CT_CLI_COST_H
-#define CT_CLI_COST_H
+/* cost-report.h: what a run is expected to take, said in one way by every command with --dry-run.
+ */
+#ifndef CT_CLI_COST_REPORT_H
+#define CT_CLI_COST_REPORT_H
 #include "core/cost.h"
 #include "core/env.h"
 

@@ -1,5 +1,5 @@
-/* fit.h: a neural field fitted to one low-resolution CT, or to projections, and its values on a
- * grid.
+/* field-fit.h: a neural field fitted to one low-resolution CT, or to projections, and its values on
+ * a grid.
  *
  * A step draws a batch of measurements, finds what the field says of each (samples.h, render.h,
  * block.h), and moves all weights by Adam down the gradient of
@@ -27,8 +27,8 @@
  * bytes for any number of threads, and if a run was stopped and goes on; but not with `seconds`,
  * which are those of the processor.
  */
-#ifndef CT_FIELD_FIT_H
-#define CT_FIELD_FIT_H
+#ifndef CT_FIELD_FIELD_FIT_H
+#define CT_FIELD_FIELD_FIT_H
 #include "core/cost.h"
 #include "core/env.h"
 #include "core/stack.h"
@@ -95,7 +95,7 @@ struct ct_field_pass { /* a field in training */
 	float *x, *dcode;    /* points of a batch, codes [width][points] */
 };
 
-struct ct_field_scratch; /* fit-step.c */
+struct ct_field_scratch; /* field-fit-step.c */
 
 struct ct_field_fit {
 	struct ct_field_rule rule;

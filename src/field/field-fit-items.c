@@ -1,6 +1,7 @@
-/* fit-items.c: which measurements a step of a fit sees, and what they are (fit-step.h). */
+/* field-fit-items.c: which measurements a step of a fit sees, and what they are (field-fit-step.h).
+ */
 #include "config.h"
-#include "field/fit-step.h"
+#include "field/field-fit-step.h"
 #include "core/rng.h"
 #include "core/vec3.h"
 #include "xray/geometry.h"

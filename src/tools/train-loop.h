@@ -1,9 +1,9 @@
-/* train.h: the command line of ct-train, and its loop. */
-#ifndef CT_TOOLS_TRAIN_H
-#define CT_TOOLS_TRAIN_H
+/* train-loop.h: the command line of ct-train, and its loop. */
+#ifndef CT_TOOLS_TRAIN_LOOP_H
+#define CT_TOOLS_TRAIN_LOOP_H
 #include "cli/cli.h"
 #include "cli/resume.h"
-#include "train/train.h"
+#include "train/subject.h"
 
 #define TRAIN_KIND_LIST(X)                                                                         \
 	X(TRAIN_PICTURES, "pictures")                                                              \

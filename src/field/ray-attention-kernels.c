@@ -1,6 +1,6 @@
-/* attention-kernels.c: the loops of attention.h, over columns. Kernels (core/simd.h). */
+/* ray-attention-kernels.c: the loops of ray-attention.h, over columns. Kernels (core/simd.h). */
 #include "config.h"
-#include "field/attention.h"
+#include "field/ray-attention.h"
 #include "core/vec-exp.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
-/* cost.c: see cost.h. */
+/* cost-report.c: see cost-report.h. */
 #include "config.h"
-#include "cli/cost.h"
+#include "cli/cost-report.h"
 #include "cli/json.h"
 #include "cli/progress.h"
 

@@ -1,4 +1,4 @@
-/* project VOLUME.nii OUT.raw SEED COUNT: projections to train the diffusion prior on.
+/* projections VOLUME.nii OUT.raw SEED COUNT: projections to train the diffusion prior on.
  *
  * Stacks of VIEWS views each, until there are COUNT: all of the volume or a box of it, in a pose,
  * stretched, with a window, seen by a cone beam of which distances and pixels are drawn about the
@@ -265,7 +265,7 @@ int main(int argc, char **argv)
 	size_t count = argc == 5 ? strtoul(argv[4], NULL, 10) : 0;
 
 	if (count < 1 || count > 100000) {
-		fprintf(stderr, "usage: project VOLUME.nii OUT.raw SEED COUNT\n");
+		fprintf(stderr, "usage: projections VOLUME.nii OUT.raw SEED COUNT\n");
 		return 2;
 	}
 	must(ct_simd_use(getenv("CTSR_CPU"), &err), "CTSR_CPU");

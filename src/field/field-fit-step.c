@@ -1,6 +1,6 @@
-/* fit-step.c: one step of a fit: gradients of a batch, and Adam (fit.h). */
+/* field-fit-step.c: one step of a fit: gradients of a batch, and Adam (field-fit.h). */
 #include "config.h"
-#include "field/fit-step.h"
+#include "field/field-fit-step.h"
 #include "core/vec3.h"
 #include "field/render.h"
 #include "solve/adam.h"

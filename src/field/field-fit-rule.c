@@ -1,6 +1,6 @@
-/* fit-rule.c: the published configurations, and ours (fit.h). */
+/* field-fit-rule.c: the published configurations, and ours (field-fit.h). */
 #include "config.h"
-#include "field/fit.h"
+#include "field/field-fit.h"
 
 #include <math.h>
 

@@ -1,6 +1,6 @@
-/* fit-volume.c: the values of a fitted field on a grid (fit.h). */
+/* field-fit-volume.c: the values of a fitted field on a grid (field-fit.h). */
 #include "config.h"
-#include "field/fit-step.h"
+#include "field/field-fit-step.h"
 #include "field/render.h"
 #include "core/mem.h"
 #include "core/vec3.h"

@@ -1,4 +1,4 @@
-/* cost.c: what ct_refine_run will take; see refine.h.
+/* refine-cost.c: what ct_refine_run will take; see refine.h.
  *
  *   inversion   (once + each x iterations) x voxels; `once` and `each` are measured on a piece of
  *               about SOLVER_PIECE^3 fine voxels, the number of iterations on one of PRIOR_PIECE^3

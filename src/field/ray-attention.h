@@ -1,5 +1,5 @@
-/* attention.h: attention among neighbouring samples of a ray, the block of SAX-NeRF (Cai et al.,
- * CVPR 2024): "Lineformer".
+/* ray-attention.h: attention among neighbouring samples of a ray, the block of SAX-NeRF (Cai et
+ * al., CVPR 2024): "Lineformer".
  *
  * Points come in segments of `segment` consecutive ones, which see each other and nothing else. Of
  * columns x of `width` w, with c = heads * head:
@@ -15,8 +15,8 @@
  * place s of segment i is column s * cols / segment + i, and cols / segment is a multiple of
  * CT_DENSE_LANES. Thread-safe.
  */
-#ifndef CT_FIELD_ATTENTION_H
-#define CT_FIELD_ATTENTION_H
+#ifndef CT_FIELD_RAY_ATTENTION_H
+#define CT_FIELD_RAY_ATTENTION_H
 #include "core/err.h"
 #include "core/simd.h"
 
@@ -69,8 +69,8 @@ int ct_attention_forward(
 int ct_attention_back(
 	const struct ct_attention_call *c, float *dx, float *dy, float *grad, struct ct_err *e);
 
-/* The loops (attention-kernels.c). unit = (x - mean) / sqrt(variance + 1e-5) of each column, y =
- * gain unit + shift; scale[ld], the factor. */
+/* The loops (ray-attention-kernels.c). unit = (x - mean) / sqrt(variance + 1e-5) of each column, y
+ * = gain unit + shift; scale[ld], the factor. */
 CT_SIMD_DECLARE(void, ct_attention_kernels_norm,
 	(size_t width, size_t cols, size_t ld, float *y, float *unit, float *scale, const float *x,
 		const float *gain, const float *shift));

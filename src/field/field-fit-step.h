@@ -1,7 +1,8 @@
-/* fit-step.h: what a thread of a fit has, and which measurements a step sees (fit.h). */
-#ifndef CT_FIELD_FIT_STEP_H
-#define CT_FIELD_FIT_STEP_H
-#include "field/fit.h"
+/* field-fit-step.h: what a thread of a fit has, and which measurements a step sees (field-fit.h).
+ */
+#ifndef CT_FIELD_FIELD_FIT_STEP_H
+#define CT_FIELD_FIELD_FIT_STEP_H
+#include "field/field-fit.h"
 
 /* A voxel: centre and edges in the box. A ray: where it begins and runs, a millimetre each, and the
  * part of it that is in the box. What was measured, and how much a sum of samples counts. */

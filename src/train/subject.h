@@ -1,8 +1,8 @@
-/* train.h: networks in training, of pictures, slices or volumes, with the data that they learn
+/* subject.h: networks in training, of pictures, slices or volumes, with the data that they learn
  * from.
  */
-#ifndef CT_TRAIN_TRAIN_H
-#define CT_TRAIN_TRAIN_H
+#ifndef CT_TRAIN_SUBJECT_H
+#define CT_TRAIN_SUBJECT_H
 #include "arssr/arssr-train.h"
 #include "core/cost.h"
 #include "core/env.h"

@@ -1,6 +1,6 @@
-/* attention.c: see attention.h. */
+/* ray-attention.c: see ray-attention.h. */
 #include "config.h"
-#include "field/attention.h"
+#include "field/ray-attention.h"
 #include "unet/dense.h"
 
 #include <string.h>

@@ -1,10 +1,10 @@
-/* adam.h: Adam (Kingma and Ba, ICLR 2015) on the raw parameters of Gaussians.
+/* gaussian-adam.h: Adam (Kingma and Ba, ICLR 2015) on the raw parameters of Gaussians.
  *
  * Every Gaussian counts its own steps, so one that was born at iteration 3000 has its bias
  * correction from its first step, and does not jump.
  */
-#ifndef CT_GS_ADAM_H
-#define CT_GS_ADAM_H
+#ifndef CT_GS_GAUSSIAN_ADAM_H
+#define CT_GS_GAUSSIAN_ADAM_H
 #include "core/err.h"
 #include "core/par.h"
 #include "gs/splat.h"

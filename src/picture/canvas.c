@@ -1,6 +1,6 @@
-/* text.c: see text.h. */
+/* canvas.c: see canvas.h. */
 #include "config.h"
-#include "picture/text.h"
+#include "picture/canvas.h"
 
 #include <stdint.h>
 #include <string.h>
@@ -75,7 +75,7 @@ static const char *next(const char *s, unsigned char *c)
 	return s;
 }
 
-size_t ct_text_width(const char *s)
+size_t ct_canvas_text_width(const char *s)
 {
 	size_t n = 0;
 	unsigned char c;
@@ -101,8 +101,8 @@ static void letters(const struct ct_canvas *c, ptrdiff_t y, ptrdiff_t x, ptrdiff
 	}
 }
 
-void ct_text_draw(const struct ct_canvas *c, ptrdiff_t y, ptrdiff_t x, size_t scale, const char *s,
-	bool rim, const unsigned char rgb[static 3])
+void ct_canvas_text(const struct ct_canvas *c, ptrdiff_t y, ptrdiff_t x, size_t scale,
+	const char *s, bool rim, const unsigned char rgb[static 3])
 {
 	const ptrdiff_t by = (ptrdiff_t)scale;
 

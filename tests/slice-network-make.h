@@ -1,6 +1,6 @@
-/* slice-network.h: a net of random weights; needs tap.h before it. */
-#ifndef CT_TESTS_SLICE_NETWORK_H
-#define CT_TESTS_SLICE_NETWORK_H
+/* slice-network-make.h: a net of random weights; needs tap.h before it. */
+#ifndef CT_TESTS_SLICE_NETWORK_MAKE_H
+#define CT_TESTS_SLICE_NETWORK_MAKE_H
 #include "core/rng.h"
 #include "restore/slice-network.h"
 

@@ -1,6 +1,6 @@
-/* texture.h: volumes with something to see. */
-#ifndef CT_TESTS_TEXTURE_H
-#define CT_TESTS_TEXTURE_H
+/* texture-make.h: volumes with something to see. */
+#ifndef CT_TESTS_TEXTURE_MAKE_H
+#define CT_TESTS_TEXTURE_MAKE_H
 #include "core/rng.h"
 
 #include <stdint.h>

@@ -1,6 +1,6 @@
-/* adam.c: see adam.h. */
+/* gaussian-adam.c: see gaussian-adam.h. */
 #include "config.h"
-#include "gs/adam.h"
+#include "gs/gaussian-adam.h"
 
 #include <math.h>
 

@@ -1,6 +1,6 @@
-/* fit-state.c: a fit as tensors (fit.h). */
+/* field-fit-state.c: a fit as tensors (field-fit.h). */
 #include "config.h"
-#include "field/fit.h"
+#include "field/field-fit.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,12 +1,12 @@
-/* text.h: text and boxes in a picture. Pure.
+/* canvas.h: text and boxes in a picture. Pure.
  *
  * A small bitmap font of our own: a machine that draws pictures need not have fonts. A letter is 5
  * pixels wide and 8 high in a cell of CT_TEXT_W x CT_TEXT_H, times `scale`. ASCII; any other
  * character (of UTF-8) is drawn as '?'. What lies outside of the picture or of its clip is not
  * drawn.
  */
-#ifndef CT_PICTURE_TEXT_H
-#define CT_PICTURE_TEXT_H
+#ifndef CT_PICTURE_CANVAS_H
+#define CT_PICTURE_CANVAS_H
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -26,10 +26,10 @@ struct ct_canvas ct_canvas_of(unsigned char *rgb, size_t h, size_t w);
 void ct_canvas_box(const struct ct_canvas *c, ptrdiff_t y, ptrdiff_t x, ptrdiff_t h, ptrdiff_t w,
 	const unsigned char rgb[static 3]);
 /* Width of a text at scale 1, pixels. */
-size_t ct_text_width(const char *s);
+size_t ct_canvas_text_width(const char *s);
 /* Writes s with its upper left corner at (y, x). A rim is dark, so that the text reads on a
  * picture. */
-void ct_text_draw(const struct ct_canvas *c, ptrdiff_t y, ptrdiff_t x, size_t scale, const char *s,
-	bool rim, const unsigned char rgb[static 3]);
+void ct_canvas_text(const struct ct_canvas *c, ptrdiff_t y, ptrdiff_t x, size_t scale,
+	const char *s, bool rim, const unsigned char rgb[static 3]);
 
 #endif

@@ -1,6 +1,6 @@
-/* fit.c: a fit from its beginning to its end (fit.h). */
+/* field-fit.c: a fit from its beginning to its end (field-fit.h). */
 #include "config.h"
-#include "field/fit-step.h"
+#include "field/field-fit-step.h"
 #include "core/clock.h"
 #include "core/mem.h"
 
