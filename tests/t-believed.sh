@@ -13,7 +13,7 @@ for q in density mu lineIntegral residual intensity 'expected error'; do
 	for c in ct-sr 'ct-upsample -m cubic'; do
 		# shellcheck disable=SC2086
 		exits 3 "$c refuses $q" $c -x 2 x.mha d.nii
-		has err "x.mha: metadata quantity: the values are '$q': expected HU" 'and says so'
+		has err "x.mha: metadata quantity: the values are '$q': expected HU" 'the error of wrong values names HU'
 	done
 done
 with quantity HU; exits 0 'hu in any case' ct-upsample -q -m cubic x.mha hu.nii
@@ -37,16 +37,16 @@ for mm in 30 3; do
 	exits 0 "a sidecar of $mm mm" ct-info -e s.nii; cp err err-$mm
 done
 has err-30 'field SliceThickness: 30 mm, and slices are 4 mm apart: expected at most 6 times' 'is refused where slices are 4 mm apart'
-! grep -q SliceThickness err-3; ok $? 'and read'
+! grep -q SliceThickness err-3; ok $? 'a thickness that is known is not warned of'
 # figures that are not numbers
 exits 3 'a bound of a figure that is NaN' ct-metrics --max psnr=99 --min psnr=0 lr.nii lr.nii
 printf 'NRRD0004\ntype: SHORT\ndimension: 3\nspace: Left-Posterior-Superior\nsizes: 2 3 4\nspace directions: (1,0,0) (0,1,0) (0,0,2.5)\nspace origin: (1,2,3)\nkinds: Domain domain Domain\nendian: Little\nencoding: Raw\ndata file: ./v.raw\n' >v.nhdr
 head -c 48 lr.mha >v.raw
 exits 0 'NRRD in other cases, beside it by ./' ct-info v.nhdr
 printf 'ObjectType = Image\nNDims = 3\nDimSize = 2 3 4\nElementSpacing = 1 1 2.5\nElementType = met_short\nElementDataFile = .//v.raw\n' >v.mhd
-exits 0 'MetaImage, too' ct-info v.mhd
-sed 's#\.//v#./../v#' v.mhd >w.mhd; exits 3 'but not elsewhere' ct-info w.mhd
-sed 's#\.//v.raw#./#' v.mhd >w.mhd; exits 3 'nor a folder' ct-info w.mhd
+exits 0 'a MetaImage beside its voxels is read' ct-info v.mhd
+sed 's#\.//v#./../v#' v.mhd >w.mhd; exits 3 'voxels of a MetaImage elsewhere are refused' ct-info w.mhd
+sed 's#\.//v.raw#./#' v.mhd >w.mhd; exits 3 'a folder for voxels of a MetaImage is refused' ct-info w.mhd
 sed 's#1 1 2.5#1 1 2,5#; s#= 2 3 4#= 2 3 4#' v.mhd >w.mhd; exits 3 'a comma is no point' ct-info w.mhd
 sed 's#1 1 2.5#1 1 2.5mm#' v.mhd >w.mhd; exits 3 'nor is a unit a number' ct-info w.mhd; has err 'ElementSpacing' 'which names the field'
 if command -v python3 >/dev/null; then

@@ -72,11 +72,11 @@ rm moved/to/bal.nii && printf junk >moved/to/marks.nii
 sh moved/to/bal/commands.sh >/dev/null 2>&1; [ $? -eq 3 ] && [ ! -e moved/to/bal.nii ]; ok $? 'it ends at the first error'
 mkdir aside
 exits 0 'a folder elsewhere, names with a dash' ct-sr -q -x 4 $few --keep "$dir_/aside/-k k" -- ./marks.nii -o.nii
-rm -f ./-o.nii && (cd / && sh "$dir_/aside/-k k/commands.sh") >/dev/null 2>&1 && [ -s ./-o.nii ]; ok $? 'and its script'
+rm -f ./-o.nii && (cd / && sh "$dir_/aside/-k k/commands.sh") >/dev/null 2>&1 && [ -s ./-o.nii ]; ok $? 'the script of a folder elsewhere makes an output that begins with a dash'
 cp marks.nii ./-marks.nii
 exits 0 'a dash before all names' ct-sr -q -x 4 $few --keep=-k -- -marks.nii -p.nii
 [ -s ./-k/lr.nii ] && [ -s ./-p.nii ]; ok $? 'and they are made'
-(cd / && sh "$dir_/-k/commands.sh") >/dev/null 2>&1; ok $? 'and its script'
+(cd / && sh "$dir_/-k/commands.sh") >/dev/null 2>&1; ok $? 'the script of a folder named -k runs from the root'
 
 # One run a folder; what a run starts ends with it.
 fits() { # until ct-nabgs has made iterations, or the run has ended

@@ -42,7 +42,7 @@ for f in b r; do ct-convert -q --raw 20x24x28:f32:4 --orient RAS $f.raw bare-$f.
 exits 0 'a window of its own' ct-compose -w -900:50 bare-b.nii bare-r.nii w.nii
 has err 'bare-b.nii: [0-9]* voxels are above 50 HU' 'says what it cuts'
 has err 'bare-b.nii: [0-9]* voxels are below -900 HU, down to -1[0-9.]*, and become -900 ' 'and what it lifts'
-exits 0 'a floor below all' ct-compose -w -900:50 --floor -3000 bare-b.nii bare-r.nii w2.nii; ! grep -q 'are below' err; ok $? 'lifts nothing'
+exits 0 'a floor below all' ct-compose -w -900:50 --floor -3000 bare-b.nii bare-r.nii w2.nii; ! grep -q 'are below' err; ok $? 'a floor below all values lifts nothing'
 is 'apart(vol("w.nii"), compose("b.nii", "r.nii", 1, -900, -900, 50)) < 1e-3' 'the base, and is the floor'
 
 # a whole object needs of the base its grid alone
@@ -79,14 +79,14 @@ done
 ct-degrade -q -x 4 c.nii again.nii && ct-metrics --json --max rmse-hu=0.01 lr.nii again.nii >out; ok $? 'degraded it is the low resolution'
 ct-fdk -q --quantity density p.exr d.nii 2>/dev/null
 exits 3 'density is no base' ct-compose d.nii r.ply no.nii
-has err 'd.nii: quantity is density, not hu' 'which is said'
-exits 3 'nor a residual' ct-compose up.nii d.nii no.nii
-has err 'd.nii: quantity is density, not residual' 'which is said'
+has err 'd.nii: quantity is density, not hu' 'the error of a density as a base says hu'
+exits 3 'a density is refused as a residual' ct-compose up.nii d.nii no.nii
+has err 'd.nii: quantity is density, not residual' 'the error of a density as a residual says residual'
 exits 3 'projections are no residual' ct-compose up.nii p.exr no.nii
-has err 'p.exr: is stack, not Gaussians or a volume' 'which is said'
+has err 'p.exr: is stack, not Gaussians or a volume' 'the error of projections as a residual says stack'
 exits 0 'HU are a residual if they do not say otherwise' ct-compose up.nii bare-r.nii hu.nii
 is 'vol("hu.nii") == vol("o.nii")' 'the same one'
 exits 3 'neither says an operator' ct-compose --consistent bare-lr.nii bare-b.nii bare-r.nii no.nii
-has err 'bare-lr.nii: neither it nor bare-b.nii says what operator made it' 'which is said'
-[ ! -e no.nii ]; ok $? 'failures leave nothing'
+has err 'bare-lr.nii: neither it nor bare-b.nii says what operator made it' 'the error of a scan of unknown operator names both files'
+[ ! -e no.nii ]; ok $? 'compositions that were refused leave nothing'
 done_testing

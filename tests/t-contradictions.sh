@@ -15,7 +15,7 @@ against() { # against STATUS FILE WORD TOOL ARGS...: the error names the file an
 	want=$1 file=$2 word=$3; shift 3
 	exits "$want" "$*" "$@"
 	grep -q -- "$file" err && grep -q -- "$word" err; ok $? "names $file and $word"
-	[ ! -e no.nii ] && [ ! -e no.exr ] && [ ! -e no.ply ]; ok $? 'and writes nothing'
+	[ ! -e no.nii ] && [ ! -e no.exr ] && [ ! -e no.ply ]; ok $? 'a contradiction with the file writes nothing'
 }
 against 2 lr.nii 'factor 2,2,2' ct-upsample -x 2 lr.nii no.nii
 against 2 lr.nii 'sigma 1' ct-upsample --sigma 1 lr.nii no.nii
@@ -40,7 +40,7 @@ against 3 density.nii density ct-metrics hr.nii density.nii
 # what the file says is what is done
 operator() { ct-ddnm -q --steps 1 "$@" - | ct-info - | awk '$1 == "operator" {print $2}'; }
 [ "$(operator sinc.exr)" = matched ]; ok $? 'pixels that are cut at the Nyquist frequency are taken for that'
-[ "$(operator mean.exr)" = mean ]; ok $? 'means for means'
+[ "$(operator mean.exr)" = mean ]; ok $? 'an operator of means is noted as mean'
 [ "$(operator point.exr)" = mean ]; ok $? 'rays for means, as published'
 [ "$(operator --expert operator=matched point.exr)" = matched ]; ok $? 'or for what is asked'
 exits 0 'the same again is no contradiction' ct-ddnm -q -x 4 --steps 1 --expert operator=matched sinc.exr a.exr

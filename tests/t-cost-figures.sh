@@ -21,7 +21,7 @@ ct-phantom -q --size 128x128x128 --expert oversample=1 sphere big.nii && # 8 MiB
 	exact sphere high.exr '--size 64x64x64' -n 640 --det 64 && # 10 MiB
 	exact sphere many.exr '--size 64x64x64' -n 8192 --det 4 &&
 	ct-project -q -n 16 --det 64 big.nii p.exr
-ok $? 'volumes and projections'
+ok $? 'figures of volumes and projections hold'
 
 # the volumes of 8 MiB that each method holds, or halves and quarters of them between its passes, and the scan twice:
 # 1 + 3/4, 1 + 3/2, 1 + 6/4 + 1/8 and what tells how it agrees, 5/8, which is more; 1 + 1 + 12/4 and the same

@@ -10,11 +10,11 @@ cost() { # cost STATE TOOL ARGS...: STATE is a regular expression of what follow
 	state=$1; shift
 	exits 0 "$1 --dry-run" "$@" --dry-run
 	[ "$(cut -c1-10 out | tr -d '\n')" = 'work      time      memory    disk      ' ]
-	ok $? 'has four lines'
+	ok $? 'the cost of a dry run has four lines'
 	grep -Eq '^time      ([1-9][0-9]* s|[0-9.]+ h) on [1-9][0-9]* threads$' out &&
 		grep -Eq '^memory    [1-9][0-9]* MiB$' out &&
-		grep -Eq "^disk      [1-9][0-9]* MiB$state\$" out; ok $? 'in one form'
-	[ ! -e new ]; ok $? 'and makes nothing'
+		grep -Eq "^disk      [1-9][0-9]* MiB$state\$" out; ok $? 'a dry run states disk in one form'
+	[ ! -e new ]; ok $? 'a dry run makes no output'
 }
 kept=', and [1-9][0-9]* MiB of state until it is done'
 cost '' ct-upsample lr.nii new
@@ -25,7 +25,7 @@ cost "$kept" ct-ddnm -x 4 -n 2 low.exr new
 cost "$kept" ct-nabgs -b up.nii -g 50 --expert max-gaussians=100 p.exr new
 cost "$kept" ct-fuse -n 2 up.nii lr.nii p.exr new
 cost "$kept" ct-train -a model_channels=32,channel_mult=1:2 -p 8 --expert batch=1 new p.exr
-exits 0 'as JSON' ct-nabgs --dry-run --json -b up.nii -g 50 --expert max-gaussians=100 p.exr new
+exits 0 'a dry run is printed as JSON' ct-nabgs --dry-run --json -b up.nii -g 50 --expert max-gaussians=100 p.exr new
 python3 -c '
 import json
 c = json.load(open("out"))
@@ -34,5 +34,5 @@ assert c["disk-bytes"] == 4400 and c["memory-bytes"] > 0 and c["seconds"] > 0'
 ok $? 'with the same numbers'
 ct-degrade -q -x 1,1,4 --sigma 0 --decimate mean hr.nii thick.nii
 cost '' ct-upsample -m prior -p "$builddir/slices.safetensors" thick.nii new
-has out '^work *tv and the prior of 4096 voxels$' 'with the prior'
+has out '^work *tv and the prior of 4096 voxels$' 'a dry run of the prior names it'
 done_testing

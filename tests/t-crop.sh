@@ -15,7 +15,7 @@ is "$(size b.nii)" 40,28,7 'of its axis'
 box=$(awk "BEGIN{printf \"%g:%g,%g:%g,%g:mm\", $x + 5, $x + 25, $y + 10.5, $y + 28.5, $z + 18}")
 exits 0 'the same box in millimetres' ct-convert -q \
 	--crop "$box" v.nii c.nii
-cmp -s a.nii c.nii; r=$?; ct-metrics --json a.nii c.nii 2>/dev/null | grep -q '"max-hu": 0[,.]'; ok $? 'is the same'
+cmp -s a.nii c.nii; r=$?; ct-metrics --json a.nii c.nii 2>/dev/null | grep -q '"max-hu": 0[,.]'; ok $? 'a cropped CT has the same voxels'
 is "$(size c.nii)" 10,6,19 'and no larger'
 exits 0 'a part of a voxel is one' ct-convert -q --crop "$(awk "BEGIN{printf \"%g:%g,:,:mm\", $x + 5.5, $x + 25.5}")" v.nii d.nii
 is "$(size d.nii)" 11,32,24 'on either side'
@@ -29,7 +29,7 @@ for b in 1:2 1:2,3:4 a:2,:,: 5:5,:,: 6:5,:,: 1.5:3,:,: 40:50,:,: 1:2,3:4,5:6,7:8
 	exits 2 "--crop $b" ct-convert -q --crop "$b" v.nii x.nii
 	has err '^ct-convert: .*--crop: ' 'is refused in words'
 done
-[ ! -e x.nii ]; ok $? 'and writes nothing'
+[ ! -e x.nii ]; ok $? 'a crop that is refused writes nothing'
 
 # a table beside a body: the body is what is larger, and 10 mm about it
 python3 - <<'END' || skip 'the body' 'no python3'
@@ -45,7 +45,7 @@ open('body.raw', 'wb').write(struct.pack('<6000h', *v))
 END
 if [ -e body.raw ]; then
 	ct-convert -q --raw 30x20x10:i16:5,5,5 body.raw body.nii
-	exits 0 'the body' ct-convert -v --crop auto body.nii f.nii
+	exits 0 '--crop auto finds the body in air' ct-convert -v --crop auto body.nii f.nii
 	has err 'cropped to voxels 6:22,4:14,1:10 of 30x20x10' 'and 10 mm about it'
 	is "$(size f.nii)" 16,10,9 'which is all that is left'
 fi

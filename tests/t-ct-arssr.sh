@@ -28,12 +28,12 @@ mkdir more; cp scans/*.nii more; ct-phantom -q -s 3 --size 44x42x46 ellipsoids m
 exits 3 'other data cannot resume' ct-train $small -n 4 --resume a.safetensors more; has err 'DATA' 'and are named'
 ct-phantom -q --size 44x42x20 ellipsoids low.nii
 exits 5 'a volume that is low' ct-train $small z.safetensors low.nii
-exits 2 'a word that there is not' ct-train $small -a colour=3 z.safetensors scans; has err '--arch: there is no "colour"$' 'is named'
-exits 2 'no blocks' ct-train $small -a blocks=0 z.safetensors scans; has err 'blocks=0: expected a number from 1 to 64$' 'is named'
+exits 2 'a word that there is not' ct-train $small -a colour=3 z.safetensors scans; has err '--arch: there is no "colour"$' 'the error of an unknown word of --arch names it'
+exits 2 'no blocks' ct-train $small -a blocks=0 z.safetensors scans; has err 'blocks=0: expected a number from 1 to 64$' 'the error of 0 blocks names its range'
 exits 5 'volumes smaller than a cube' ct-train $small -p 12 z.safetensors scans; has err '^ct-train: scans: no volume has 48 voxels along each axis$' 'are too small'
 cp truth.nii nan.nii; printf '\000\000\300\177' | dd of=nan.nii bs=1 conv=notrunc seek=$(($(wc -c <truth.nii) - 4)) 2>/dev/null
-exits 6 'NaN' ct-train $small z.safetensors nan.nii; has err '^ct-train: nan.nii: voxel' 'is named'
-exits 2 'a window beyond float32' ct-train $small --expert=window=-1e308:1e308 z.safetensors scans; has err 'window' 'is named'
+exits 6 'NaN' ct-train $small z.safetensors nan.nii; has err '^ct-train: nan.nii: voxel' 'the error of a NaN names file and voxel'
+exits 2 'a window beyond float32' ct-train $small --expert=window=-1e308:1e308 z.safetensors scans; has err 'window' 'the error of a window beyond float32 names the option'
 exits 6 'a training that diverges' ct-train -q $small --expert=lr=1,decay=10 -n 500 z.safetensors scans
 [ ! -e z.safetensors ]; ok $? 'no output of a failed run'
 exits 2 'what is of other kinds' ct-train $small -x 3 z.safetensors scans
@@ -53,7 +53,7 @@ exits 2 'nothing to start from' ct-upsample -m arssr -p p.safetensors --start cu
 printf x >text; exits 3 'not a prior' ct-upsample -m arssr -p text lo.nii z.nii
 if [ -r "$srcdir/src/prior/slices.safetensors" ]; then
 	exits 3 'a prior of another kind' ct-upsample -m arssr -p "$srcdir/src/prior/slices.safetensors" lo.nii z.nii
-	has err 'slices.safetensors: is no prior of volumes' 'is named'
+	has err 'slices.safetensors: is no prior of volumes' 'the error of another network names the file'
 fi
 exits 3 'nor does the other method take it' ct-upsample -m prior -p p.safetensors lo.nii z.nii
 exits 7 'little memory' ct-upsample -m arssr -p p.safetensors --memory 24M lo.nii z.nii

@@ -18,14 +18,14 @@ while IFS='|' read -r options cost; do
 	(cd t4 && ct-ddnm -q -t 4 "$@" --expert travel=2,2 --samples 2 ../y.exr a.exr)
 	cmp -s t1/a.exr t4/a.exr; ok $? 'the same bytes on 4 threads, back in time, of two samples'
 	ct-info t1/a.exr | sed '/history/d' | cksum >>results
-	exits 0 'from a picture' ct-ddnm -q -f "$@" --init up.exr --expert t-start=20 y.exr near.exr
+	exits 0 'a sampler begins from a picture' ct-ddnm -q -f "$@" --init up.exr --expert t-start=20 y.exr near.exr
 	got=$(calls "$@"); [ "$got" = "$cost" ]; ok $? "$got"
 	(cd whole && ct-ddnm -q "$@" ../many.exr o.exr)
 	cd cut || exit 99
 	signalled 9 15 ct-ddnm -q -t 1 "$@" ../many.exr o.exr; s=$?
 	[ $s -eq 75 ] && [ -s o.exr.state ] && [ ! -e o.exr ]; ok $? "SIGTERM stops it (status $s)"
 	exits 3 'another sampler cannot resume' ct-ddnm -q --resume ../many.exr o.exr
-	exits 0 'it resumes' ct-ddnm -q "$@" --resume ../many.exr o.exr
+	exits 0 'a stopped sampler resumes with --resume' ct-ddnm -q "$@" --resume ../many.exr o.exr
 	cd .. && cmp -s whole/o.exr cut/o.exr; ok $? 'to the same bytes'
 	rm -r t1 t4 whole cut
 done <<EOF2
@@ -46,7 +46,7 @@ costs bird "2000 calls $on, 1980 of its derivative"
 costs none '0 calls of a network'
 
 # none: what it begins with, which is no matter of a prior or of a seed
-exits 0 'none' ct-ddnm -q --sampler none --init up.exr y.exr a.exr
+exits 0 'the sampler none is taken' ct-ddnm -q --sampler none --init up.exr y.exr a.exr
 exits 0 'none, on 4 threads' ct-ddnm -q -t 4 -s 3 --sampler none y.exr b.exr
 exits 5 'an init of another geometry is refused' ct-ddnm -q --sampler none --init y.exr y.exr n.exr
 if command -v python3 >/dev/null; then

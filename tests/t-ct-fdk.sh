@@ -59,10 +59,10 @@ exits 0 'a short scan with them' ct-fdk --parker short.exr short.nii
 ct-metrics -w -1024:3071 --min psnr=29 v.nii short.nii >out; ok $? 'and is as good'
 ct-project -n 1 v.nii single.exr
 exits 5 'one view' ct-fdk single.exr new.nii
-exits 0 'which iterates' ct-fdk -m cgls --iterations 2 single.exr single.nii
+exits 0 'cgls reconstructs from one view' ct-fdk -m cgls --iterations 2 single.exr single.nii
 ct-project -n 30 --arc 360 --det 1 --expert pitch=5 v.nii pixel.exr
 exits 5 'a detector of one pixel' ct-fdk pixel.exr new.nii
-exits 0 'which iterates' ct-fdk -m sirt --iterations 2 pixel.exr pixel.nii
+exits 0 'sirt reconstructs from a detector of one pixel' ct-fdk -m sirt --iterations 2 pixel.exr pixel.nii
 ct-project --beam fan -n 90 --arc 360 v.nii fan.exr
 exits 0 'a fan' ct-fdk fan.exr fan.nii
 ct-info fan.nii >info; has info '^size *48 48 1' 'makes one slice'

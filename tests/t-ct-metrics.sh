@@ -30,7 +30,7 @@ mv out all.json
 exits 0 'with a mask' ct-metrics --ssim all --json --mask mask.nii ref.nii test.nii
 mv out mask.json
 ct-convert -q --crop 0:9,0:9,0:9 mask.nii small-mask.nii
-exits 5 'a mask of another grid' ct-metrics --mask small-mask.nii ref.nii test.nii; has err '^ct-metrics: small-mask.nii: grids differ' 'is named'
+exits 5 'a mask of another grid' ct-metrics --mask small-mask.nii ref.nii test.nii; has err '^ct-metrics: small-mask.nii: grids differ' 'the error of a mask of another grid names the mask'
 exits 0 'without padding' ct-metrics --ssim none --json --mask padding noisy.nii test.nii
 "$PY" - >log 2>&1 <<'PY'; ok $? 'the padding of REF does not count'
 import json
@@ -122,15 +122,15 @@ for t in 1 4; do
 done
 cmp -s s1.csv s4.csv; ok $? '1 and 4 threads, same table'
 cmp -s t1 t4; ok $? '1 and 4 threads, same bytes'
-exits 0 'reads a stream' sh -c 'cat test.nii | ct-metrics ref.nii -'
-cmp -s out text; ok $? 'and says the same'
+exits 0 'ct-metrics reads TEST from a stream' sh -c 'cat test.nii | ct-metrics ref.nii -'
+cmp -s out text; ok $? 'TEST from a stream gives the same metrics'
 exits 0 'equal volumes' ct-metrics --min psnr=99,ssim-r2=1 ref.nii ref.nii
 has out '^psnr inf$' 'have infinite PSNR'
 ct-metrics --json ref.nii ref.nii >json; "$PY" -c 'import json; assert json.load(open("json"))["psnr"] is None'
 ok $? 'null in JSON'
 exits 3 'misses a PSNR' ct-metrics --min psnr=60 ref.nii test.nii
 has out '^psnr' 'and reports it'
-has err 'below 60' 'and says so'
+has err 'below 60' 'a PSNR below --min is named in the error'
 exits 3 'misses an SSIM' ct-metrics --min ssim-r2=0.99999 ref.nii test.nii
 exits 5 'refuses another spacing' ct-metrics ref.nii moved.nii
 exits 5 'refuses another size' ct-metrics ref.nii short.nii
@@ -181,7 +181,7 @@ exits 2 'one standard output' ct-metrics --per-slice - --csv ref.nii test.nii
 exits 0 'all thresholds kept' ct-metrics --min psnr=20,ssim-r2=0.1 \
 	--max mae-hu=60,rmse-hu=70,gradient-i-hu-mm=95 ref.nii test.nii
 exits 3 'misses an MAE' ct-metrics --max mae-hu=40 ref.nii test.nii
-has err 'mae-hu .* is above 40' 'and says so'
+has err 'mae-hu .* is above 40' 'an error above --max in HU is named in the error'
 exits 3 'misses an RMSE' ct-metrics --max mae-hu=60,rmse-hu=50 ref.nii test.nii
 exits 3 'misses a gradient error' ct-metrics --max gradient-k-hu-mm=20 ref.nii test.nii
 exits 2 'a limit for a figure that is not reported' ct-metrics --max residual-max-hu=1 ref.nii test.nii
@@ -229,7 +229,7 @@ ct-metrics --ssim all --json --range 1600 bright-a.nii bright-b.nii >near.json
 ct-metrics --ssim all --json --range 400 big-a.nii big-b.nii >big.json
 exits 3 'a reference all below the window has no slices to count' \
 	ct-metrics -w 500:600 flat100.nii flat300.nii
-has err 'no slice' 'and says so'
+has err 'no slice' 'a missing slice is named in the error'
 "$PY" - >log 2>&1 <<'PY'; ok $? 'constant, impulse, int16, thin and far from zero: as stated'
 import json, math, nibabel as nib, numpy as np
 from skimage.metrics import structural_similarity as ssim
@@ -284,7 +284,7 @@ exits 0 'certifies beside a reference, as JSON' \
 mv out both.json
 exits 0 'the volume that it was made of' ct-metrics --max residual-max-hu=0.01 --consistency lr.nii ref.nii
 exits 3 'another' ct-metrics --max residual-rms-hu=1 --consistency lr.nii test.nii
-has err 'residual-rms-hu .* is above 1' 'and says so'
+has err 'residual-rms-hu .* is above 1' 'a residual above --max is named in the error'
 "$PY" - >log 2>&1 <<'PY'; ok $? 'the residual is that of ct-degrade, and its figures those of NumPy'
 import json, nibabel as nib, numpy as np, subprocess
 subprocess.run(['ct-degrade', '-x', '4,4,2', 'test.nii', 'redo.nii'], check=True)
@@ -304,19 +304,19 @@ sed 's/^/# /' log
 ct-info map.nii.gz >info; has info 'residual' 'the map says what it is'
 for t in 1 4; do ct-metrics -t $t --consistency lr.nii --map m$t.nii test.nii >c$t; done
 cmp -s c1 c4; ok $? '1 and 4 threads, same data residual'
-exits 0 'reads a stream' sh -c 'cat test.nii | ct-metrics --consistency lr.nii -'
-cmp -s out c1; ok $? 'and says the same'
+exits 0 'ct-metrics --consistency reads a stream' sh -c 'cat test.nii | ct-metrics --consistency lr.nii -'
+cmp -s out c1; ok $? '--consistency of a stream gives the same residual'
 exits 0 'the map as a stream' sh -c 'ct-metrics --consistency lr.nii --map - test.nii >m.nii'
 cmp -s m.nii m1.nii || "$PY" -c 'import nibabel as n, numpy as np
 assert (n.load("m.nii").get_fdata() == n.load("m1.nii").get_fdata()).all()'
 ok $? 'is the same map'
 exits 3 'a header without operator' ct-metrics --consistency ref.nii test.nii
-has err 'ref.nii: the header names no operator' 'is named'
+has err 'ref.nii: the header names no operator' 'a reference without an operator is named in the error'
 exits 3 'an upsampled volume is no LR' ct-metrics --consistency up.nii test.nii
 exits 5 'another grid' ct-metrics --consistency lr.nii moved.nii
 exits 6 'NaN is refused' ct-metrics --consistency lr.nii nan.nii
 exits 2 'one file needs --consistency' ct-metrics ref.nii
-has err 'missing TEST' 'and says so'
+has err 'missing TEST' 'a missing TEST is named in the error'
 exits 2 'what needs a reference' ct-metrics --consistency lr.nii --ssim r2 test.nii
 exits 2 'a map needs --consistency' ct-metrics --map map-none.nii ref.nii test.nii
 

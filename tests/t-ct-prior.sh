@@ -81,16 +81,16 @@ far() { ct-metrics -q --json $1.nii $2.nii | sed -n 's/.*"rmse-hu": \([0-9.e-]*\
 w auto; cmp_ auto one/o; ok $? 'the same again'
 w full --expert=weight=1; w none --expert=doubt=0,gate=0,cap=0,steps=0; cmp_ full none; ok $? 'a weight takes all with the same confidence'
 ! cmp_ full auto; ok $? 'which is not the default'
-w careful --expert=weight=1,doubt=1.2,gate=15,cap=360,steps=0.05; cmp_ careful auto; ok $? 'unless it is asked for'
+w careful --expert=weight=1,doubt=1.2,gate=15,cap=360,steps=0.05; cmp_ careful auto; ok $? 'the default is the careful confidence weights'
 w soft --expert=steps=0; ! cmp_ soft auto; ok $? 'which leaves plain steps as sharp as they are'
 w half --expert=weight=0.5; a=$(far up half) b=$(far up full)
 awk "BEGIN{exit !($a > 0.45 * $b && $a < 0.55 * $b)}"; ok $? "half of it is half as much ($a, $b HU)"
 for x in -0.1 10.1; do
 	exits 2 "a weight of $x" ct-upsample -m prior -p p.safetensors --expert=weight=$x lo.nii x.nii
-	has err "^ct-upsample: --expert weight: $x is outside \[0, 10\]" 'is refused'
+	has err "^ct-upsample: --expert weight: $x is outside \[0, 10\]" "a weight outside [0, 10] is refused: $x"
 done
 exits 2 'no weight' ct-upsample -m prior -p p.safetensors --expert=weight=much lo.nii x.nii
-has err "^ct-upsample: --expert weight: 'much' is not a number" 'is refused'
+has err "^ct-upsample: --expert weight: 'much' is not a number" 'a weight that is no number is refused'
 ct-upsample -m prior -q -p p.safetensors -Q fast lo.nii z.nii
 r=$(ct-metrics -q --json hr.nii z.nii | sed -n 's/.*"max-hu": \([0-9.e-]*\).*/\1/p')
 awk "BEGIN{exit !($r > 0.01)}"; ok $? 'slices across one axis give something else'
@@ -108,7 +108,7 @@ rm x.nii
 ct-degrade -q -x 1.4,4,4 truth.nii mixed.nii
 ct-degrade -q -x 2 truth.nii two.nii
 exits 5 'a factor far from that of any network is refused' ct-upsample -m prior --expert=weight=1 -p p.safetensors mixed.nii x.nii
-has err 'mixed.nii: the prior has no network for factors 1.4,4,4$' 'in words'
+has err 'mixed.nii: the prior has no network for factors 1.4,4,4$' 'factors that the prior has no network for are named'
 exits 0 'or left to the solver' ct-upsample -m prior -p p.safetensors mixed.nii x.nii
 has err 'mixed.nii: the prior has no network for factors 1.4,4,4: the prior adds nothing$' 'which is said'
 ct-upsample -q mixed.nii - | ct-metrics --json - x.nii | grep -q '"max-hu": 0[,.]'; ok $? 'and gives what it makes'
@@ -125,7 +125,7 @@ exits 0 'or by its own' ct-upsample -m prior -q -p two.safetensors two.nii y.nii
 rm x.nii
 exits 3 'a volume is no prior' ct-upsample -m prior -p up.nii lo.nii x.nii
 exits 3 'nor is a prior of pictures' ct-upsample -m prior -p "$builddir/prior.safetensors" lo.nii x.nii
-has err 'no prior of slices' 'in words'
+has err 'no prior of slices' 'a file without a prior of slices is named'
 exits 5 'nor is a volume on another grid one to start from' \
 	ct-upsample -m prior -p p.safetensors --start two.nii lo.nii x.nii
 exits 5 'or that of the coarse one' ct-upsample -m prior -p p.safetensors --start lo.nii lo.nii x.nii
@@ -145,7 +145,7 @@ has err 'flat.nii: its edges do not show how it was made, which the predicted er
 exits 0 'a net to look again' ct-train -q $small -n 30 --expert=again=yes --with p.safetensors --validate truth.nii r.safetensors scans
 ct-info -v r.safetensors >out; has out '^  *again-4.shape' 'is one more'
 exits 3 'one that nothing comes before' ct-train $small -x 3 --expert=again=yes --with p.safetensors x.safetensors scans
-has err '^ct-train: p.safetensors: has no network for factor 3$' 'is refused'
+has err '^ct-train: p.safetensors: has no network for factor 3$' 'a factor without a network is refused by ct-train'
 }
 look() { out=$1; shift; ct-upsample -m prior -v -f --std $out-e.nii -p "$@" lo.nii $out.nii 2>err; }
 look once p.safetensors --start up.nii; cmp_ once one/o; ok $? 'once: the first alone look'
@@ -190,7 +190,7 @@ exits 0 'those that are well sampled' ct-upsample -m prior -f -p "$known" well.n
 has err 'well.nii: the slices look band-limited, for which the prior has no network; .*: the prior adds nothing$' 'are refined alone'
 ct-metrics --json up-well.nii well-p.nii | grep -q '"max-hu": 0[,.]'; ok $? 'to what the solver makes'
 exits 3 'are not added to' ct-upsample -m prior --start up-well.nii -p "$known" well.nii x.nii
-exits 0 'unless it is asked for' ct-upsample -m prior -q --expert=weight=1 --start up-well.nii -p "$known" well.nii well-w.nii
+exits 0 'the prior runs on a band-limited scan where asked for' ct-upsample -m prior -q --expert=weight=1 --start up-well.nii -p "$known" well.nii well-w.nii
 ! ct-metrics --json up-well.nii well-w.nii | grep -q '"max-hu": 0[,.]'; ok $? 'which is something else'
 exits 0 'it tells what it will take' ct-upsample -m prior --dry-run -p p.safetensors lo.nii x.nii
 awk '$1 == "time" {s = $2; u = $3} END {exit !(s > 0 && s < 1000 && u == "s")}' out; ok $? 'which is no more than the scan, all of which was tried'

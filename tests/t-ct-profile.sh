@@ -34,7 +34,7 @@ exits 0 'unless forced' ct-profile -f -t 3 thick.nii thin.nii p.txt
 cmp -s one.txt p.txt; ok $? 'the same bytes with three threads'
 ct-convert -q --crop 0:20,0:18,30:80 thin.nii part.nii || exit 99
 exits 0 'a part of the thin slices' ct-profile thick.nii part.nii part.txt
-[ "$(weights part.txt)" = "$(weights p.txt)" ]; ok $? 'tells the same'
+[ "$(weights part.txt)" = "$(weights p.txt)" ]; ok $? 'a part of the thin scan gives the same weights'
 
 # the file is one for --profile
 python3 - <<'PY' || exit 99
@@ -57,7 +57,7 @@ if ct-convert -q thick.nii dicom/thick/ 2>dicom.err && ct-convert -q thin.nii di
 	mkdir both && for f in dicom/*/*.dcm; do cp "$f" "both/$(echo "$f" | tr / -)"; done
 	set -- both/dicom-thick-*; thick=$1; set -- both/dicom-thin-*
 	exits 0 'a file of each series of one folder' ct-profile "$thick" "$1" -
-	[ "$(weights out)" = "$(weights p.txt)" ]; ok $? 'tells the same'
+	[ "$(weights out)" = "$(weights p.txt)" ]; ok $? 'a file of each series gives the same weights'
 else
 	skip 'DICOM' "$(head -n 1 dicom.err)"
 fi
@@ -76,12 +76,12 @@ for at in (276, 324):  # z of the first voxel: qform, sform
 open('far.nii', 'wb').write(d)
 PY
 exits 0 'slices that lie elsewhere' ct-profile far.nii thin.nii -
-has err 'far.nii: the slices lie -2 mm from where the header says' 'are reported'
+has err 'far.nii: the slices lie -2 mm from where the header says' 'slices that lie elsewhere than the header says are reported'
 has out '^# the slices lie -2 mm from where their header says; removed below' 'in the file, too'
 [ "$(weights out)" = "$(weights p.txt)" ]; ok $? 'and put right'
 ct-degrade -q -x 1 --noise 60 thick.nii noisy.nii || exit 99
 exits 0 'thick slices of another noise' ct-profile noisy.nii thin.nii -
-has err 'noisy.nii: thin.nii explains only [0-9.]* % of its variance: are they one acquisition?' 'are reported'
+has err 'noisy.nii: thin.nii explains only [0-9.]* % of its variance: are they one acquisition?' 'a thin scan that explains little is reported'
 
 # refusals
 no 5 'give the thick ones first' thin.nii thick.nii

@@ -26,8 +26,8 @@ exits 4 'no overwriting' ct-project -n 5 m.nii m.exr
 exits 0 'unless forced' ct-project -f -n 5 m.nii m.exr
 ct-phantom -q --size 400x8x8 --spacing 4 ellipsoids - | ct-convert -q --crop 390:400,0:8,0:8 - far.nii
 exits 0 'a volume beside the scan' ct-project --like m.exr far.nii dark.exr; has err 'warning: far.nii: lies beside the scan: . of 5 views see it' 'says so'
-exits 5 'a base beside the scan' ct-nabgs -n 1 -g 9 --base far.nii m.exr new.ply; has err 'far.nii: lies beside the scan' 'too'
-exits 5 'a grid beside the scan' ct-fdk -m sirt --grid far.nii m.exr new.nii; has err 'far.nii: ' 'too'
+exits 5 'a base beside the scan' ct-nabgs -n 1 -g 9 --base far.nii m.exr new.ply; has err 'far.nii: lies beside the scan' 'the error of a base beside the scan names the base'
+exits 5 'a grid beside the scan' ct-fdk -m sirt --grid far.nii m.exr new.nii; has err 'far.nii: ' 'the error of a grid beside the scan names the grid'
 [ ! -e new.exr ] && [ ! -e new.nii ] && [ ! -e new.ply ]; ok $? 'and nothing is made'
 exits 5 'a source in the volume' ct-project --expert dso=60 m.nii new.exr
 has err '60 mm' 'with the distance'

@@ -40,7 +40,7 @@ if [ -s std.nii ]; then
 	has r.html '"row">bone, above 200 HU</th><td>[0-9.]* %</td><td>200 HU</td><td>100.0 %</td>' 'the predicted error of bone'
 	has r.html '"row">soft tissue, to 200 HU</th><td>[0-9.]* %</td><td>7 HU</td><td>0.0 %</td>' 'and of what is soft'
 	exits 3 'an error below zero' ct-report --uncertainty neg.nii lr.nii hr.nii no.html
-	has err 'neg.nii: holds -[0-9.]* HU, which no predicted error is' 'is named'
+	has err 'neg.nii: holds -[0-9.]* HU, which no predicted error is' 'a negative predicted error is named with its file'
 else
 	skip 'what a predicted error adds' 'no nibabel'
 fi
@@ -63,7 +63,7 @@ n=$(ct-metrics --json --consistency lr.nii linear.nii | sed -n 's/.*"residual-rm
 has linear.html "<th scope=\"row\">Residual, RMS</th><td>$(printf %.3f "$n") HU</td>" "that of ct-metrics, $n HU"
 has plain.html '"row">Residual, RMS</th><td>0.0[0-9]* HU</td>' 'and nearly none where it does'
 exits 5 'another grid' ct-report lr.nii lr.nii no.html
-has err 'lr.nii' 'is named'
+has err 'lr.nii' 'the error of another grid names the file'
 exits 5 'a truth on another' ct-report --truth lr.nii lr.nii hr.nii no.html
 ct-phantom -q --size 32x24x20 --spacing 4 ellipsoids coarse.nii
 exits 5 'a result that is coarser' ct-report truth.nii coarse.nii no.html

@@ -11,7 +11,7 @@ for t in $CT_TOOLS; do
 		on {text = text " " $0}
 		on && /\]$/ {on = 0; gsub(/ +/, " ", text); gsub(/^ \[ends in |\]$/, "", text); print t, row, text}'
 done >rows
-[ "$(grep -c . rows)" -ge 20 ]; ok $? 'rows that write'
+[ "$(grep -c . rows)" -ge 20 ]; ok $? 'there are rows of options that write'
 for t in $CT_TOOLS; do
 	case $t in ct-info) continue ;; esac
 	grep -q "^$t " rows; ok $? "$t writes"
@@ -68,9 +68,9 @@ done <rows
 ct-phantom -q --size 4x4x4 cube plain.nii
 exits 2 'a dry run too' ct-upsample --dry-run -x 2 plain.nii up.mha
 exits 0 'a name that says nothing' ct-convert plain.nii plain
-exits 0 'of any case' ct-convert plain.nii plain.NII.GZ
+exits 0 'an end in capitals is taken' ct-convert plain.nii plain.NII.GZ
 gzip -t <plain.NII.GZ; ok $? 'which is what it says'
 ct-convert plain.nii /dev/stdout | cat >again.nii; exits 0 'a pipe under its name' ct-metrics --min psnr=1000 plain.nii again.nii
-mkfifo pipe.fifo; timeout 60 cat pipe.fifo >again.nii & ct-convert -q plain.nii pipe.fifo; ok $? 'one of any name'; wait; exits 0 'is the same' ct-metrics --min psnr=1000 plain.nii again.nii
+mkfifo pipe.fifo; timeout 60 cat pipe.fifo >again.nii & ct-convert -q plain.nii pipe.fifo; ok $? 'a FIFO of any name is written'; wait; exits 0 'what a FIFO got is the same CT' ct-metrics --min psnr=1000 plain.nii again.nii
 rm -f x x.5 x1.5mm; ! ls x* 2>/dev/null; ok $? 'and nothing was made'
 done_testing

@@ -23,14 +23,14 @@ ct-info sr.nii >info; has info '^  assumed  *profile .*DICOM (Philips, 4 mm, ker
 exits 0 'ct-info' ct-info -e -x 1,1,4 s.nii
 awk '/^profile-spread/ {s = $4} /^dicom-spread/ {d = $4} /^joint-spread/ {j = $4} /^profile-dev/ {sd = $4} /^joint-dev/ {jd = $4}
 	END {exit !(s > 0 && d > .37 && d < .38 && (s - j) * (j - d) >= 0 && jd < sd)}' out; ok $? 'between the two, and surer'
-exits 0 'as JSON' ct-info --json -e -x 1,1,4 s.nii; tr -d ' \n' <out >flat; has flat '"dicom-spread-voxels":\[null,null,0.37' 'too'
-gzip -k s.nii; exits 0 'of a compressed file' ct-info -e -x 1,1,4 s.nii.gz; has out '^dicom-spread' 'too'
+exits 0 'as JSON' ct-info --json -e -x 1,1,4 s.nii; tr -d ' \n' <out >flat; has flat '"dicom-spread-voxels":\[null,null,0.37' 'JSON of -e has the spread that DICOM expects'
+gzip -k s.nii; exits 0 'of a compressed file' ct-info -e -x 1,1,4 s.nii.gz; has out '^dicom-spread' 'a compressed NIfTI has the spread that DICOM expects'
 exits 0 'ct-upsample' ct-upsample -q -f -m tv -x 1,1,4 --estimate --iterations 20 s.nii up.nii
-ct-info up.nii >info; has info '^  assumed  *profile .*DICOM (Philips' 'too'
+ct-info up.nii >info; has info '^  assumed  *profile .*DICOM (Philips' 'the result notes a profile assumed from DICOM'
 sr 'the operator in the header' lr.nii
 ! grep -q assumed: err; ok $? 'has the last word'
 exits 0 'options' ct-sr -f -Q draft -x 1,1,4 --noise 0 --slice-thickness 4 s.nii sr2.nii
-! grep -q assumed: err; ok $? 'too'
+! grep -q assumed: err; ok $? 'with --noise and --slice-thickness nothing is assumed'
 echo '{"Modality": "MR", "SliceThickness": 4}' >s.json; sr 'of another modality' s.nii; has err 'measured on edges' 'nothing is used'
 echo "$side" | sed 's/"SliceThickness": 4, "Sp.*4/"BodyPart": "HEAD"/' >s.json; sr 'no thickness, as dcm2niix' s.nii
 has err 'DICOM (Philips, kernel UB) expects 3.5[0-9] mm within 2[0-9] %' 'is the spacing, less surely'
@@ -58,8 +58,8 @@ bad 'field SliceThickness: not a length' '{"Manufacturer": "GE", "SliceThickness
 bad 'field SpacingBetweenSlices: not a length' '{"SliceThickness": 4, "SpacingBetweenSlices": -4}'
 bad 'field ConvolutionKernel: not a text' '{"SliceThickness": 4, "ConvolutionKernel": 4}'
 rm s.json; mkfifo s.json; sr 'a pipe' s.nii; has err 'warning: s.json: not a file' 'is not waited for'
-rm s.json; mkdir s.json; sr 'a folder' s.nii; has err 'warning: s.json: not a file' 'is none'; rmdir s.json
-ln -s /dev/zero s.json; sr 'a device' s.nii; has err 'warning: s.json: not a file' 'is none'; rm s.json
+rm s.json; mkdir s.json; sr 'a folder' s.nii; has err 'warning: s.json: not a file' 'a folder for a sidecar is warned of and ignored'; rmdir s.json
+ln -s /dev/zero s.json; sr 'a device' s.nii; has err 'warning: s.json: not a file' 'a device for a sidecar is warned of and ignored'; rm s.json
 truncate -s 17M s.json; sr 'what is too long' s.nii; has err 'warning: s.json: more than' 'is not read'; rm s.json
 printf '{"SliceThickness": 4, "Manufacturer": "\\u001b]0;x\\u0007<b>GE"}' >s.json; sr 'what steers a terminal' s.nii
 has err 'DICOM (\]0;x<b>GE, 4 mm)' 'is printable' && ! grep -q "$(printf '\033')" err; ok $? 'and nothing else'
@@ -77,7 +77,7 @@ for f in sys.argv[1:]:
 	sr 'a series of a scanner' dcm
 	has err 'DICOM (Philips, 4 mm, kernel UB) expects 3.5[0-9] mm within' 'says its thickness'
 	cp err err.dcm
-	exits 0 'ct-info of a series' ct-info -e -x 1,1,4 dcm; has out '^dicom-spread' 'too'
+	exits 0 'ct-info of a series' ct-info -e -x 1,1,4 dcm; has out '^dicom-spread' 'a series has the spread that DICOM expects'
 	exits 0 'ct-upsample of a series' ct-upsample -q -f -m tv -x 1,1,4 --estimate --iterations 20 dcm up.nii
 	exits 0 'a converted file' ct-convert -q dcm conv.nii
 	ct-info conv.nii >info; [ "$(line info dicom.thickness),$(line info dicom.spacing)" = 0,0,4,1,1,4 ]; ok $? 'carries it'

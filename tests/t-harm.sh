@@ -30,11 +30,11 @@ ct-degrade -q -x 1 --clip -1024:3071 lr.nii other.nii
 [ "$(sizes lr.nii other.nii)" = '1.5 ' ]; ok $? 'a scan that has not been refined is no result'
 for v in 0.2 101 1,2,3,4,5 a '1,' 1,nan ''; do
 	exits 2 "no size '$v'" ct-metrics --structures --expert "blob-sigma=$v" hr.nii up.nii
-	has err 'blob-sigma' 'is named'
+	has err 'blob-sigma' 'the error of a wrong blob-sigma names it'
 done
 for v in 0.5 1025 1,2 a; do
 	exits 2 "no factor '$v'" ct-metrics --structures -x "$v" hr.nii up.nii
-	has err 'factor' 'is named'
+	has err 'factor' 'the error of a wrong factor names it'
 done
 
 # CSV
@@ -68,7 +68,7 @@ exits 0 'of slices that are not known' ct-metrics --harm --ssim none flat.nii ba
 exits 0 'thicker slices' ct-metrics --harm --ssim none -x 1,1,8 flat.nii band.nii
 [ "$(banding) $(value banding-pieces)" = 'nan 0' ]; ok $? 'fewer than 1000 pieces tell nothing'
 exits 3 'a limit' ct-metrics --harm --max banding-rms-hu=1 -x 1,1,4 flat.nii band.nii
-has err 'banding-rms-hu 4.2' 'is named'
+has err 'banding-rms-hu 4.2' 'banding above its bound is named in the error'
 
 # limits
 head -c 55296 /dev/zero >zero.raw

@@ -5,67 +5,67 @@ ct-phantom -q --size 10x8x6 --spacing 1,1.5,2 --expert oversample=1 marks plain.
 ct-convert --reorient PIL plain.nii a.nii
 for f in mha mhd nrrd nhdr; do
 	for how in '' --compress; do
-		exits 0 "to .$f $how" ct-convert $how a.nii "x$how$f.$f"
-		exits 0 'and back' ct-convert -f "x$how$f.$f" back.nii
-		exits 0 'the same' ct-metrics -q --min psnr=1000 a.nii back.nii
+		exits 0 "ct-convert writes .$f $how" ct-convert $how a.nii "x$how$f.$f"
+		exits 0 "ct-convert reads .$f $how" ct-convert -f "x$how$f.$f" back.nii
+		exits 0 ".$f $how keeps every voxel" ct-metrics -q --min psnr=1000 a.nii back.nii
 		[ "$(ct-info a.nii | grep -E '^(affine|size|phantom)')" = "$(ct-info "x$how$f.$f" | grep -E '^(affine|size|phantom)')" ]
-		ok $? 'with its place and metadata'
+		ok $? ".$f $how keeps place and metadata"
 	done
 done
 [ -f xmhd.raw ] && [ -f x--compressmhd.zraw ] && [ -f xnhdr.raw ] && [ -f x--compressnhdr.raw.gz ]
-ok $? 'voxels beside their header'
-exits 0 'from a pipe' sh -c 'cat x--compressmha.mha | ct-convert -f - back.nii'
+ok $? '.mhd and .nhdr put voxels beside their header'
+exits 0 'a compressed MetaImage is read from a pipe' sh -c 'cat x--compressmha.mha | ct-convert -f - back.nii'
 # one place, said once
 says() { # says STATUS FILE SED WORDS NAME
 	sed "$3" "$2" >bad."${2##*.}"; exits "$1" "$5" ct-convert -f bad."${2##*.}" no.nii
 	[ "$1" -ne 0 ] || rm no.nii
-	[ "$1" -eq 0 ] || { has err "^ct-convert: bad.${2##*.}: $4" 'is named'; [ ! -e no.nii ]; ok $? 'and nothing is made'; }
+	[ "$1" -eq 0 ] || { has err "^ct-convert: bad.${2##*.}: $4" "$5: the error names the field"; [ ! -e no.nii ]; ok $? "$5: nothing is made"; }
 }
-says 3 xmha.mha 's/^TransformMatrix = .*/&\nTransformMatrix = -1 0 0 0 1 0 0 0 1/' "TransformMatrix is said twice: '" 'a matrix and its mirror image'
-says 0 xmha.mha 's/^\(TransformMatrix\) = \(.*\)/&\nOrientation = \2/' '' 'a matrix twice by other names'
-says 5 xmha.mha 's/^TransformMatrix = .*/&\nOrientation = 1 0 0 0 1 0 0 0 1/' 'Orientation: is not what TransformMatrix says' 'two matrices by two names'
-says 5 xmha.mha 's/^Offset = .*/&\nOrigin = 9 9 9/' 'Origin: is not what Offset says' 'two places'
-says 3 xnrrd.nrrd 's/^space directions: .*/&\nspace directions: (5,0,0) (0,5,0) (0,0,5)/' "spacedirections is said twice: '" 'directions twice'
-says 5 xnrrd.nrrd 's/^space directions: .*/&\nspacings: 5 5 5/' 'spacings: 5 along axis 0, where space directions say ' 'spacings beside them'
+says 3 xmha.mha 's/^TransformMatrix = .*/&\nTransformMatrix = -1 0 0 0 1 0 0 0 1/' "TransformMatrix is said twice: '" 'a matrix and its mirror image are refused'
+says 0 xmha.mha 's/^\(TransformMatrix\) = \(.*\)/&\nOrientation = \2/' '' 'a matrix that two names repeat is read'
+says 5 xmha.mha 's/^TransformMatrix = .*/&\nOrientation = 1 0 0 0 1 0 0 0 1/' 'Orientation: is not what TransformMatrix says' 'two matrices by two names are refused'
+says 5 xmha.mha 's/^Offset = .*/&\nOrigin = 9 9 9/' 'Origin: is not what Offset says' 'two places by two names are refused'
+says 3 xnrrd.nrrd 's/^space directions: .*/&\nspace directions: (5,0,0) (0,5,0) (0,0,5)/' "spacedirections is said twice: '" 'directions that are said twice are refused'
+says 5 xnrrd.nrrd 's/^space directions: .*/&\nspacings: 5 5 5/' 'spacings: 5 along axis 0, where space directions say ' 'spacings that contradict directions are refused'
 rm -f no.nii
-exits 3 'a header without its file' sh -c 'ct-convert -f - back.nii <xmhd.mhd'
-has err 'nothing is beside standard input' 'says so'
+exits 3 'a header without its data file is refused' sh -c 'ct-convert -f - back.nii <xmhd.mhd'
+has err 'nothing is beside standard input' 'the error of a header from a pipe says nothing is beside it'
 
 # outputs that are two files
-exits 4 'the second one is there' ct-convert a.nii xmhd.nhdr
-has err 'xmhd.raw: exists; --force overwrites it' 'and is told'
-exits 0 'unless forced' ct-convert -f a.nii xmhd.nhdr
+exits 4 'an existing file of voxels is not overwritten' ct-convert a.nii xmhd.nhdr
+has err 'xmhd.raw: exists; --force overwrites it' 'the error of an existing file of voxels names --force'
+exits 0 '--force overwrites an existing file of voxels' ct-convert -f a.nii xmhd.nhdr
 printf '\001\002\003\004\005\006\007\010' >r.raw; cp r.raw was.raw
-exits 4 'the second one is the input' ct-convert -f --raw 2x2x2:u8:1 r.raw r.mhd
-has err 'r.raw: would be written over r.raw, an input' 'and is told'
-cmp -s r.raw was.raw; ok $? 'and is as it was'
+exits 4 'voxels are not written over the raw input' ct-convert -f --raw 2x2x2:u8:1 r.raw r.mhd
+has err 'r.raw: would be written over r.raw, an input' 'the error of voxels over the raw input names both'
+cmp -s r.raw was.raw; ok $? 'the raw input stays as it was'
 ln -s /dev/full full.mha; ln -s /dev/full p.raw
-exits 4 'no room' ct-convert a.nii full.mha
-exits 4 'no room for the voxels' ct-convert a.nii p.mhd
-[ ! -e p.mhd ]; ok $? 'then there is no header'
+exits 4 'no room for a MetaImage is status 4' ct-convert a.nii full.mha
+exits 4 'no room for the voxels of .mhd is status 4' ct-convert a.nii p.mhd
+[ ! -e p.mhd ]; ok $? 'without room for voxels there is no header'
 ln -s /dev/full q.mhd
-exits 4 'no room for the header' ct-convert a.nii q.mhd
-[ ! -e q.raw ]; ok $? 'then there are no voxels'
+exits 4 'no room for the header of .mhd is status 4' ct-convert a.nii q.mhd
+[ ! -e q.raw ]; ok $? 'without room for a header there are no voxels'
 cp xmhd.raw was.raw
-exits 4 'the voxels of the input' ct-convert -f xmhd.mhd xmhd.nhdr
-has err 'xmhd.raw: would be written over the voxels of xmhd.mhd, an input' 'are not written over'
-cmp -s xmhd.raw was.raw; ok $? 'and are as they were'
-exits 0 'packed ones are others' ct-convert -f --compress xmhd.mhd xmhd.nhdr
-exits 4 'what is no file cannot be gone back in' ct-convert --compress a.nii full.mha
-exits 2 'NIfTI is compressed by its name' ct-convert --compress a.nii d.nii
-has err 'compressed if its name ends in .gz' 'which is told'
+exits 4 'the voxels of an input header are not written over' ct-convert -f xmhd.mhd xmhd.nhdr
+has err 'xmhd.raw: would be written over the voxels of xmhd.mhd, an input' 'the error of voxels over an input header names it'
+cmp -s xmhd.raw was.raw; ok $? 'the voxels of an input header stay as they were'
+exits 0 'compressed voxels are another file than the input' ct-convert -f --compress xmhd.mhd xmhd.nhdr
+exits 4 'a compressed MetaImage to a device is refused' ct-convert --compress a.nii full.mha
+exits 2 '--compress is refused for NIfTI' ct-convert --compress a.nii d.nii
+has err 'compressed if its name ends in .gz' 'the error of --compress for NIfTI names .gz'
 printf 'ObjectType = Image\nNDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\nElementSpacing = 1 1 1\nElementDataFile = r.raw\n' >r.mhd
-exits 0 'a header of few words' ct-convert r.mhd r.nii
-has err 'r.mhd: its header does not say where the voxels lie' 'and no place'
-exits 3 'values that are not HU' ct-degrade -x 2 r.mhd no.nii
-has err 'not HU' 'by their range'
-exits 0 'but if told' ct-degrade -x 2 --units hu r.mhd yes.nii
+exits 0 'a header of only the needed fields is read' ct-convert r.mhd r.nii
+has err 'r.mhd: its header does not say where the voxels lie' 'a header without a place is warned of'
+exits 3 'values of a header that are not HU are refused' ct-degrade -x 2 r.mhd no.nii
+has err 'not HU' 'the error of values that are not HU says so'
+exits 0 '--units hu takes values of a header as HU' ct-degrade -x 2 --units hu r.mhd yes.nii
 printf 'a text\n' >text
-exits 3 'a text' ct-convert text no.nii
-has err 'text: not a NIfTI file, nor MetaImage or NRRD' 'is none'
+exits 3 'a text is refused as a volume' ct-convert text no.nii
+has err 'text: not a NIfTI file, nor MetaImage or NRRD' 'the error of a text names the formats'
 ct-project -q -n 3 a.nii kind.exr; printf '\211PNG\r\n\032\nIHDR' >kind.png; printf '\020\0\0\0\0\0\0\0{}' >kind.safetensors; : >kind.nii; printf 'ply\nformat\n' >kind.ply; mkdir kind
 while IFS=: read -r f what; do
-	exits 3 "$f for a volume" ct-degrade -x 2 "$f" no.nii; has err "^ct-degrade: $f: .*not a volume.*$what" 'is named for what it is'
+	exits 3 "$f is refused as a volume" ct-degrade -x 2 "$f" no.nii; has err "^ct-degrade: $f: .*not a volume.*$what" "the error of $f as a volume says what it is"
 done <<END
 kind.exr:projections (EXR)
 kind.png:a picture (PNG)
@@ -74,12 +74,12 @@ kind.ply:Gaussians (PLY)
 kind.nii:empty
 kind:ct-convert makes one
 END
-exits 3 'from a pipe' sh -c 'cat kind.exr | ct-degrade -x 2 - no.nii'; has err 'not a NIfTI file, nor MetaImage or NRRD' 'too'
-exits 3 'a volume for projections' ct-fdk a.nii no.nii; has err 'a.nii: not an EXR file, but a volume (NIfTI)' 'is named, too'
+exits 3 'projections from a pipe are refused as a volume' sh -c 'cat kind.exr | ct-degrade -x 2 - no.nii'; has err 'not a NIfTI file, nor MetaImage or NRRD' 'the error of projections from a pipe names the formats'
+exits 3 'a volume is refused as projections' ct-fdk a.nii no.nii; has err 'a.nii: not an EXR file, but a volume (NIfTI)' 'the error of a volume for projections says what it is'
 if grep -q '^#define HAVE_OIIO 1' "$builddir/config.h"; then
-	exits 3 'or for a picture' ct-ddnm a.nii no.exr; has err 'a.nii: neither projections (EXR) nor a picture, but of the kind volume' 'is named, too'
+	exits 3 'a volume is refused as a picture' ct-ddnm a.nii no.exr; has err 'a.nii: neither projections (EXR) nor a picture, but of the kind volume' 'the error of a volume for a picture says what it is'
 else
-	skip 'or for a picture' 'no pictures'
+	skip 'a volume is refused as a picture' 'no pictures'
 fi
 
 # every command that reads volumes takes them, with the same result
@@ -95,13 +95,13 @@ for f in mhd.mhd --compressnrrd.nrrd; do
 	for c in "ct-upsample -m prior -q -f" "ct-sr -q -f -x 2 -Q draft"; do
 		exits 0 "$c takes lr.mha" $c lr.mha o.nii
 	done
-	exits 0 'ct-compose' ct-compose -f -q "x$f" "x$f" --gain 0 o.nii
-	exits 0 'ct-metrics --consistency' ct-metrics --consistency lr.mha "x$f"
+	exits 0 "ct-compose takes x$f as both inputs" ct-compose -f -q "x$f" "x$f" --gain 0 o.nii
+	exits 0 "ct-metrics --consistency takes x$f and lr.mha" ct-metrics --consistency lr.mha "x$f"
 	ct-project -q -f -n 3 "x$f" p.exr
-	exits 0 'ct-fdk --grid' ct-fdk -q -f --grid "x$f" p.exr o.nii
-	exits 0 'ct-fuse' ct-fuse -q -f -n 1 "x$f" lr.mha p.exr o.nii
-	exits 0 'ct-nabgs' ct-nabgs -q -f -n 1 -g 9 --lr lr.mha -b "x$f" p.exr o.ply
-	if command -v ct-view >/dev/null; then exits 0 'ct-view' ct-view -q -f "x$f" o.png; fi
+	exits 0 "ct-fdk takes x$f as --grid" ct-fdk -q -f --grid "x$f" p.exr o.nii
+	exits 0 "ct-fuse takes x$f as its base" ct-fuse -q -f -n 1 "x$f" lr.mha p.exr o.nii
+	exits 0 "ct-nabgs takes x$f as its base" ct-nabgs -q -f -n 1 -g 9 --lr lr.mha -b "x$f" p.exr o.ply
+	if command -v ct-view >/dev/null; then exits 0 "ct-view takes x$f as a volume" ct-view -q -f "x$f" o.png; fi
 done
 
 # against others
@@ -127,8 +127,8 @@ if command -v plastimatch >/dev/null && python_with nibabel; then
 	END
 	for f in mha mhd nrrd nhdr; do
 		plastimatch convert --input o.nii --output-img "itk-$f.$f" >/dev/null 2>&1
-		exits 0 "what ITK writes as .$f" ct-convert -f "itk-$f.$f" o2.nii
-		exits 0 'is read' "$PY" check.py o.nii o2.nii
+		exits 0 "a .$f that ITK writes is read" ct-convert -f "itk-$f.$f" o2.nii
+		exits 0 "a .$f of ITK has the same voxels and place" "$PY" check.py o.nii o2.nii
 		for how in '' --compress; do
 			ct-convert $how o.nii "ours$how-$f.$f"
 			plastimatch convert --input "ours$how-$f.$f" --output-img o3.nii >/dev/null 2>&1
@@ -137,6 +137,6 @@ if command -v plastimatch >/dev/null && python_with nibabel; then
 		done
 	done
 else
-	skip 'against ITK' 'no plastimatch or nibabel'
+	skip 'MetaImage and NRRD agree with ITK' 'no plastimatch or nibabel'
 fi
 done_testing

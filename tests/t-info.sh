@@ -45,7 +45,7 @@ has out '^assumed .* averaged over a voxel (75 % sure); too few edges: slices ar
 exits 2 'a factor below 1' ct-info -e -x 0.5 P1.nii.gz
 exact sphere p.exr '--size 64x64x64' --views 30 --arc 360 --expert dso=800,dsd=1200 --det 40x30 \
 	--expert pitch=2,offset=4,0 || exit 99
-exits 0 'two files' ct-info v.nii.gz p.exr
+exits 0 'ct-info takes a volume and a stack' ct-info v.nii.gz p.exr
 [ "$(grep -c '^file ' out)" -eq 2 ] && [ "$(grep -c '^$' out)" -eq 1 ] && [ "$(grep -B1 '^file  *p.exr' out | head -n 1)" = '' ]
 ok $? 'with a blank line between them'
 exits 3 'no estimate of projections' ct-info -e p.exr
@@ -60,7 +60,7 @@ line pitch-mm '2 2' 'pitch'
 line offset-u-mm '4 4' 'offset of the detector'
 line arc-deg 360 'arc'
 line magnification 1.5 'magnification'
-exits 0 'two files' ct-info v.nii.gz p.exr
+exits 0 'a volume and a stack are reported together' ct-info v.nii.gz p.exr
 [ "$(grep -c '^file ' out)" -eq 2 ]; ok $? 'two reports'
 "$builddir/tests/t-ply" g.ply
 exits 0 'Gaussians' ct-info g.ply
@@ -107,10 +107,10 @@ else
 	skip 'JSON of those before a damaged one' 'no python3'
 fi
 exits 3 'a damaged file' ct-info cut.exr
-has err '^ct-info: cut.exr: ' 'is named'
+has err '^ct-info: cut.exr: ' 'a stack that is cut off is named in the error'
 { head -c 128 /dev/zero; printf 'DICM'; head -c 300 /dev/zero; } >d.dcm
 exits 3 'DICOM' ct-info d.dcm
-has err 'd.dcm: ' 'is named'
+has err 'd.dcm: ' 'a DICOM file that is refused is named in the error'
 printf 'hello' >t.txt
 exits 3 'a text' ct-info t.txt
 has err 'not a NIfTI, MetaImage, NRRD, EXR, PLY, safetensors or PyTorch' 'is refused'

@@ -136,7 +136,7 @@ for what in nii mha nrrd mhd nhdr exr; do has out "^$what 1" "$what: numbers are
 has out 'refused 1' 'a message has a point'
 has out 'calls 1' 'callbacks run in the locale of the program'
 has out 'after 1' 'which it has again afterwards'
-! grep -q failed out; ok $? 'no call fails'
+! grep -q failed out; ok $? 'no call of the library fails in a locale'
 sed -n 's/^failed/# &/p' out
 for f in v0.nii v1.mha v2.nrrd v3.mhd v4.nhdr p.exr; do
 	cmp -s c/$f de/$f; ok $? "$f: the same bytes in either locale"
@@ -162,13 +162,13 @@ if python_with numpy; then
 	assert locale.localeconv()['decimal_point'] == sys.argv[3]
 	END
 	CTSR_LIBRARY=$lib PYTHONDONTWRITEBYTECODE=1; export CTSR_LIBRARY PYTHONDONTWRITEBYTECODE
-	exits 0 'Python' env PYTHONPATH="$srcdir/python" "$PY" in.py C c .
-	exits 0 'Python, in German' env PYTHONPATH="$srcdir/python" "$PY" in.py de_DE.UTF-8 de ,
+	exits 0 'Python runs in the C locale' env PYTHONPATH="$srcdir/python" "$PY" in.py C c .
+	exits 0 'Python runs in a German locale' env PYTHONPATH="$srcdir/python" "$PY" in.py de_DE.UTF-8 de ,
 	for f in py2.mha py4.nrrd py.exr; do cmp -s c/$f de/$f; ok $? "$f: the same bytes"; done
 else
 	skip 'Python' 'no numpy'
 fi
 ct-phantom -q --size 8x8x8 --spacing 0.5 cube g.nii
 exits 0 'a command in German' env LC_ALL=de_DE.UTF-8 ct-convert g.nii g.nrrd
-has g.nrrd '(0.5,0,0)\|(-0.5,0,0)' 'writes points'
+has g.nrrd '(0.5,0,0)\|(-0.5,0,0)' 'numbers of NRRD have points in a locale'
 done_testing

@@ -54,7 +54,7 @@ else
 	skip 'peak' 'no python3'
 fi
 builddir=$builddir sh "$srcdir/tests/long/kill.sh" 3 ct-fuse >out 2>&1
-has out '^row|kill|SIGKILL, ct-fuse|3|3$' 'kill ct-fuse passes'
+has out '^row|kill|SIGKILL, ct-fuse|3|3$' 'the part kill passes for ct-fuse'
 echo 'case "$*" in *--resume*) exec $true "$@" -n 2 ;; esac; exec $true "$@"' | breaks ct-fuse
 fails 'another result\|ended with' kill 6 ct-fuse
 passes two 2 ct-fuse

@@ -10,13 +10,13 @@ twice() { # twice OUT COMMAND...
 	out=$1; shift
 	echo old >"$out"
 	exits 4 "$1 does not overwrite" "$@"
-	[ "$(cat "$out")" = old ]; ok $? 'and has not'
+	[ "$(cat "$out")" = old ]; ok $? 'the output that is not overwritten stays as it was'
 	has err "$out: exists; --force overwrites it" 'and says what does'
 	MAKELEVEL=1 "$@" >out 2>err; [ $? -eq 0 ] && ! grep -qx old "$out"; ok $? "$1 in a rule does"
 	sed 's/^/# /' err
 	echo old >"$out"
 	exits 0 "$1 --force does" "$@" --force
-	! grep -qx old "$out"; ok $? 'too'
+	! grep -qx old "$out"; ok $? '--force replaces the old output'
 }
 twice o.nii ct-phantom -q --size 8x8x8 marks o.nii
 twice o.nii ct-convert -q hr.nii o.nii
@@ -36,7 +36,7 @@ twice o.safetensors ct-train -q --arch model_channels=32,channel_mult=1 -p 8 --e
 if command -v make >/dev/null 2>&1; then
 	printf '%%.hr.nii: %%.nii\n\tct-sr -q -x 2 -Q draft $< $@\n%%.kept.nii: %%.nii\n\tct-sr -v -x 2 --paper --expert views=2,iterations=2,gaussians=20 --keep $*.work $< $@\n' >Makefile
 	cp lr.nii a.nii
-	exits 0 'a rule' make a.hr.nii a.kept.nii
+	exits 0 'make runs a rule of ct-sr' make a.hr.nii a.kept.nii
 	exits 0 'when all is there' make -q a.hr.nii a.kept.nii
 	touch -d '+1 minute' a.nii
 	exits 0 'when the input is newer' make a.hr.nii a.kept.nii

@@ -20,7 +20,7 @@ no() { # no TOOL OPTION ARGS...: the option is refused by name
 	*) set -- "$@" none none ;;
 	esac
 	exits 2 "$tool $*" "$tool" "$@"
-	has err "^$tool: ${opt%%=*}: \(needs\|not with\) " 'is refused by name'
+	has err "^$tool: ${opt%%=*}: \(needs\|not with\) " "$tool names $opt in its refusal"
 }
 command -v ct-view >/dev/null && { no ct-view --error-window=0:1; no ct-view --error-map=signed; no ct-view --names=a; no ct-view --thickness=5; no ct-view --slices=2 --slice 0.5,0.6; }
 no ct-convert --series=1 --raw 8x8x8:i16:1
@@ -98,7 +98,7 @@ no ct-train @cubes=8 --kind superres
 no ct-train --patience=3
 echo ct-train --checkpoint-every >>tried
 exits 2 'ct-train to a stream' ct-train --checkpoint-every=3 - none
-has err '^ct-train: --checkpoint-every: needs OUT to be a file' 'has no state'
+has err '^ct-train: --checkpoint-every: needs OUT to be a file' 'the error of ct-train to a stream names --checkpoint-every'
 no ct-nabgs --base-projections=/nonexistent -b none -m full
 no ct-nabgs --lr=none -b none -m full
 no ct-nabgs @lambda-lr=0.2 -b none
@@ -107,7 +107,7 @@ for t in 'ct-nabgs -b none' ct-fuse; do
 	case $t in ct-fuse) in='none none none' ;; *) in=none ;; esac
 	# shellcheck disable=SC2086
 	exits 2 "$t to a stream" $t --checkpoint-every=5 $in -
-	has err 'checkpoint-every: needs OUT to be a file' 'has no state'
+	has err 'checkpoint-every: needs OUT to be a file' "the error of $t to a stream names --checkpoint-every"
 done
 for o in --window=0:1 --range=1 --mask=none --ssim=r2 --per-slice=s.csv --edges --harm --structures --tissues --uncertainty=none; do
 	no ct-metrics $o --consistency none
@@ -146,23 +146,23 @@ bad=$(sort limited | comm -23 - done)
 [ -z "$bad" ] || echo "$bad" | sed 's/^/# /'
 ct-fdk --help >out; has out '\[needs --method=sirt|tv\]' 'words of a choice'
 ct-fdk --mdoc-options >out; has out 'Needs \\-\\-method=sirt|tv\.' 'in the man page too'
-[ ! -e none ]; ok $? 'nothing was made'
+[ ! -e none ]; ok $? 'options of another mode make no output'
 
 # what a mode is only the files say
 ct-phantom -q --size 16x16x16 --spacing 4 ellipsoids v.nii
 ct-project -q -n 2 --coarsen 4 --pixel mean v.nii mean.exr
 exits 2 'noise, where the operator is not known' ct-upsample -x 2 --noise 5 v.nii no.nii
-has err 'v.nii: --noise: needs --method=' 'is refused by name'
+has err 'v.nii: --noise: needs --method=' '--noise without its method is refused by name'
 exits 2 'colours of a grey prior' ct-ddnm --expert channel-reduce=mean mean.exr no.exr
-has err 'channel-reduce: .* has no colours' 'is refused by name'
+has err 'channel-reduce: .* has no colours' 'colours of a grey prior are refused by name'
 if command -v ct-view >/dev/null; then
 	exits 2 'a slice of projections' ct-view --slice 0.5 mean.exr no.png
 	exits 2 'views of a volume' ct-view --views 3 v.nii no.png
-	has err '^ct-view: --views' 'is refused by name'
+	has err '^ct-view: --views' 'ct-view refuses --views by name'
 fi
 exits 2 'a protocol of which nothing is left' ct-degrade -x 2 -p P1 --sigma 1 --decimate mean v.nii no.nii
 exits 2 'JSON beside a map' sh -c 'ct-metrics --json --consistency v.nii --map - v.nii v.nii >none'
-[ ! -e no.exr ] && [ ! -e no.png ] && [ ! -e no.nii ]; ok $? 'nothing was made'
+[ ! -e no.exr ] && [ ! -e no.png ] && [ ! -e no.nii ]; ok $? 'options that were refused make no output'
 
 # every command of README and of the man pages is one that the command line takes; its files are not here
 mkdir docs && cd docs || exit 99

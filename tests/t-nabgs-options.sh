@@ -27,7 +27,7 @@ EOP
 is() { python3 look.py "$1" 2>err; ok $? "$2"; sed 's/^/# /' err; } # is EXPRESSION NAME
 ct-phantom -q --size=24x24x24 --spacing=4 ellipsoids hr.nii && ct-degrade -q -x 4 hr.nii lr.nii &&
 	ct-upsample -q lr.nii up.nii && ct-project -q --views 12 hr.nii p.exr
-ok $? 'a scene'
+ok $? 'a scene to fit is made'
 fit() { out=$1; shift; ct-nabgs -b up.nii -g 300 --expert max-gaussians=900 "$@" p.exr "$out.ply" >"$out.txt" 2>"$out.log"; }
 
 fit w0 -v -n 1; fit w1 -v -n 1 --expert lambda-tv=0.5 --lr lr.nii --expert lambda-ssim=2,lambda-lr=3
@@ -75,7 +75,7 @@ for k, v in o.items():
     assert v == want[k] if isinstance(v, str) else abs(v - float(want[k])) <= 1e-5 * abs(v), (k, v, want[k])
 assert o['positive'] + o['negative'] == o['gaussians'] > 0 and o['iterations'] == 650, o
 EOP
-ok $? 'the report'; sed 's/^/# /' err
+ok $? 'the report of ct-nabgs has its figures'; sed 's/^/# /' err
 
 for a in prelu softplus relu sine; do
 	fit "a-$a" -n 150 -a $a; ct-compose -q up.nii "a-$a.ply" "a-$a.nii"

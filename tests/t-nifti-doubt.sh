@@ -28,12 +28,12 @@ told turned 'qform and sform are up to'
 edit mirrored 76 "$minus"
 for tool in 'ct-convert' 'ct-upsample -m linear -x 2' 'ct-sr -x 2 -Q draft'; do
 	exits 5 "left for right: ${tool%% *}" $tool mirrored.nii no.nii
-	has err 'mirrored.nii: qform and sform are mirror images' 'is refused'
+	has err 'mirrored.nii: qform and sform are mirror images' 'the error of mirror images names qform and sform'
 done
 edit other 252 '\002'; exits 0 'a qform of another space' ct-convert -f other.nii o.nii; [ ! -s err ]; ok $? 'is none'
 cp other.nii v2.nii; printf "$hundred" | dd of=v2.nii bs=1 seek=268 conv=notrunc 2>/dev/null
 exits 0 'elsewhere' ct-convert -f v2.nii o.nii; [ ! -s err ]; ok $? 'may lie anywhere'
-edit slope 112 "$inf"; exits 3 'a slope of infinity' ct-convert slope.nii no.nii; has err 'slope.nii: scl_slope is inf' 'is refused'
+edit slope 112 "$inf"; exits 3 'a slope of infinity' ct-convert slope.nii no.nii; has err 'slope.nii: scl_slope is inf' 'the error of a slope of infinity names scl_slope'
 edit inter 116 "$inf"; exits 3 'an intercept' ct-convert inter.nii no.nii
 edit unset 112 "$nan"; exits 0 'NaN says that there is none' ct-convert -f unset.nii o.nii
 [ ! -e no.nii ]; ok $? 'nothing is made'

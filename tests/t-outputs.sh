@@ -93,7 +93,7 @@ kept() { # kept SUFFIX COMMAND...: the output is appended
 	exits 0 "$1 whole" "$@" "whole.$suffix"
 	ln -s /dev/full "o.$suffix"
 	exits 4 "$1 without room" "$@" "o.$suffix"
-	has err 'No space left on device; the result is kept: --resume' 'says that all is kept'
+	has err 'No space left on device; the result is kept: --resume' 'a full disk names --resume, and that all is kept'
 	[ "$(stat -c %a "o.$suffix.state")" = 600 ]; ok $? 'for its owner'
 	rm "o.$suffix"
 	exits 0 "$1 writes it" "$@" --resume "o.$suffix"
@@ -108,7 +108,7 @@ kept nii ct-fuse -q -n 3 up.nii lr.nii a.exr
 train() { ct-train -q -a model_channels=32,channel_mult=1:1,num_res_blocks=1 -p 8 --expert batch=1 -n 2 "$@" a.exr; }
 ln -s /dev/full t.safetensors
 exits 4 'ct-train without room' train t.safetensors
-has err 'No space left on device; the result is kept' 'says that all is kept'
+has err 'No space left on device; the result is kept' 'ct-train without room says that the result is kept'
 rm t.safetensors
 exits 0 'and writes it' train --resume t.safetensors
 [ -s t.safetensors ]; ok $? 'there it is'
@@ -118,13 +118,13 @@ cp text n.exr.state
 exits 4 'no state is no state' ct-ddnm -x 2 -n 1 low.exr n.exr
 exits 4 'by force neither' ct-ddnm -f -x 2 -n 1 low.exr n.exr
 has err 'n.exr.state: is not the state of a run' 'and that is said'
-cmp -s text n.exr.state; ok $? 'it is as it was'
+cmp -s text n.exr.state; ok $? 'a text in place of a state stays as it was'
 for c in "ct-nabgs -f -n 1 -g 9 -b up.nii a.exr n.ply" "ct-fuse -f -n 1 up.nii lr.nii a.exr n.nii" \
 	"ct-train -f -n 1 n.safetensors low.exr"; do
 	out=$(echo "$c" | grep -o ' n\.[a-z]*' | cut -c 2-)
 	cp text "$out.state"
 	exits 4 "$c" $c
-	cmp -s text "$out.state"; ok $? 'it is as it was'
+	cmp -s text "$out.state"; ok $? "a text in place of the state of $out stays as it was"
 done
 cp t.safetensors mine.safetensors
 exits 4 '--resume without a state writes over nothing' train --resume mine.safetensors

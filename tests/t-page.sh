@@ -16,7 +16,7 @@ save('bare.nii', v)
 lr = nibabel.load('lr.nii')
 nibabel.save(nibabel.Nifti1Image(lr.get_fdata().astype('float32'), lr.affine), 'barelr.nii')
 END
-exits 0 'a page' ct-report -q --uncertainty std.nii --truth truth.nii lr.nii hr.nii r.html
+exits 0 'ct-report writes a page with error and truth' ct-report -q --uncertainty std.nii --truth truth.nii lr.nii hr.nii r.html
 ct-upsample -q -m linear lr.nii linear.nii && ct-report -q lr.nii linear.nii linear.html && ct-metrics --json --consistency lr.nii linear.nii >agrees && ct-metrics --json -w -1024:3071 truth.nii hr.nii >after &&
 	ct-metrics --json -w -1024:3071 truth.nii cubic.nii >before && ct-metrics --json --edges hr.nii cubic.nii >edges &&
 	ct-info --json lr.nii >info || exit 99

@@ -32,7 +32,7 @@ sys.exit(not eval(sys.argv[1]))
 END
 is() { python3 look.py "$1" 2>err; ok $? "$2"; sed 's/^/# /' err; } # is EXPRESSION NAME
 exact ellipsoids a.exr '--size 64x64x64' -n 6 --det 48 &&
-	exact marks b.exr '--size 64x64x64' -n 3 --det 48; ok $? 'projections'
+	exact marks b.exr '--size 64x64x64' -n 3 --det 48; ok $? 'projections to train on are made'
 net=model_channels=32,channel_mult=1,num_res_blocks=1
 train() { # train OUT ARGS...: too fast, so that it goes astray
 	out=$1; shift
@@ -54,10 +54,10 @@ judged part -n 4 --patience 3
 is 'weights("part") == weights("three")' 'interrupted, the best is written'
 judged part -n 12 --patience 3 --resume -t 2
 is 'weights("part") == weights("three") and step("part") == step("three")' 'resumed, too'
-cmp part.safetensors.state three.safetensors.state; ok $? 'with the same state'
+cmp part.safetensors.state three.safetensors.state; ok $? 'training that was interrupted and resumed has the same state'
 judged part -n 12 --patience 3 --resume
 is 'held("part") == [] and weights("part") == weights("three")' 'resumed at its end, it stays there'
-cmp part.safetensors.state three.safetensors.state; ok $? 'with the same state'
+cmp part.safetensors.state three.safetensors.state; ok $? 'training resumed at its end has the same state'
 judged part -n 12 --patience 1000 --resume
 is 'held("three") + held("part") == held("long") and weights("part") == weights("long")' 'with more patience it goes on'
 judged slow -n 5 --patience 9 --expert=validate-pieces=3000
@@ -70,11 +70,11 @@ is 'weights("stopped") == weights("slow")' 'and ends the same'
 
 # what is judged by is part of the run
 cp a.exr other.exr
-more() { exits 3 "$1" judged part -n 12 --patience 1000 --resume "$2" "$3"; has part.log "$4" 'is named'; }
+more() { exits 3 "$1" judged part -n 12 --patience 1000 --resume "$2" "$3"; has part.log "$4" 'the error of another patience names it'; }
 more 'other pictures' --validate a.exr 'is of a run where --validate held something else'
 more 'another time' --expert=validate-every=2 "where --expert validate-every was '1', not '2'"
 more 'more pieces' --expert=validate-pieces=9 "where --expert validate-pieces was '8', not '9'"
-exits 3 'a state without' judged all -n 13 --patience 3 --resume
+exits 3 'a state without patience does not resume with one' judged all -n 13 --patience 3 --resume
 exits 0 'without patience others may be looked at' judged all -n 13 --resume --validate a.exr
 
 # slices: the best, of this factor, with what the error is and what else OUT is to hold

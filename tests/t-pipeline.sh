@@ -17,12 +17,12 @@ cmp -s readme runs; ok $? 'which is what ct-sr runs'
 diff readme runs | sed 's/^/# /'
 
 ct-phantom -q -w -512:3071 ellipsoids --size 32x32x32 --spacing 4 truth.nii && ct-degrade -q --clip -512:3071 -x 4 truth.nii scan.nii
-ok $? 'a scan'
+ok $? 'a scan to refine is made'
 few='s/--views=[0-9]*/--views=16/; s/--iterations=[0-9]*/--iterations=200/; s/--gaussians=[0-9]*/--gaussians=4000/'
 sed "s,scan/,scan.nii,; $few" readme >script
-sh -e script >/dev/null 2>err; ok $? 'the text runs'
+sh -e script >/dev/null 2>err; ok $? 'the script of ct-pipeline(7) runs as it stands'
 sed 's/^/# /' err
-ct-sr -q --paper --expert views=16,iterations=200,gaussians=4000 scan.nii sr.nii; ok $? 'so does ct-sr'
+ct-sr -q --paper --expert views=16,iterations=200,gaussians=4000 scan.nii sr.nii; ok $? 'ct-sr --paper runs on the same scan'
 voxels() { ct-convert -q --type f32 "$1" - | tail -c 131072; }
 voxels hr.nii >a; voxels sr.nii >b
 [ "$(wc -c <a)" -eq 131072 ] && cmp -s a b; ok $? 'to the same voxels'

@@ -2,7 +2,7 @@
 # A PLY of Gaussians read by a few lines of Python that know PLY and nothing of ours.
 . "$srcdir/tests/tap.sh"
 "$builddir/tests/t-ply" g.ply; ok $? 'a file to look at'
-head -n 2 g.ply | tail -n 1 | grep -q '^format binary_little_endian 1.0$'; ok $? 'binary, little-endian'
+head -n 2 g.ply | tail -n 1 | grep -q '^format binary_little_endian 1.0$'; ok $? 'PLY is written binary and little-endian'
 if command -v python3 >/dev/null; then
 	cat >look.py <<'END'
 import math, struct

@@ -27,5 +27,5 @@ runs 'several works' 2 ct-sr -t 1 -x 4 alias.nii three.nii
 has shown '^ct-sr: pass 1 of 2, slices [0-9]*/288, 0:[0-9]* left$' 'others say how much is left'
 ct-upsample -x 4 scan.nii four.nii 2>err; [ ! -s err ]; ok $? 'nothing in a pipe'
 python3 "$srcdir/tests/term.py" ct-upsample -q -x 4 scan.nii five.nii >shown
-[ ! -s shown ]; ok $? 'nothing with -q'
+[ ! -s shown ]; ok $? 'no progress is shown with -q'
 done_testing

@@ -46,25 +46,25 @@ mv o.exr new.exr
 exits 0 'in the other order' draw --prior net1.pt --arch num_head_channels=32,beta_schedule=linear,diffusion_steps=1000
 ! cmp -s o.exr new.exr; ok $? 'the result is another'
 exits 3 'a channel too many' draw --prior net1.pt --arch num_head_channels=32,in_channels=3
-has err 'net1.pt: .*in 3.* 1 out\|net1.pt: 3 channels in and 1 out' 'is told'
+has err 'net1.pt: .*in 3.* 1 out\|net1.pt: 3 channels in and 1 out' 'the error of wrong channels names the checkpoint'
 exits 3 'a level too many' draw --prior net1.pt --arch num_head_channels=32,channel_mult=1:1:2:2
-has err 'net1.pt: no tensor' 'is told'
+has err 'net1.pt: no tensor' 'the error of a missing tensor names the checkpoint'
 exits 3 'other betas' draw --prior net1.pt --arch num_head_channels=32,beta_schedule=cosine
-has err 'beta_schedule is "cosine"' 'are refused'
+has err 'beta_schedule is "cosine"' 'a schedule of cosine is named in the error'
 exits 2 'no such word' draw --prior net1.pt --arch colour=3
-has err 'there is no "colour"' 'is refused'
+has err 'there is no "colour"' 'an unknown word of the architecture is named'
 exits 2 'no word' draw --prior net1.pt --arch 32
 exits 2 'a class of none' draw --prior net1.pt --arch num_head_channels=32 --class 0
-has err 'net1.pt: the prior is not conditioned on classes' 'is refused'
+has err 'net1.pt: the prior is not conditioned on classes' 'a class for a prior without classes is named'
 exits 2 'no class' draw --prior net0.pt --arch num_head_channels=16
 has err 'net0.pt: is conditioned on 5 classes' 'is asked for'
 exits 2 'too high a class' draw --prior net0.pt --arch num_head_channels=16 --class 5
-has err 'net0.pt: the prior has classes 0 to 4' 'is refused'
+has err 'net0.pt: the prior has classes 0 to 4' 'a class that the prior has not is named'
 exits 0 'a class, colours, and variances' draw --prior net0.pt --arch num_head_channels=16 --class 3
 mv o.exr class3.exr
 exits 0 'another class' draw --prior net0.pt --arch num_head_channels=16 --class 4
 ! cmp -s o.exr class3.exr; ok $? 'is another result'
 # the same as safetensors that state it all
 exits 2 'words against the file' ct-ddnm -f -q --steps 2 --prior "$builddir/prior.safetensors" --arch model_channels=64 y.exr o.exr
-has err 'arch model_channels=64 contradicts the file: 32' 'are refused'
+has err 'arch model_channels=64 contradicts the file: 32' 'an architecture that contradicts the file is named'
 done_testing

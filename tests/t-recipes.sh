@@ -12,5 +12,5 @@ echo "$said" | grep -q 'steps 1 '; ok $? "README has options:$said"
 # shellcheck disable=SC2086
 exits 0 'they make a prior' sh "$srcdir/src/prior/make-prior.sh" ct xray work prior.safetensors $said --arch model_channels=32,channel_mult=1
 exits 0 'which can be read' ct-info prior.safetensors; has out 'scales=1,2' 'as it was made'
-[ "$(ls work | wc -l)" -eq 6 ]; ok $? 'six poses'
+[ "$(ls work | wc -l)" -eq 6 ]; ok $? 'the recipe of poses makes six files'
 done_testing

@@ -26,7 +26,7 @@ brief() { (ulimit -t 8; exec "$@"); } # what goes on where it should refuse ends
 refused() { # refused WHERE TOOL ARGS...
 	where=$1; shift
 	exits 3 "$1 refuses another: $where" brief "$@" --resume "$out"
-	has err "^$1: $out.state: is of a run where $where\$" 'and names it'
+	has err "^$1: $out.state: is of a run where $where\$" 'the error of another run names its difference'
 	cmp -s before "$out.state"; ok $? 'and keeps the state'
 }
 
@@ -67,12 +67,12 @@ sed 's/run\.version/run.versi0n/' f/o.state >cut && mv cut f/o.state
 exits 3 'what is no state' "$@" --resume up.nii lr.nii hr.exr f/o
 has err 'is not the state of a run' 'is said to be none'
 exits 2 'a stream has none' ct-ddnm --resume hr-low.exr -
-has err 'resume wants OUT to be a file' 'and that is said'
+has err 'resume wants OUT to be a file' '--resume to a stream says that OUT must be a file'
 
 # one run an output, while it lives
 exits 4 'two runs into one output' flock two.exr.state.ct-locked ct-ddnm -n 2 -x 4 hr-low.exr two.exr
-has err 'two.exr.state: another run is making it' 'and that is said'
+has err 'two.exr.state: another run is making it' 'a state that another run is making is named'
 [ ! -e two.exr ] && ct-ddnm -q -n 2 -x 4 hr-low.exr two.exr && [ "$(echo two.exr*)" = 'two.exr two.exr.state.ct-locked' ]
 ok $? 'one that is gone holds nothing, and a lock file that another program made stays'
-rm two.exr*; ct-ddnm -q -n 2 -x 4 hr-low.exr two.exr && [ "$(echo two.exr*)" = two.exr ]; ok $? 'our own goes'
+rm two.exr*; ct-ddnm -q -n 2 -x 4 hr-low.exr two.exr && [ "$(echo two.exr*)" = two.exr ]; ok $? 'a lock of our own is removed'
 done_testing

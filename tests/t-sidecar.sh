@@ -28,7 +28,7 @@ exits 2 'nor is it NIfTI' ct-convert --sidecar x.nii a.nii d.nii
 ln -s /dev/full full.json
 exits 4 'no room' ct-convert --sidecar full.json a.nii d.nii
 exits 0 'of what ct-sr makes' ct-sr -q -Q draft -x 1,1,2 --sidecar r.json a.nii r.nii
-for i in '"SourceFile": "a.nii"' '"Factor": "1,1,2"' '"Method": "' '"DERIVED"' '"Units": "HU"'; do has r.json "$i" "says $i"; done
+for i in '"SourceFile": "a.nii"' '"Factor": "1,1,2"' '"Method": "' '"DERIVED"' '"Units": "HU"'; do has r.json "$i" "the sidecar of a refined scan says $i"; done
 exits 2 'not by projections' ct-sr --sidecar no.json --paper a.nii no.nii
 exits 4 'no room for it' ct-sr -q -Q draft -x 1,1,2 --sidecar full.json a.nii r2.nii
 python_with pydicom && python_with nibabel && "$PY" -c 'import pydicom, numpy' 2>/dev/null &&
@@ -42,7 +42,7 @@ has out '^9 9$' 'one of one'
 for i in '"Manufacturer": "ACME Med"' '"KVP": 120' '"SliceThickness": 9' '"SpacingBetweenSlices": 2.5' \
 	'"GantryDetectorTilt": 0' '"ReconstructionDiameter": 350' '"PatientPosition": "HFS"' '"Units": "HU"' \
 	'"ManufacturersModelName": "CT-9"' '"SeriesNumber": 7'; do
-	has even.json "$i" "says $i"
+	has even.json "$i" "the sidecar of an even series says $i"
 done
 tr -d ' \n' <even.json | grep -qF '"PixelSpacing":[0.75,0.5]'; ok $? 'rows, then columns'
 exits 0 'of uneven slices' ct-convert --sidecar uneven.json uneven uneven.nii
@@ -52,7 +52,7 @@ exits 0 'of names that tell' ct-convert --sidecar named.json named named.nii
 [ "$(grep -c InstanceNumber named.json)" -eq 9 ]; ok $? 'slices are numbered'
 ! grep -q '"File"' named.json; ok $? 'and not named'
 exits 0 'of a series, refined' ct-sr -q -Q draft -x 1,1,2 --sidecar thin.json named thin.nii
-for i in '"Manufacturer": "ACME Med"' '"KVP": 120' '"Factor": "1,1,2"'; do has thin.json "$i" "says $i"; done
+for i in '"Manufacturer": "ACME Med"' '"KVP": 120' '"Factor": "1,1,2"'; do has thin.json "$i" "the sidecar of thin slices says $i"; done
 ! grep -E 'SliceThickness|Spacing|ConvolutionKernel|ORIGINAL' thin.json; ok $? 'not how the slices were sampled'
 exits 0 'read again' ct-info -e thin.nii; ! grep -q 'says the scanner' err; ok $? 'it says nothing of the scanner'
 exits 0 'without a name' ct-sr -q -Q draft -x 1,1,2 --deid --sidecar hidden.json even.nii hidden/

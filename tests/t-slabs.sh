@@ -28,14 +28,14 @@ rm -f h2.nii t2.nii w.nii
 exits 0 'again' ct-upsample -q -t 3 -m tv --memory 52M thick.nii three.nii
 look same three.nii made/tv.nii; ok $? 'the same voxels for any number of threads'
 exits 0 'from a volume to begin with' ct-upsample -q -m dc --start hr.nii --memory 56M thick.nii made/near.nii
-ct-upsample -q -m dc --start hr.nii thick.nii near.nii; near near.nii made/near.nii; ok $? 'the same'
+ct-upsample -q -m dc --start hr.nii thick.nii near.nii; near near.nii made/near.nii; ok $? 'dc in slabs is near dc of the whole volume'
 exits 0 'a dry run' ct-upsample --dry-run -m tv --memory 52M thick.nii no.nii
 has out '^work *tv of 2097152 voxels in [2-9] slabs$' 'tells the slabs'
 awk '$1 == "memory" {m = $2} END {exit !(m > 16 && m < 28)}' out; ok $? 'and the memory'
 [ ! -e no.nii ]; ok $? 'and writes nothing'
 exits 0 'the prior' ct-upsample -q -t 1 -m prior -p "$known" --memory 134M --std made/std.nii thick.nii made/p.nii
 ct-upsample -q -m prior -p "$known" --std std.nii thick.nii p.nii
-near p.nii made/p.nii; ok $? 'the same'
+near p.nii made/p.nii; ok $? 'the prior in slabs is near the prior of the whole'
 ct-metrics --ssim none --range 1 --json std.nii made/std.nii | sed -n 's/.*"rmse-hu": \([0-9.e+-]*\).*/\1/p' | awk '{near = $1 < .1} END {exit !near}'
 ok $? 'and the same predicted error'
 alone "$(printf '%s\n' htv.nii near.nii p.nii std.nii tv.nii)"
@@ -44,10 +44,10 @@ alone "$(printf '%s\n' htv.nii near.nii p.nii std.nii tv.nii)"
 exits 0 'ct-sr' ct-sr -t 1 -Q draft --memory 52M thick.nii o.nii
 tail -n 1 err | grep -qE '^ct-sr: 64x64x128 to 64x64x512, 1,1,4 times; blur 0 voxels, mean \(from the file\); .*; h?tv, [0-9]+ iterations \([a-z, -]+\), in [2-9] slabs; data residual [0-9.e-]+ HU RMS; [0-9.]+ s, [0-9]+ MiB$'
 ok $? 'says in how many slabs'
-near whole-tv.nii o.nii; ok $? 'the same'
+near whole-tv.nii o.nii; ok $? 'ct-sr in slabs is near TV of the whole volume'
 [ -z "$(ls -A tmp)" ]; ok $? 'and leaves nothing elsewhere'
 ct-sr -q -Q draft --memory 52M - - <thick.nii >stream.nii; ok $? 'to a stream'
-look same stream.nii o.nii; ok $? 'the same'
+look same stream.nii o.nii; ok $? 'a stream refined in slabs gives the same voxels'
 exits 0 'with a page' ct-sr -q -t 1 --memory 134M --prior "$known" --confidence c.nii --report r.html thick.nii r.nii
 near p.nii r.nii; ok $? 'the same, with the prior'
 grep -q 'id="error"' r.html; ok $? 'and the predicted error'
@@ -69,13 +69,13 @@ has err '^ct-sr: sinc.nii: takes [0-9]* MiB of memory as a whole, which band-lim
 ct-phantom -q --size 192x48x256 ellipsoids wide.nii && ct-degrade -q -f -x 1,1,4 --sigma 0,0,4 --decimate point wide.nii wide4.nii && ct-upsample -q -m tv wide4.nii wide-tv.nii
 exits 0 'a blur of whole slices, in slabs' ct-upsample -v -m tv --memory 60M wide4.nii made/wide.nii
 has err 'refines in [0-9]* slabs' 'of which there are some'
-near wide-tv.nii made/wide.nii; ok $? 'the same'
+near wide-tv.nii made/wide.nii; ok $? 'a blur of whole slices in slabs is near the whole'
 rm -f wide*.nii
 for w in 100 M -1M 0x3M 600MB; do
 	exits 2 "--memory=$w" ct-upsample --memory=$w thick.nii made/no.nii
 	has err "'$w' is no size such as 600M or 2G" 'is no size'
 done
-[ ! -e made/no.nii ]; ok $? 'and nothing is left'
+[ ! -e made/no.nii ]; ok $? 'a bound that no slab fits into leaves nothing'
 ct-phantom -q --size 160x160x160 ellipsoids cube.nii && ct-degrade -q -x 4 -p P3 --noise 9 cube.nii cube4.nii && rm cube.nii
 exits 0 'one whose pilot is a part of it' ct-sr -f -Q draft cube4.nii cube.nii
 n=$(sed -n 's/.*; htv, \([0-9]*\) iterations .*/\1/p' err)
@@ -103,5 +103,5 @@ fi
 ct-upsample -q --iterations 100000 --tolerance 0 --memory 52M thick.nii made/stopped.nii 2>err & pid=$!
 listens $pid; kill -TERM $pid; wait $pid
 [ $? -eq 75 ]; ok $? 'a signal stops it'
-[ ! -e made/stopped.nii ] && [ -z "$(ls -A tmp)" ]; ok $? 'and nothing is left'
+[ ! -e made/stopped.nii ] && [ -z "$(ls -A tmp)" ]; ok $? 'a run in slabs that a signal stopped leaves nothing'
 done_testing

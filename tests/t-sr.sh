@@ -62,13 +62,13 @@ exits 2 'another is an error' ct-sr -x 4 by.nii no.nii
 exits 0 'one that is used up says nothing' ct-sr --dry-run --paper sr.nii no.nii
 has out '-x4 ' 'but four times'
 exits 2 'projections of a pipe that says otherwise' ct-sr --paper - no.nii <by.nii
-has err 'the factor 4,4,4 contradicts the file, which was reduced 2,2,2 times' 'says so'
+has err 'the factor 4,4,4 contradicts the file, which was reduced 2,2,2 times' 'the error of a factor that contradicts the file names both'
 ct-degrade -fq -x 1,1,4 hr.nii by.nii
 exits 2 'projections of a scan that says otherwise' ct-sr --paper by.nii no.nii
-has err '^ct-sr: --factor 1,1,4: projections take one whole number' 'says so'
+has err '^ct-sr: --factor 1,1,4: projections take one whole number' 'the error of a factor an axis for projections says one number'
 ct-degrade -fq -x 1 hr.nii by.nii
 exits 2 'a scan that was not reduced' ct-sr by.nii no.nii
-has err '^ct-sr: by.nii: a factor of 1 refines nothing' 'says so'
+has err '^ct-sr: by.nii: a factor of 1 refines nothing' 'the error of a factor of 1 says that nothing is refined'
 printf junk >bad.nii
 exits 3 'bad input' ct-sr -x 4 bad.nii no.nii
 [ ! -e no.nii ]; ok $? 'nothing is left'

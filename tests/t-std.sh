@@ -39,8 +39,8 @@ for o in '-x 1,1,4' '-x 1,1.25,10'; do
 	# shellcheck disable=SC2086
 	ct-degrade -q -f $o truth.nii lo.nii && ct-upsample -q -f --std s.nii lo.nii hi.nii
 	exits 0 "$o, left to the solver" ct-upsample -m prior -f -p "$p" --std r.nii lo.nii x.nii
-	has err 'the prior adds nothing$' 'which is said'
-	same r.nii s.nii && same x.nii hi.nii; ok $? 'expects the same'
+	has err 'the prior adds nothing$' 'a prior that adds nothing says so'
+	same r.nii s.nii && same x.nii hi.nii; ok $? "where the prior adds nothing --std is that of the inversion ($o)"
 done
 rm -f r.nii x.nii
 exits 5 'with a weight it is an error' ct-upsample -m prior -p "$p" --expert weight=1 --std r.nii lo.nii x.nii
@@ -50,19 +50,19 @@ ct-convert -q --raw 16x8x8:f32:8 cube.raw even.nii
 exits 3 'a scan whose edges do not say how it was made' ct-upsample --estimate -x 4 --std r.nii even.nii x.nii
 has err '^ct-upsample: even.nii: its edges do not show how it was made, which the predicted error needs: --sigma says it$' 'has no predicted error'
 exits 2 'or that does not say it itself' ct-upsample -x 4 --std r.nii even.nii x.nii
-has err '^ct-upsample: even.nii: does not say how it was reduced: ' 'needs the operator'
-exits 3 'nor by ct-sr' ct-sr -Q draft --confidence r.nii even.nii x.nii
+has err '^ct-upsample: even.nii: does not say how it was reduced: ' 'the error of a scan without its operator names it'
+exits 3 'ct-sr refuses a scan whose operator is not known' ct-sr -Q draft --confidence r.nii even.nii x.nii
 [ ! -e r.nii ] && [ ! -e x.nii ]; ok $? 'and nothing is left of what failed'
 
 # ct-sr, whole and in slabs
 ct-degrade -q -f -x 4 -p P3 truth.nii lo.nii && ct-upsample -q -f --std s.nii lo.nii hi.nii
-exits 0 'a draft' ct-sr -Q draft --confidence c.nii --report r.html lo.nii o.nii
-same c.nii s.nii && same o.nii hi.nii; ok $? 'expects the same'
+exits 0 'ct-sr writes --confidence of a draft' ct-sr -Q draft --confidence c.nii --report r.html lo.nii o.nii
+same c.nii s.nii && same o.nii hi.nii; ok $? 'a draft of ct-sr expects the errors of ct-upsample'
 grep -q 'id="error"' r.html; ok $? 'the page shows it'
 ct-degrade -q -f -x 1,1.25,10 truth.nii lo5.nii && ct-upsample -q -f --std s5.nii lo5.nii hi5.nii
 exits 0 'fast, of factors that no prior knows' ct-sr -Q fast -x 1,1.25,10 --prior "$p" --confidence c5.nii lo5.nii o5.nii
 same c5.nii s5.nii; ok $? 'expects that of the solver'
 ct-phantom -q -s 5 --size 48x48x400 ellipsoids long.nii && ct-degrade -q -f -x 4 -p P3 long.nii lo.nii && ct-upsample -q -f --std s.nii lo.nii hi.nii
-exits 0 'in slabs' ct-upsample -v --memory 84M --std s2.nii lo.nii h2.nii
+exits 0 '--std is written in slabs' ct-upsample -v --memory 84M --std s2.nii lo.nii h2.nii
 awk -v d="$(apart s.nii s2.nii)" 'BEGIN {exit !(d != "" && d < .05)}'; ok $? "the same error ($(apart s.nii s2.nii) HU apart)"
 done_testing

@@ -19,7 +19,7 @@ waits() { # waits SIGNAL TOOL ARGS...
 	exec 9>&-
 	[ $got -eq 75 ]; ok $? "$1 waits for a pipe: SIG$sig ends it (status $got)"
 	[ "$(tail -n 1 err)" = "$1: stopped on request" ]; ok $? 'and it says so'
-	[ -z "$(ls new* 2>/dev/null)" ]; ok $? 'and leaves nothing'
+	[ -z "$(ls new* 2>/dev/null)" ]; ok $? 'a stopped command leaves no new file'
 }
 waits TERM ct-convert pipe new.nii
 waits TERM ct-degrade -x 2 pipe new.nii
@@ -52,18 +52,18 @@ works() { # works SECONDS TOOL ARGS...: it is told to stop when it has worked so
 	[ $got -eq 75 ] || sed 's/^/# /' err
 	[ $got -eq 75 ]; ok $? "$1 at work: stopped (status $got)"
 	awk "BEGIN {exit !($now - $start - $at < 2.5)}"; ok $? "after $(awk "BEGIN {print $now - $start - $at}") s of CPU time"
-	ls -d .ctsr-* >/dev/null 2>&1; [ $? -ne 0 ]; ok $? 'nothing half-written stays'
+	ls -d .ctsr-* >/dev/null 2>&1; [ $? -ne 0 ]; ok $? 'a stopped command leaves nothing half-written'
 }
 ct-phantom -q --size 128x128x128 --spacing 2 ellipsoids big.nii
 ct-degrade -q -x 4 big.nii big-lr.nii
 ct-upsample -q -x 4 -m linear big-lr.nii big-up.nii
 ct-project -q -n 20 --sampling 1.5 big.nii big.exr
 works 0.4 ct-upsample -x 4 --estimate --tolerance 0 --iterations 100000 big-lr.nii new.nii
-[ ! -e new.nii ]; ok $? 'no output'
+[ ! -e new.nii ]; ok $? 'a stopped ct-upsample leaves no output'
 works 2 ct-nabgs -q -n 100000 -b big-up.nii -g 20000 big.exr new.ply
-[ -s new.ply.state ]; ok $? 'and the state is there'
+[ -s new.ply.state ]; ok $? 'a stopped ct-nabgs leaves its state'
 works 1 ct-fuse -q -n 100000 --expert lambda-projections=1 big-up.nii big-lr.nii big.exr new.nii
-[ -s new.nii.state ]; ok $? 'and the state is there'
+[ -s new.nii.state ]; ok $? 'a stopped ct-fuse leaves its state'
 works 2 ct-train -q --steps 100000 new.safetensors big.exr
 [ -s new.safetensors.state ] && [ -s new.safetensors ]; ok $? 'and the state, and the prior of then'
 
@@ -71,8 +71,8 @@ works 2 ct-train -q --steps 100000 new.safetensors big.exr
 ct-phantom -q --size 24x24x1500 --spacing 1 cube long.nii
 signalled 100 9 ct-convert -q long.nii killed.nii.gz 2>/dev/null
 [ "$(ls -d .ctsr-tmp-*/data | wc -l)" -eq 1 ] && [ ! -e killed.nii.gz ]; ok $? 'a killed run leaves what it had begun'
-exits 0 'the next run' ct-convert -q long.nii other.nii.gz; [ "$(ls -d .ctsr-tmp-* | wc -l)" -eq 1 ]; ok $? 'of another file leaves it'
-exits 0 'of the same file' ct-convert -q long.nii killed.nii.gz; [ -z "$(ls -d .ctsr-tmp-* 2>/dev/null)" ]; ok $? 'removes it'
+exits 0 'a run beside temporary files of another works' ct-convert -q long.nii other.nii.gz; [ "$(ls -d .ctsr-tmp-* | wc -l)" -eq 1 ]; ok $? 'a run of another file leaves temporary files'
+exits 0 'a run beside its own temporary files works' ct-convert -q long.nii killed.nii.gz; [ -z "$(ls -d .ctsr-tmp-* 2>/dev/null)" ]; ok $? 'a run of the same file removes its temporary files'
 # Progress: on a terminal, and nowhere else.
 few() { echo "ct-nabgs -f -b up.nii -n 20 -g 300 --expert max-gaussians=300 $* p.exr bar.ply"; }
 if script -qec true /dev/null </dev/null >/dev/null 2>&1; then

@@ -67,6 +67,22 @@ bad=$(find tests/fuzz/corpus -mindepth 1 | grep -v '^tests/fuzz/corpus/[a-z-]*\.
 		x=${f#tests/fuzz/fuzz-}; [ -f "tests/fuzz/corpus/${x%.c}.tar" ] || echo "$f has no corpus"; done)
 [ -z "$bad" ]; ok $? 'the corpus of each fuzz target is one archive (scripts/fuzz-corpus.sh pack)'
 [ -z "$bad" ] || echo "$bad" | sed 's/^/# /'
+# A name of a test says one property and stands alone. tests/test-names-left lists the files that are not so yet:
+# a file leaves it, none comes.
+left() { sed -n "s/^$1 //p" tests/test-names-left | sort; }
+faulty() { # faulty WHAT NAME: the "FILE:LINE: FAULT" of $dir_/faults, against the list
+	cut -d: -f1 "$dir_/faults" | sort -u >"$dir_/at"
+	bad=$(left "$1" | comm -23 "$dir_/at" - | while read -r f; do grep "^$f:" "$dir_/faults"; done
+		left "$1" | comm -13 "$dir_/at" - | sed "s|.*|&: has none left; take '$1 &' off tests/test-names-left|")
+	[ -z "$bad" ]; ok $? "$2"
+	[ -z "$bad" ] || echo "$bad" | sed 's/^/# /'
+}
+awk -f tests/test-names.awk tests/*.sh >"$dir_/names"
+[ "$(wc -l <"$dir_/names")" -gt 2000 ]; ok $? 'the names of shell tests are found'
+awk -F'\t' '($1, $3) in at {print $1 ":" $2 ": named as line " at[$1, $3] ": " $3; next} {at[$1, $3] = $2}' "$dir_/names" >"$dir_/faults"
+faulty twice 'no two tests of a file have one name'
+awk -F'\t' '$3 !~ /\$/ && split($3, word, " ") < 4 {print $1 ":" $2 ": " $3}' "$dir_/names" >"$dir_/faults"
+faulty short 'a name of a test has four words or more'
 if clang-format --version 2>/dev/null | grep -q 'version 14\.'; then
 	# shellcheck disable=SC2046
 	bad=$(clang-format --dry-run $src $(find bench -name '*.[ch]') 2>&1 | grep warning: | cut -d: -f1 | uniq -c)

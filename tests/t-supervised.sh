@@ -40,7 +40,7 @@ ok $? 'by a fifth'
 if python_with torch; then
 	exits 0 'a checkpoint of PyTorch' ct-ddnm -q --prior rdn-small.pt --arch net=rdn,factor=6 hr.exr pt.exr
 	exits 3 'of another factor' ct-ddnm -q --prior rdn-small.pt --arch net=rdn,factor=3 hr.exr pt3.exr
-	has err 'factor is 3, the tensors are of another' 'and says so'
+	has err 'factor is 3, the tensors are of another' 'the error of tensors of another factor names it'
 	cp "$srcdir/tests/exr.py" .
 	PYTHONPATH=. "$PY" "$twin" stack rdn 1 2 6 8 3 >same && PYTHONPATH=. "$PY" "$twin" stack omni 1 1 8 2 4 3 >>same
 	[ "$(grep -c ^good same)" = 2 ]; ok $? 'what PyTorch makes of a stack'
@@ -49,7 +49,7 @@ fi
 ct-info omni.safetensors >info && has info 'net.*omni' 'the file names its network'
 
 exits 2 'another factor' ct-ddnm -q -x 2 --prior rdn.safetensors hr.exr x.exr
-has err 'rdn.safetensors makes 3 times finer' 'and says which'
+has err 'rdn.safetensors makes 3 times finer' 'the error of another factor names that of the network'
 ct-project -q --views 2 --det 16 --coarsen 2 --pixel mean hr.nii two.exr
 exits 2 'projections of another factor' ct-ddnm -q --prior rdn.safetensors two.exr x.exr
 exits 0 'the factor is that of the network' ct-ddnm -q --sampler once --prior rdn.safetensors hr.exr x.exr
@@ -57,16 +57,16 @@ ct-info x.exr >info && has info '^size  *144 144' 'three times finer'
 exits 2 'a chain of such a network' ct-ddnm -q --sampler ddim --prior rdn.safetensors lr.exr y.exr
 has err 'not a diffusion prior: give --sampler once' 'and says what to do'
 exits 2 'a diffusion prior once' ct-ddnm -q --sampler once lr.exr y.exr
-has err 'ct-train --kind superres' 'and says which'
+has err 'ct-train --kind superres' 'the error of a diffusion prior once names --kind superres'
 exits 2 'no steps' ct-ddnm -q --steps 5 --prior rdn.safetensors lr.exr y.exr
-has err 'steps' 'and says so'
+has err 'steps' 'the error of --steps with a network of super-resolution names it'
 exits 2 'no start' ct-ddnm -q --init hr.exr --prior rdn.safetensors lr.exr y.exr
 exits 2 'a U-Net is no network of super-resolution' ct-train -q $opts --arch net=unet y.safetensors hr.exr
 exits 2 'nor the reverse' ct-train -q --arch net=rdn y.safetensors hr.exr
-has err 'not with --kind pictures' 'and says so'
+has err 'not with --kind pictures' 'the error of net=rdn without its kind names --kind pictures'
 exits 2 'a piece of no whole pixels' ct-train -q $opts -p 50 --arch $rdn y.safetensors hr.exr
 exits 5 'nor of whole windows' ct-train -q $opts -p 36 --arch $omni y.safetensors hr.exr
-has err 'multiples of 4 from 16' 'and says which'
+has err 'multiples of 4 from 16' 'the error of a wrong side names its multiples'
 exits 0 'the cost of one' ct-ddnm --dry-run --prior omni.safetensors lr.exr y.exr
 has out '6 calls' 'a call a view'
 done_testing

@@ -25,7 +25,7 @@ END
 is() { python3 look.py "$1" 2>err; ok $? "$2"; sed 's/^/# /' err; } # is EXPRESSION NAME
 for d in 0.25 0.5; do exact sphere d$d.exr "--size 64x64x64 --expert density=$d" -n 6 --det 48; done
 exact ellipsoids a.exr '--size 64x64x64' -n 6 --det 48 &&
-	exact marks b.exr '--size 64x64x64' -n 3 --det 48; ok $? 'projections'
+	exact marks b.exr '--size 64x64x64' -n 3 --det 48; ok $? 'projections to train on are made'
 net=model_channels=32,channel_mult=1,num_res_blocks=1
 train() { out=$1; shift; ct-train -a $net -p 8 --expert batch=2 -n 7 --expert lr=1e-3,log-every=1 "$@" 2>"$out.log"; } # train OUT ARGS...
 run() { out=$1; shift; train "$out" "$@" "$out.safetensors" a.exr; }
@@ -56,7 +56,7 @@ for d in 0.25 0.5; do train d$d d$d.safetensors d$d.exr; done
 is 'weights("d0.25") == weights("d0.5")' 'twice the density is the same picture'
 exact sphere dark.exr '--size 64x64x64' -n 2 --det 48 --expert offset=9999,0
 exits 3 'a stack that is dark' ct-train no.safetensors dark.exr
-has err 'dark.exr: no projection value is positive' 'is named'
+has err 'dark.exr: no projection value is positive' 'a stack without a positive value is named in the error'
 
 # names and hashes of what it was trained on
 mkdir -p f/below && cp a.exr f/0.exr && cp b.exr f/1.exr && cp b.exr f/.hidden && cp b.exr f/below
@@ -83,7 +83,7 @@ for c in '' --expert=cosine=yes; do
 		ct-train -a $net -p 8 --expert batch=2 -n 7 --expert lr=1e-3 $c --resume part.safetensors a.exr
 	[ -n "$c" ] || is 'weights("part") == weights("plain")' 'to the same weights'
 done
-has err "steps was '4', not '7'" 'which is said'
+has err "steps was '4', not '7'" 'the error of other steps names both'
 
 # a state of which one tensor has another name
 python3 - <<'END'
@@ -94,14 +94,14 @@ head, found = re.subn(rb'.("\s*:\s*{\s*"dtype")', rb'~\1', b[8:n], count=1)
 assert found == 1
 open('plain.safetensors.state', 'wb').write(b[:8] + head + b[n:])
 END
-exits 3 'a broken state' ct-train -a $net -p 8 --expert batch=2 -n 9 --expert lr=1e-3 --resume plain.safetensors a.exr
-has err '^ct-train: plain.safetensors.state: ' 'is named'
+exits 3 'a broken state is refused with status 3' ct-train -a $net -p 8 --expert batch=2 -n 9 --expert lr=1e-3 --resume plain.safetensors a.exr
+has err '^ct-train: plain.safetensors.state: ' 'a broken state is named in the error'
 
-no() { exits 2 "$1 is refused: $3" ct-train -a "$1" "--expert=scales=$2" no.safetensors a.exr; has err "$3" 'in words'; }
+no() { exits 2 "$1 is refused: $3" ct-train -a "$1" "--expert=scales=$2" no.safetensors a.exr; has err "$3" "the error of --arch $1 is in words"; }
 no colour 1 '"colour" is not KEY=VALUE'
 no in_channels=1,colour=3 1 'there is no "colour"'
 no "$(printf '%0200d' 0)" 1 'an item is too long'
 for s in 0 65 1, '1;2' 1,2,3,4,5,6,7,8,9; do no $net "$s" 'up to 8 whole numbers from 1 to 64'; done
 exits 5 'the largest scale there is' ct-train -a $net -p 8 --expert=scales=64 no.safetensors a.exr
-[ ! -e no.safetensors ]; ok $? 'failures leave nothing'
+[ ! -e no.safetensors ]; ok $? 'training that was refused leaves nothing'
 done_testing

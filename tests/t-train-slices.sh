@@ -26,7 +26,7 @@ for o in '-p 8' --expert=batch=512 --expert=lr=2e-3 '--expert=decay=10' --expert
 	[ $s -eq 0 ] && ! same plain other; ok $? "$o is something else"
 done
 run deep --expert=hidden=4; ct-info -v deep.safetensors >out; has out '^  *2.w2 .*72.*24' 'as many hidden layers as are said'
-exits 2 'one hidden layer' ct-train $small --expert hidden=1 no.safetensors scans; has err 'hidden: 1 is outside \[2, 10\]' 'is refused'
+exits 2 'one hidden layer' ct-train $small --expert hidden=1 no.safetensors scans; has err 'hidden: 1 is outside \[2, 10\]' 'the error of one hidden layer names its range'
 run thick --expert=thick=yes; ct-info -v thick.safetensors >out; has out '^  *thick-2.shape' 'one of slices with one coarse axis'
 ct-train $small one.safetensors scans/1.nii scans/2.nii 2>one.log; ok $? 'trains on files'
 same plain one; ok $? 'whose examples are the same'
@@ -47,11 +47,11 @@ ct-train $small --cache as-is --validate held.nii as-is.safetensors scans 2>as-i
 ct-train $small -v more.safetensors scans held.nii 2>err; has err '^ct-train: 6 examples$' 'all that fit are examples'
 
 exits 0 'a patch of fewer values than components by default' ct-train -k slices -x 2 -n 1 --expert=cubes=1,cube=24,width=24,noise=0 fewer.safetensors scans
-exits 2 'no components' ct-train $small --expert components=0 no.safetensors scans; has err 'components: 0 is outside \[1, 4096\]' 'is refused'
+exits 2 'no components' ct-train $small --expert components=0 no.safetensors scans; has err 'components: 0 is outside \[1, 4096\]' 'the error of 0 components names its range'
 exits 3 'fewer slices than a cell has' ct-train $small --expert slices=2 no.safetensors scans; has err 'depth 1 and slices 2$' 'are refused'
 ! grep -q 'examples' err; ok $? 'before examples are made'
 exits 2 'half a piece' ct-train $small --expert batch=300 no.safetensors scans
-has err '--expert batch: expected a multiple of 256' 'is refused'
+has err '--expert batch: expected a multiple of 256' 'the error of a wrong batch names its multiple'
 ct-phantom -q --size 11x40x40 ellipsoids little.nii
 exits 3 'a volume of 11 voxels' ct-train $small no.safetensors little.nii
 has err '^ct-train: little.nii: no volume is large enough for an example$' 'is too small'

@@ -36,9 +36,9 @@ exits 3 'ct-sr' ct-sr -q -x 2 unit.nii o.nii; has err 'values from 0 to 0.984 ar
 [ ! -e o.nii ]; ok $? 'no file is left'
 for f in hu crop bone one tissue; do exits 0 "$f may be HU" $u -f $f.nii o.nii; done
 exits 0 '--units hu' $u -f --units hu unit.nii o.nii
-ct-info o.nii >info; has info '^quantity  *hu$' 'is noted'
+ct-info o.nii >info; has info '^quantity  *hu$' 'a series in HU is noted as hu'
 exits 0 'and believed from then on' $u -f o.nii oo.nii
-exits 0 '--units other' $u -f --units other unit.nii o.nii; ct-info o.nii >info; has info '^quantity  *other$' 'is noted'
+exits 0 '--units other' $u -f --units other unit.nii o.nii; ct-info o.nii >info; has info '^quantity  *other$' '--units other is noted as other'
 exits 3 'and believed' $u -f o.nii oo.nii; has err 'o.nii: its values are not HU, says its metadata' 'says so'
 exits 0 'other values below 0' ct-convert -q --units other hu.nii other.nii
 exits 3 'teach nothing either' $train other.nii; has err 'other.nii: its values are not HU, says .*ct-convert --units' 'and why'
@@ -68,13 +68,13 @@ for name, tags in {"mgml": {"RescaleType": "MGML"}, "zeff": {"RescaleType": "Z_E
 END
 	for s in hu us; do exits 0 "RescaleType of $s" ct-convert d-$s d-$s.nii; done
 	for s in mgml:MGML zeff:Z_EFF; do
-		exits 3 "${s%:*}" ct-convert d-${s%:*} no.nii; has err "RescaleType is '${s#*:}': the values are not HU (but see --units)" 'is refused'
+		exits 3 "${s%:*}" ct-convert d-${s%:*} no.nii; has err "RescaleType is '${s#*:}': the values are not HU (but see --units)" "the error of RescaleType ${s#*:} names --units"
 	done
-	for s in mr pt; do exits 3 $s ct-convert d-$s no.nii; has err "modality is '.*', not CT (but see --units)" 'is refused'; done
+	for s in mr pt; do exits 3 $s ct-convert d-$s no.nii; has err "modality is '.*', not CT (but see --units)" "the error of modality $s names --units"; done
 	exits 0 'MR, as it is' ct-convert --units other d-mr mr.nii; ct-info mr.nii >info; has info '^quantity  *other$' 'is marked'
 	exits 3 'and refused' $u mr.nii no.nii
 	exits 3 'secondary capture' ct-convert d-sc no.nii
-	has err 'no series of CT slices among 1: screen capture or dose page; --series takes any' 'is refused'
+	has err 'no series of CT slices among 1: screen capture or dose page; --series takes any' 'a folder without a CT series names --series'
 	exits 0 'by name alone' ct-convert --series 1 d-sc sc.nii
 else
 	skip 'DICOM units' 'no pydicom, or built without vtk-dicom'

@@ -124,6 +124,6 @@ ct-degrade -q -x 3 --clip=-100:20.5 hi.nii clip.nii
 ct-info clip.nii | grep -Eq '^  clip +-100:20.5$'; ok $? 'the clip is said'
 for x in 0.99 1025; do no 2 '--factor: .* is outside \[1, 1024\]' ct-degrade -x $x hi.nii; done
 for x in -0.1 1001; do no 2 '--sigma: .* is outside \[0, 1000\]' ct-degrade -x 3 --sigma=$x hi.nii; done
-exits 2 'ct-info -x 1025' ct-info -e -x 1025 hi.nii; has err 'outside \[1, 1024\]' 'is refused'
-exits 2 'ct-phantom --spacing 0' ct-phantom --spacing 0 --size 4x4x4 sphere no.nii; has err 'is not positive' 'is refused'
+exits 2 'ct-info -x 1025' ct-info -e -x 1025 hi.nii; has err 'outside \[1, 1024\]' 'the error of ct-info -x 1025 says its range'
+exits 2 'ct-phantom --spacing 0' ct-phantom --spacing 0 --size 4x4x4 sphere no.nii; has err 'is not positive' 'the error of a spacing of 0 says not positive'
 done_testing

@@ -27,7 +27,7 @@ END
 # 40 voxels of 2 mm; the tiles are 160 pixels large, 44
 ct-phantom -q --size 40x40x40 --spacing 2 marks v.nii && ct-phantom -q --size 20x20x20 --spacing 4 marks lr.nii &&
 	ct-view -q -l -p axial -z 8 --names "$(py 'print(FONT)')" v.nii font.png || exit 99
-exits 0 'labels' ct-view -l -z 4 -w -1024:1000 v.nii l.png
+exits 0 'labels are drawn with -l' ct-view -l -z 4 -w -1024:1000 v.nii l.png
 ct-view -z 4 -w -1024:1000 v.nii plain.png
 # 14 rows above, 488 of the picture; to the right 3 * 4 + 12 + 7 letters ("1000 HU")
 is 'pic("l.png").shape == (14 + 488, 160 + 24 + 42, 3)' 'the size'
@@ -72,7 +72,7 @@ struct.pack_into("<h", b, 252, 0)
 open(sys.argv[2], "wb").write(b)
 END
 "$PY" turn.py 30 t30.nii && "$PY" turn.py 60 t60.nii && ct-view -l -z 4 t30.nii t30.png && ct-view -l -z 4 t60.nii t60.png
-ok $? 'oblique volumes'
+ok $? 'labels of oblique volumes say their sides'
 is "all((lambda f: $sides)(f) for f in ('t30.png', 't60.png'))" 'have the nearest sides'
 # the mark at L, density 0.2, is on the side that says L
 is '(lambda p: abs(p[14 + 80, 126, 0] - p[14 + 80, 34, 0]) > 50)(pic("t30.png"))' 'which are not the same'
@@ -108,10 +108,10 @@ END
 ok $? 'colours of errors, pixel by pixel'; sed 's/^/# /' err
 # projections: no sides, their views
 ct-project -q --views 6 --det 60x50 v.nii p.exr && ct-view -l -z 3 --views 2 p.exr p.png
-ok $? 'projections'
+ok $? 'labels of projections say their views'
 is '(lambda p: says(p, "p.exr", 2, 2) and says(p, "view 0", 15, 2) and says(p, "view 3", 15, 186))(pic("p.png"))' 'with their views'
 for bad in a a,b,c ''; do exits 2 "--names '$bad' of two files" ct-view -l --names "$bad" v.nii lr.nii no.png; done
-has err "^ct-view: --names: expected 2 names, one for each file, not ''$" 'is refused'
+has err "^ct-view: --names: expected 2 names, one for each file, not ''$" 'the error of an empty --names says how many'
 ct-phantom -q --size 40x8x80 --spacing 2 marks tall.nii; ct-view -l -p coronal -z 4 tall.nii tall.png
 is 'pic("tall.png").shape[0] == 14 + 320' 'letters as high as the shorter side wants'
 exits 0 'a picture smaller than its labels' ct-view -l -p axial -z 0.1 v.nii small.png

@@ -88,7 +88,7 @@ if command -v ct-view >/dev/null; then
 	exits 2 'of another name' ct-view -w heart v.nii no.png
 	has err "^ct-view: --window: 'heart' is neither LO:HI nor one of brain stroke" 'is refused, and the names told'
 	exits 2 'of HU, for a density' ct-view -w bone d.nii no.png
-	has err '^ct-view: --window=bone needs values in HU, but d.nii is not in HU' 'is refused'
+	has err '^ct-view: --window=bone needs values in HU, but d.nii is not in HU' 'the error of --window=bone of no HU names the file'
 	exits 2 'and for projections' ct-view -w bone p.exr no.png
 	if ct-convert -q v.nii series/ 2>err; then
 		ct-convert -q series/ s.nii && ct-convert -q --reorient RAS --type f32 s.nii h.nii && ct-view h.nii h.png
@@ -113,7 +113,7 @@ if command -v ct-view >/dev/null; then
 	ct-view -z 2 -p axial far.nii v.nii zoom.png
 	is 'shows("zoom.png", 0, 44, [[x for x in row for _ in "ab"] for row in axial("v.nii", 10) for _ in "ab"], (-200, 300)) and len(png.read("zoom.png")) == 40' \
 		'--zoom: of the finest voxel'
-	exits 2 '--plane of projections' ct-view -p axial p.exr no.png; has err '--plane: does not apply to a stack' 'is refused'
+	exits 2 '--plane of projections' ct-view -p axial p.exr no.png; has err '--plane: does not apply to a stack' 'the error of --plane of projections says stack'
 	# what is dark is not made white: a picture is of [0, 1]
 	ct-view -w 0:100 --views 1 p.exr pic.png
 	ct-ddnm -v -x 2 -n 1 pic.png pic.exr 2>err; has err '1 views of 40x40, norm 1,' 'ct-ddnm: 1 is white'
@@ -142,6 +142,6 @@ told 5.33333 'of twice as coarse a one' --coarsen 8 $geometry hr.nii
 exact ellipsoids bare.exr '--size 24x24x24' -n 2 --det 8
 ct-ddnm -f -v -n 1 -x 8 --expert operator=matched --sampler ddnm bare.exr t.exr 2>err; has err 'operator of blur 1.6 px' 'and of no volume'
 ct-project -q -n 2 --coarsen 128 --det 128 hr.nii wide.exr
-exits 3 'coarser than can be' ct-ddnm wide.exr no.exr; has err 'wide.exr: coarsen is 128, not a whole number from 2 to 64' 'is said'
-exits 2 '--travel of what is none' ct-ddnm -x 8 --expert travel=0,1 bare.exr no.exr; has err 'travel: 0 is outside \[1, 1000\]' 'is said'
+exits 3 'coarser than can be' ct-ddnm wide.exr no.exr; has err 'wide.exr: coarsen is 128, not a whole number from 2 to 64' 'the error of a coarsening beyond 64 says its range'
+exits 2 '--travel of what is none' ct-ddnm -x 8 --expert travel=0,1 bare.exr no.exr; has err 'travel: 0 is outside \[1, 1000\]' 'the error of a travel of 0 says its range'
 done_testing

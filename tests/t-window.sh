@@ -12,7 +12,7 @@ project() { ct-project -f -q -w -512:1000 --views 20 "$@"; }
 beyond() { # beyond NAME: the truth t.nii, the base b.nii
 	project t.nii t.exr && project b.nii b.exr
 	exits 0 "$1: fits" ct-nabgs -f -b b.nii -n 300 -g 2000 t.exr r.ply
-	exits 0 'and composes' ct-compose -f --residual-out=r.nii b.nii r.ply c.nii
+	exits 0 'ct-compose writes --residual-out of a window' ct-compose -f --residual-out=r.nii b.nii r.ply c.nii
 	above "$(inside c.nii)" "$(inside b.nii) + 6"; ok $? 'to what was fitted'
 	cp err warn; rm r.nii
 }
@@ -36,8 +36,8 @@ ct-project -f -w -512:1600 -n 2 b.nii p.exr 2>warn && [ ! -s warn ]; ok $? 'in a
 
 # ct-fuse composes likewise.
 ct-degrade -f -x 2 t.nii lr.nii
-exits 0 'fuses' ct-fuse -f --residual-out=r.nii b.nii lr.nii t.exr f.nii
-has err 'above 1000 HU, up to 1600' 'and warns'
+exits 0 'ct-fuse writes --residual-out of a window' ct-fuse -f --residual-out=r.nii b.nii lr.nii t.exr f.nii
+has err 'above 1000 HU, up to 1600' 'ct-fuse warns of values above the window'
 ct-compose -f -q b.nii r.nii same.nii && [ "$(ct-metrics f.nii same.nii | sed -n 's/^psnr //p')" = inf ]
 ok $? 'to what ct-compose makes of its residual'
 exits 3 'a residual is no base' ct-compose r.nii r.ply no.nii
