@@ -6,7 +6,7 @@
 #include "resolution/upsample.h"
 #include "restore/restore.h"
 #include "restore/volume-network.h"
-#include "slice-network.h"
+#include "slice-network-make.h"
 #include "volume-network-plain.h"
 
 #include <stdbool.h>
