@@ -118,19 +118,19 @@ cmp -s r.nii w/r.nii; ok $? 'gives the same bytes'
 # Temporary folders.
 mkdir tmp; TMPDIR=$dir_/tmp; export TMPDIR
 ct-sr -q -x 4 --paper --expert views=8,iterations=1000000,gaussians=200 marks.nii t.nii 2>/dev/null & pid=$!
-until [ -s tmp/*/up.nii ] || ! kill -0 $pid; do sleep 0.1; done 2>/dev/null
+until [ -s tmp/.ctsr-tmp-*/data/up.nii ] || ! kill -0 $pid; do sleep 0.1; done 2>/dev/null
 exits 0 'another run' ct-sr -q -x 4 $few marks.nii t2.nii
-[ -e tmp/*/up.nii ]; ok $? 'leaves the folder of the first alone'
+[ -e tmp/.ctsr-tmp-*/data/up.nii ]; ok $? 'leaves the folder of the first alone'
 kill -KILL $pid; wait $pid 2>/dev/null
-flock -w 60 tmp/ct-sr.* true # until the commands that it started are gone too
+flock -w 60 tmp/.ctsr-tmp-*/mark true # until the commands that it started are gone too
 mkdir tmp/ct-sr.mine
 exits 0 'one after it was killed' ct-sr -q -x 4 $few marks.nii t3.nii
-[ "$(ls tmp)" = ct-sr.mine ]; ok $? 'removes what it left, and nothing else'
+[ "$(ls -A tmp)" = ct-sr.mine ]; ok $? 'removes what it left, and nothing else'
 ls -R tmp | sed 's/^/# /'
 rmdir tmp/ct-sr.mine
 exits 0 'a dry run' ct-sr --dry-run -x 4 --paper marks.nii t4.nii
 exits 0 'and one with a folder' ct-sr --dry-run -x 4 --paper --keep none marks.nii t4.nii
-[ ! -e none ] && [ -z "$(ls tmp)" ]; ok $? 'make none'
+[ ! -e none ] && [ -z "$(ls -A tmp)" ]; ok $? 'make none'
 # what is not of a run in the folder is not replaced
 for f in lr.nii commands.sh; do
 	mkdir mine-$f && echo mine >mine-$f/$f

@@ -5,6 +5,6 @@ libct_a_SOURCES += src/restore/learn.c src/restore/learn-begin.c src/restore/lea
 libct_a_SOURCES += src/restore/example.c src/restore/example.h
 libct_a_SOURCES += src/restore/predict.c src/restore/predict.h
 libct_a_SOURCES += src/restore/volume-network.c src/restore/volume-network.h
-libct_a_SOURCES += src/restore/weights.c src/restore/weights.h
+libct_a_SOURCES += src/restore/block-weights.c src/restore/block-weights.h
 libct_a_SOURCES += src/restore/steps.c src/restore/steps.h
 libct_a_SOURCES += src/restore/slice-prior.c src/restore/restore.c src/restore/confidence.c src/restore/restore.h

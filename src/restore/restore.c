@@ -7,7 +7,7 @@
 #include "restore/predict.h"
 #include "restore/restore.h"
 #include "restore/steps.h"
-#include "restore/weights.h"
+#include "restore/block-weights.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -110,7 +110,7 @@ struct pass {
 	bool again;
 	size_t cell;
 	float *own;
-	struct ct_weights w;
+	struct ct_block_weights w;
 	struct ct_added *added; /* of the first pass; NULL: there is one */
 	/* For the volume network: what slice networks added, on the grid of x, and on that of the
 	 * networks. NULL: a pass of slice networks. */
@@ -291,8 +291,8 @@ static int add(struct pass *s, struct ct_guess *g, struct ct_err *e)
 		ct_steps_keep(&steps, s->env->par);
 	for (size_t k = 0; k < n[2]; k++)
 		for (size_t j = 0; j < n[1]; j++) {
-			ct_weights_row(&s->w, j, k);
-			ct_weights_apply(&square, g->h + (k * n[1] + j) * n[0], n[0],
+			ct_block_weights_row(&s->w, j, k);
+			ct_block_weights_apply(&square, g->h + (k * n[1] + j) * n[0], n[0],
 				(double)g->axes, &s->w);
 		}
 	s->report->added = sqrt(square / (double)all);

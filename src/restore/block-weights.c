@@ -1,6 +1,6 @@
-/* weights.c: see weights.h. */
+/* block-weights.c: see block-weights.h. */
 #include "config.h"
-#include "restore/weights.h"
+#include "restore/block-weights.h"
 
 #include <math.h>
 
@@ -15,7 +15,7 @@ static size_t between(double *part, size_t i, size_t s, size_t m)
 	return (size_t)within;
 }
 
-void ct_weights_row(const struct ct_weights *w, size_t j, size_t k)
+void ct_block_weights_row(const struct ct_block_weights *w, size_t j, size_t k)
 {
 	double part[3];
 	const size_t c = between(&part[2], k, w->s, w->m[2]);
@@ -32,7 +32,8 @@ void ct_weights_row(const struct ct_weights *w, size_t j, size_t k)
 	}
 }
 
-void ct_weights_apply(double *sum, float *h, size_t n, double axes, const struct ct_weights *w)
+void ct_block_weights_apply(
+	double *sum, float *h, size_t n, double axes, const struct ct_block_weights *w)
 {
 	for (size_t i = 0; i < n; i++) {
 		double part;
