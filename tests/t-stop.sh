@@ -67,12 +67,6 @@ works 1 ct-fuse -q -n 100000 --expert lambda-projections=1 big-up.nii big-lr.nii
 works 2 ct-train -q --steps 100000 new.safetensors big.exr
 [ -s new.safetensors.state ] && [ -s new.safetensors ]; ok $? 'and the state, and the prior of then'
 
-# What killed runs leave is removed by the next that makes the same file; t-neighbours.sh has what is not.
-ct-phantom -q --size 24x24x1500 --spacing 1 cube long.nii
-signalled 100 9 ct-convert -q long.nii killed.nii.gz 2>/dev/null
-[ "$(ls -d .ctsr-tmp-*/data | wc -l)" -eq 1 ] && [ ! -e killed.nii.gz ]; ok $? 'a killed run leaves what it had begun'
-exits 0 'a run beside temporary files of another works' ct-convert -q long.nii other.nii.gz; [ "$(ls -d .ctsr-tmp-* | wc -l)" -eq 1 ]; ok $? 'a run of another file leaves temporary files'
-exits 0 'a run beside its own temporary files works' ct-convert -q long.nii killed.nii.gz; [ -z "$(ls -d .ctsr-tmp-* 2>/dev/null)" ]; ok $? 'a run of the same file removes its temporary files'
 # Progress: on a terminal, and nowhere else.
 few() { echo "ct-nabgs -f -b up.nii -n 20 -g 300 --expert max-gaussians=300 $* p.exr bar.ply"; }
 if script -qec true /dev/null </dev/null >/dev/null 2>&1; then

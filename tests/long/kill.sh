@@ -6,7 +6,7 @@
 count=${1:-1000} signal=${SIGNAL:-KILL} tools=${2:-$lasting}
 inputs
 # strays: what is in the folder, but for the inputs, the output and what it may have beside it: also its lock,
-# of a run that was killed behind its result; the next removes it (t-stop.sh)
+# of a run that was killed behind its result; the next removes it (t-io.c)
 strays() { find . -mindepth 1 -maxdepth 1 ! -name out ! -name out.state ! -name out.state.ct-locked ! -name out.keep ! -name err; }
 lives() { # lives COMMAND KILLS
 	tool=$1 left=$2
