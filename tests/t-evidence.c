@@ -90,34 +90,34 @@ static void test_base(void)
 			!d.weight.data && !d.base_proj.data && IS(d.in.data[1], 2) &&
 			IS(d.base.data[0], 1023.5),
 		"projections and a base");
-	OK(ct_evidence_density(&d, &f, false, &quiet, &e) == 0 && IS(d.base.data[5], 0.5) &&
+	OK(ct_evidence_density(&d, false, &quiet, &e) == 0 && IS(d.base.data[5], 0.5) &&
 			!d.base_proj.data,
 		"of which the density is taken");
 	ct_evidence_free(&d);
-	OK(take(&d, f) == 0 && ct_evidence_density(&d, &f, true, &quiet, &e) == 0 &&
+	OK(take(&d, f) == 0 && ct_evidence_density(&d, true, &quiet, &e) == 0 &&
 			IS(d.base_proj.data[1], 4) && IS(d.base_proj.data[4], 4) &&
 			d.base_proj.w == 3 && d.base_proj.meta.n == 0,
 		"and its integrals: half of 8 mm");
 	ct_evidence_free(&d);
 	f.window = "0:2047";
-	OK(take(&d, f) == 0 && ct_evidence_density(&d, &f, false, &quiet, &e) == 0 &&
+	OK(take(&d, f) == 0 && ct_evidence_density(&d, false, &quiet, &e) == 0 &&
 			IS(d.base.data[5], 0.5),
 		"in the window that is asked for");
 	ct_evidence_free(&d);
 	f = FILES(.projections = "proj.exr");
-	OK(take(&d, f) == 0 && ct_evidence_density(&d, &f, true, &quiet, &e) == 0 &&
+	OK(take(&d, f) == 0 && ct_evidence_density(&d, true, &quiet, &e) == 0 &&
 			IS(d.base_proj.data[1], 20),
 		"integrals that are given stay");
 	ct_evidence_free(&d);
 	f = (struct ct_evidence_files){.in = "in.exr", .base = "density.nii"};
-	OK(take(&d, f) == 0 && ct_evidence_density(&d, &f, false, &quiet, &e) == 0 &&
+	OK(take(&d, f) == 0 && ct_evidence_density(&d, false, &quiet, &e) == 0 &&
 			IS(d.base.data[5], 0.25),
 		"a density is one");
 	ct_evidence_free(&d);
 	for (int open = 0; open < 2; open++) {
 		f = (struct ct_evidence_files){
 			.in = open ? "open.exr" : "in.exr", .base = "hot.nii"};
-		OK(take(&d, f) == 0 && ct_evidence_density(&d, &f, false, &quiet, &e) == 0 &&
+		OK(take(&d, f) == 0 && ct_evidence_density(&d, false, &quiet, &e) == 0 &&
 				IS(d.base.data[5], open ? 1.2 : 1),
 			"what is above the window counts if the projections have it");
 		ct_evidence_free(&d);
@@ -220,7 +220,7 @@ static void test_project(void)
 	const struct ct_evidence_files f = {.in = "in.exr", .base = "huge.nii"};
 	struct ct_evidence d;
 
-	OK(take(&d, f) == 0 && ct_evidence_density(&d, &f, true, &quiet, &e) == -1 &&
+	OK(take(&d, f) == 0 && ct_evidence_density(&d, true, &quiet, &e) == -1 &&
 			e.code == CT_EGEOM && strncmp(e.msg, "huge.nii: ", 10) == 0,
 		"%s", e.msg);
 	ct_evidence_free(&d);

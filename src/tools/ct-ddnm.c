@@ -7,6 +7,7 @@
 #include "core/memory.h"
 #include "formats/format.h"
 #include "formats/io.h"
+#include "steps/ddnm.h"
 #include "tools/ddnm.h"
 #include "tools/lib/prior-opts.h"
 
@@ -131,77 +132,54 @@ enum { PICTURES = 8 }; /* that a thread has in hand while it draws one */
 struct ddnm_job {
 	const struct params *p;
 	const struct ct_env *env;
-	enum ct_sampler_rule rule; /* --sampler, or once for a network of super-resolution */
+	struct ct_step_ddnm_rule rule;
 	struct ct_stack in, init, out, std;
 	struct ct_prior prior;
 	struct ct_meta prior_meta;
-	struct ct_superres s;
+	char *prior_path;
+	struct ct_step_ddnm plan;
 	struct ct_resume resume;
 	struct ddnm_state state;
 	double program; /* bytes of memory before all of it */
 };
 
-static bool asks(const struct ddnm_job *j)
+static struct ct_step_ddnm_data data_of(struct ddnm_job *j)
 {
-	return j->rule != CT_SAMPLER_NONE;
+	return (struct ct_step_ddnm_data){.in = &j->in,
+		.init = j->p->init ? &j->init : NULL,
+		.prior = &j->prior,
+		.out = &j->out,
+		.std = j->p->std ? &j->std : NULL};
 }
 
-/* The factor: what IN, the option and a network of super-resolution say. */
-static int settle_scale(const struct ddnm_job *j, size_t *scale, struct ct_err *e)
-{
-	const int factor = (int)j->prior.factor;
-
-	if (ddnm_input_scale(scale, j->p->scale ? j->p->scale : factor, &j->in, j->p->in, e))
-		return -1;
-	return !factor || factor == (int)*scale
-		       ? 0
-		       : ct_fail(e, CT_EUSAGE,
-				 "--factor %zu: the network of %s makes %d times finer", *scale,
-				 j->p->prior, factor);
-}
-
-static int settle(struct ddnm_job *j, struct ct_err *e)
+static int make_rule(struct ddnm_job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
-	struct params now = *p;
-	enum ct_measurement_kind op = CT_MEASUREMENT_MEAN;
-	size_t scale = 0;
+	double v[2] = {0};
 
-	if (settle_scale(j, &scale, e) ||
-		(j->rule != CT_SAMPLER_ONCE &&
-			ddnm_input_operator(&op, p->op - FIRST_OPERATOR, &j->in, p->in, e)))
+	if (p->travel && ct_cli_within("expert travel", p->travel, 2, false, 1, 1000, v, e))
 		return -1;
-	now.op = FIRST_OPERATOR + (int)op;
-	now.sampler = (int)j->rule;
-	if (ct_modes_check(j->env->given, &now, e))
-		return ct_blame(e, p->in);
-	j->s = ct_superres_default(scale);
-	j->s.how = ct_sampler_default(j->rule);
-	j->s.steps = p->steps ? (size_t)p->steps : ct_sampler_steps(j->s.how.rule);
-	j->s.samples = (size_t)p->samples;
-	j->s.start = p->init ? (p->t_start < 0 ? 60 : p->t_start) : -1;
-	j->s.how.guidance = p->guidance;
-	j->s.how.iterations = (size_t)p->iterations;
-	j->s.how.rate = p->rate;
-	j->s.how.frozen = p->gradient == CHAIN;
-	j->s.op = op;
-	j->s.first = p->channels == FIRST;
-	if (!isnan(p->eta))
-		j->s.how.eta = p->eta;
-	if (!isnan(p->sigma_y))
-		j->s.how.sigma_y = p->sigma_y;
-	if (op == CT_MEASUREMENT_MATCHED && ddnm_input_blur(&j->s.sigma_det, &j->in, scale, e))
-		return ct_blame(e, p->in);
-	if (p->travel) {
-		double v[2];
-
-		if (ct_cli_within("expert travel", p->travel, 2, false, 1, 1000, v, e))
-			return -1;
-		j->s.travel_length = (size_t)v[0];
-		j->s.travel_repeat = (size_t)v[1];
-	}
-	if (asks(j) && ddnm_input_norm(&j->s.norm, p->norm, &j->in, e))
-		return ct_blame(e, p->in);
+	j->rule = (struct ct_step_ddnm_rule){.in = p->in,
+		.init = p->init,
+		.dashed = true,
+		.sampler = p->sampler,
+		.insists = ct_modes_given(j->env->given, "sampler"),
+		.factor = p->scale,
+		.steps = p->steps,
+		.label = p->label,
+		.start = p->t_start,
+		.samples = p->samples,
+		.iterations = p->iterations,
+		.op = p->op - FIRST_OPERATOR,
+		.eta = p->eta,
+		.sigma_y = p->sigma_y,
+		.guidance = p->guidance,
+		.rate = p->rate,
+		.norm = p->norm,
+		.travel_length = (size_t)v[0],
+		.travel_repeat = (size_t)v[1],
+		.frozen = p->gradient == CHAIN,
+		.first = p->channels == FIRST};
 	return 0;
 }
 
@@ -209,84 +187,49 @@ static int read_input(struct ddnm_job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
 
-	if (ddnm_picture_read(p->in, &j->in, e) || ddnm_picture_check(p->out, &j->in, e))
-		return -1;
-	return ct_stack_check(&j->in, e) || ct_stack_check_finite(&j->in, e) ? ct_blame(e, p->in)
-									     : 0;
-}
-
-/* After IN and the prior. */
-static int read_others(struct ddnm_job *j, struct ct_err *e)
-{
-	const struct params *p = j->p;
-
-	if (settle(j, e))
-		return -1;
-	if (ct_stack_like(&j->out, &j->in, (double)j->s.scale, e) ||
-		(p->std && ct_stack_like(&j->std, &j->in, (double)j->s.scale, e)))
-		return ct_blame(e, p->in);
-	if (!p->init)
-		return 0;
-	if (ct_stack_read(p->init, &j->init, e))
-		return -1;
-	if (ct_stack_check_finite(&j->init, e) || ct_stack_same(&j->init, &j->out, e))
-		return ct_blame(e, p->init);
-	return 0;
-}
-
-/* The sampler is one for the network. */
-static int settle_rule(struct ddnm_job *j, struct ct_err *e)
-{
-	const bool given = ct_modes_given(j->env->given, "sampler");
-
-	if (!j->prior.factor && j->rule == CT_SAMPLER_ONCE)
-		return ct_fail(e, CT_EUSAGE,
-			"--sampler once: it is a diffusion prior, not a network of ct-train --kind superres");
-	if (j->prior.factor && given && j->rule != CT_SAMPLER_ONCE)
-		return ct_fail(e, CT_EUSAGE,
-			"--sampler %s: it is a network of super-resolution, not a diffusion prior: give "
-			"--sampler once",
-			CT_WORD(CT_SAMPLER_LIST, j->rule));
-	j->rule = j->prior.factor ? CT_SAMPLER_ONCE : j->rule;
-	return 0;
+	return ddnm_picture_read(p->in, &j->in, e) || ddnm_picture_check(p->out, &j->in, e) ? -1
+											    : 0;
 }
 
 static int read_prior(struct ddnm_job *j, struct ct_err *e)
 {
 	struct ct_tensors w = {0};
 	struct ct_meta arch = {0};
-	char *path = NULL;
 	int rc = -1;
 
-	if (!asks(j))
+	if (j->rule.sampler == CT_SAMPLER_NONE)
 		return 0;
 	if (prior_arch_parse(&arch, j->p->arch, e) ||
-		prior_file_find(&path, j->p->prior, PRIOR_PICTURES, e) ||
-		ct_tensors_read(path, &w, e))
+		prior_file_find(&j->prior_path, j->p->prior, PRIOR_PICTURES, e) ||
+		ct_tensors_read(j->prior_path, &w, e))
 		goto out;
-	if (prior_arch_add(&w.meta, &arch, e) || ct_prior_alloc(&j->prior, &w, e) ||
-		ct_meta_copy(&j->prior_meta, &w.meta, e) || settle_rule(j, e) ||
-		ddnm_input_classify(&j->prior, j->p->label, e))
-		ct_blame(e, path);
-	else if (j->prior.channels == 1 && ct_modes_given(j->env->given, "channel-reduce"))
-		ct_fail(e, CT_EUSAGE, "--expert channel-reduce: %s has no colours", path);
-	else
-		rc = 0;
+	j->rule.prior = j->prior_path;
+	if (prior_arch_add(&w.meta, &arch, e))
+		ct_blame(e, j->prior_path);
+	else if (ct_meta_copy(&j->prior_meta, &w.meta, e) == 0 &&
+		 ct_step_ddnm_prior(&j->prior, &w, &j->rule, e) == 0)
+		rc = j->prior.channels == 1 && ct_modes_given(j->env->given, "channel-reduce")
+			     ? ct_fail(e, CT_EUSAGE, "--expert channel-reduce: %s has no colours",
+				       j->prior_path)
+			     : 0;
 out:
 	ct_tensors_free(&w);
 	ct_meta_free(&arch);
-	free(path);
 	return rc;
 }
 
-static int plan(struct ddnm_job *j, size_t workers, struct ct_err *e)
+/* After IN and the prior; the options may contradict what they say. */
+static int settle(struct ddnm_job *j, struct ct_err *e)
 {
-	const struct ct_sampler_how *how = &j->s.how;
-	size_t high, wide;
+	const struct ct_step_ddnm_data d = data_of(j);
+	struct params now = *j->p;
 
-	ct_superres_size(&j->s, j->prior.multiple, j->in.h, j->in.w, &high, &wide);
-	return ct_prior_plan(
-		&j->prior, workers, high, wide, how->rule == CT_SAMPLER_BIRD && !how->frozen, e);
+	if ((j->p->init && ct_stack_read(j->p->init, &j->init, e)) ||
+		ct_step_ddnm_plan(&j->plan, &j->rule, &d, e))
+		return -1;
+	now.op = FIRST_OPERATOR + (int)j->plan.s.op;
+	now.sampler = (int)j->plan.s.how.rule;
+	return ct_modes_check(j->env->given, &now, e) ? ct_blame(e, j->p->in) : 0;
 }
 
 /* Of what was done before, and of so many calls of the network, and of its derivative, a view. */
@@ -317,19 +260,21 @@ static int estimate(struct ddnm_job *j, struct ct_err *e)
 {
 	const double out = 4.0 * (double)ct_stack_count(&j->out);
 	const size_t threads = ct_par_threads(j->env->par);
+	const struct ct_superres *s = &j->plan.s;
 	struct ct_cost cost = {.disk = out, .state = out, .work = "0 calls of a network"};
 	size_t calls, gradients;
 
-	if (ct_superres_calls(&j->s, &calls, &gradients, e) ||
-		(asks(j) && (plan(j, 1, e) || add_calls(&cost, j, calls, gradients, e))))
+	if (ct_superres_calls(s, &calls, &gradients, e) ||
+		(j->plan.asks && (ct_step_ddnm_reserve(&j->plan, &j->prior, 1, e) ||
+					 add_calls(&cost, j, calls, gradients, e))))
 		return -1;
 	cost.memory = ct_memory_held() - j->program + out + cost.disk;
-	if (asks(j))
+	if (j->plan.asks)
 		cost.memory +=
 			(double)ct_unet_plan_bytes(j->prior.plan[0]) * (double)(threads - 1) +
 			PICTURES * 4.0 * (double)(j->prior.high * j->prior.wide * threads);
-	if (j->s.how.rule == CT_SAMPLER_BIRD) /* every picture of a chain is kept */
-		cost.memory += (double)calls / (double)(j->s.samples * j->s.how.iterations) *
+	if (s->how.rule == CT_SAMPLER_BIRD) /* every picture of a chain is kept */
+		cost.memory += (double)calls / (double)(s->samples * s->how.iterations) *
 			       (double)threads * 4.0 *
 			       (double)(j->prior.channels * j->prior.high * j->prior.wide);
 	return ct_cost_print(&cost, j->env, e);
@@ -339,20 +284,10 @@ static int write_outputs(struct ddnm_job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
 	const struct ct_meta *in[] = {&j->in.meta, &j->prior_meta, &j->init.meta};
-	struct ct_meta *m = &j->out.meta;
+	const size_t n = j->init.data ? 3 : 2;
 
-	ct_meta_drop(m, CT_META_COARSEN);
-	ct_meta_drop(m, CT_META_PIXEL);
-	if ((asks(j) && ct_meta_setf(m, e, CT_META_NORM, "%.9g", j->s.norm)) ||
-		(asks(j) && j->rule != CT_SAMPLER_ONCE &&
-			(ct_meta_set(
-				 m, CT_META_OPERATOR, CT_WORD(CT_MEASUREMENT_LIST, j->s.op), e) ||
-				ct_meta_setf(m, e, CT_META_SEED, "%llu",
-					(unsigned long long)j->env->seed))) ||
-		ct_meta_step(m, j->env, j->init.data ? 3 : 2, in, e) ||
-		(j->p->std && (ct_meta_copy(&j->std.meta, m, e) ||
-				      ct_meta_set(&j->std.meta, CT_META_QUANTITY,
-					      CT_QUANTITY_DEVIATION, e))))
+	if (ct_meta_step(&j->out.meta, j->env, n, in, e) ||
+		(p->std && ct_meta_step(&j->std.meta, j->env, n, in, e)))
 		return -1;
 	return ddnm_picture_write(p->out, &j->out, p->std, &j->std, j->env, e);
 }
@@ -372,19 +307,14 @@ static int name_run(struct ddnm_job *j, struct ct_err *e)
 
 static int sample(struct ddnm_job *j, struct ct_err *e)
 {
-	struct ct_stack *std = j->p->std ? &j->std : NULL;
-	struct ct_denoiser net;
+	const struct ct_step_ddnm_data d = data_of(j);
 
-	if ((asks(j) && plan(j, ct_par_threads(j->env->par), e)) || name_run(j, e) ||
-		ddnm_state_open(&j->state, &j->resume, &j->out, std, e))
+	if (ct_step_ddnm_reserve(&j->plan, &j->prior, ct_par_threads(j->env->par), e) ||
+		name_run(j, e) || ddnm_state_open(&j->state, &j->resume, &j->out, d.std, e))
 		return -1;
 	ct_log(j->env, CT_INFO, "%zu of %zu views are to be made", ddnm_state_left(&j->state),
 		j->out.views);
-	j->s.save = ddnm_state_save;
-	j->s.save_ctx = &j->state;
-	net = ct_prior_denoiser(&j->prior);
-	if (ct_superres(&j->s, &net, &j->in, j->p->init ? &j->init : NULL, &j->out, std,
-		    j->state.done, j->env, e))
+	if (ct_step_ddnm_run(&j->plan, &d, j->state.done, ddnm_state_save, &j->state, j->env, e))
 		return -1;
 	if (write_outputs(j, e))
 		return ddnm_state_rescue(&j->state, e);
@@ -397,15 +327,13 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct ddnm_job j = {.p = params, .env = env, .program = ct_memory_held()};
 	int rc = -1;
 
-	j.rule = (enum ct_sampler_rule)j.p->sampler;
-
 	if (ct_resume_open(&j.resume, j.p->out, j.p->resume, opts, j.p, env, e) ||
-		read_input(&j, e) || read_prior(&j, e) || read_others(&j, e))
+		make_rule(&j, e) || read_input(&j, e) || read_prior(&j, e) || settle(&j, e))
 		goto out;
-	if (asks(&j))
+	if (j.plan.asks)
 		ct_log(env, CT_INFO, "%zu views of %zux%zu, norm %g, operator of blur %g px",
-			j.out.views, j.out.w, j.out.h, j.s.norm,
-			j.s.op == CT_MEASUREMENT_MATCHED ? j.s.sigma_det : 0.0);
+			j.out.views, j.out.w, j.out.h, j.plan.s.norm,
+			j.plan.s.op == CT_MEASUREMENT_MATCHED ? j.plan.s.sigma_det : 0.0);
 	rc = env->dry_run ? estimate(&j, e) : sample(&j, e);
 out:
 	ddnm_state_close(&j.state);
@@ -416,6 +344,7 @@ out:
 	ct_stack_free(&j.init);
 	ct_stack_free(&j.out);
 	ct_stack_free(&j.std);
+	free(j.prior_path);
 	return rc;
 }
 

@@ -9,7 +9,6 @@
 #include "formats/io.h"
 #include "recon/fuse.h"
 #include "tools/lib/evidence.h"
-#include "tools/lib/geometry-opts.h"
 #include "xray/window.h"
 
 #include <stdio.h>
@@ -174,7 +173,7 @@ static int write_all(struct fuse_job *j, struct ct_err *e)
 	own.together = j->p->residual ? &both : NULL;
 	if (j->p->residual && write_residual(j, n, in, &own, e))
 		goto out;
-	ct_geometry_opts_warn_above(&d->base, j->p->files.base, d->window, j->env);
+	ct_window_warn_above(&d->base, j->p->files.base, d->window, j->env);
 	ct_window_add(
 		ct_vol_count(&d->base), d->base.data, j->fuse.residual, 1, d->window[0], d->window);
 	if (ct_meta_step(&d->base.meta, j->env, n, in, e) == 0 &&

@@ -8,6 +8,7 @@
 #include "xray/window.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -91,43 +92,27 @@ int ct_geometry_opts_make(struct ct_stack *out, const struct ct_geometry_opts *o
 	return make_scan(&s, o, grid, e) || ct_geometry_fill(out, &s, e) ? -1 : 0;
 }
 
-int ct_geometry_opts_window(
-	double window[2], const char *option, const struct ct_meta *m, struct ct_err *e)
+int ct_geometry_opts_asked(struct ct_window_rule *r, const char *option, struct ct_err *e)
 {
-	const char *had = m ? ct_meta_get(m, CT_META_WINDOW) : NULL;
-	double asked[2];
-
-	if (ct_window_get(window, m, e))
-		return -1;
+	*r = (struct ct_window_rule){0};
 	if (!option)
 		return 0;
-	if (ct_cli_range("window", option, asked, e))
+	if (ct_cli_range("window", option, r->range, e))
 		return -1;
-	if (!ct_window_is(asked))
+	if (!ct_window_is(r->range))
 		return ct_fail(e, CT_EUSAGE, "--window: float32 does not hold %s", option);
-	if (had && (asked[0] != window[0] || asked[1] != window[1])) {
-		const char *file = ct_meta_get(m, CT_META_INPUT); /* "NAME HASH" */
-		const char *end = file ? strrchr(file, ' ') : NULL;
-
-		return ct_fail(e, CT_EUSAGE, "--window %s contradicts %.*s, whose window is %s",
-			option, end ? (int)(end - file) : 9, end ? file : "the input", had);
-	}
-	window[0] = asked[0];
-	window[1] = asked[1];
+	snprintf(r->words, sizeof r->words, "--window %.50s", option);
 	return 0;
 }
 
-void ct_geometry_opts_warn_above(
-	const struct ct_vol *v, const char *name, const double window[2], const struct ct_env *env)
+int ct_geometry_opts_window(
+	double window[2], const char *option, const struct ct_meta *m, struct ct_err *e)
 {
-	float largest;
-	const size_t above = ct_window_above(ct_vol_count(v), v->data, window, &largest);
+	struct ct_window_rule r;
 
-	if (above > 0)
-		ct_log(env, CT_WARN,
-			"%s: %zu voxels are above %g HU, up to %g, and count as %g (a wider "
-			"--window keeps them)",
-			name, above, window[1], (double)largest, window[1]);
+	return ct_window_get(window, m, e) || ct_geometry_opts_asked(&r, option, e)
+		       ? -1
+		       : ct_window_choose(window, &r, m, e);
 }
 
 int ct_geometry_opts_grid(
@@ -152,21 +137,10 @@ int ct_geometry_opts_grid(
 int ct_geometry_opts_volume(struct ct_vol *out, const struct ct_stack *in, const char *option,
 	bool density, struct ct_err *e)
 {
-	static const char *const gone[] = {CT_META_SCAN_DSO, CT_META_SCAN_DSD, CT_META_SCAN_ARC,
-		CT_META_SCAN_START, CT_META_SCAN_ISO, CT_META_VOLUME_SIZE, CT_META_VOLUME_AFFINE,
-		CT_META_COARSEN, CT_META_PIXEL, CT_META_OVERSHOOT, CT_META_QUANTITY};
-	const char *had = ct_meta_get(&in->meta, CT_META_QUANTITY);
-	const bool residual = had && strcmp(had, CT_QUANTITY_RESIDUAL) == 0;
-	double window[2];
+	struct ct_window_rule r;
 
-	if (ct_geometry_opts_window(window, option, &in->meta, e) ||
-		ct_meta_copy(&out->meta, &in->meta, e))
-		return -1;
-	for (size_t i = 0; i < sizeof gone / sizeof *gone; i++)
-		ct_meta_drop(&out->meta, gone[i]);
-	if (ct_window_put(&out->meta, window, e))
-		return -1;
-	if (density)
-		return ct_meta_set(&out->meta, CT_META_QUANTITY, CT_QUANTITY_DENSITY, e);
-	return ct_window_volume(out, residual, window, e);
+	return ct_geometry_opts_asked(&r, option, e) ||
+			       ct_window_reconstructed(out, in, &r, density, e)
+		       ? -1
+		       : 0;
 }

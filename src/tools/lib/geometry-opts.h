@@ -5,6 +5,7 @@
 #include "cli/cli.h"
 #include "core/stack.h"
 #include "core/vol.h"
+#include "steps/window.h"
 #include "xray/geometry.h"
 
 #include <math.h>
@@ -69,6 +70,8 @@ int ct_geometry_opts_make(struct ct_stack *out, const struct ct_geometry_opts *o
 /* The geometry of the stack in this file, and the keys scan.* of its metadata. CT_EINPUT; *out must
  * be zero. */
 int ct_geometry_opts_like(struct ct_stack *out, const char *path, struct ct_err *e);
+/* --window LO:HI as it is asked for; NULL: not. CT_EUSAGE. */
+int ct_geometry_opts_asked(struct ct_window_rule *r, const char *option, struct ct_err *e);
 /* The density window: what the metadata says, else the option (NULL if not given), else -1024 to
  * 3071 HU. CT_EUSAGE if option and metadata contradict. m may be NULL. */
 int ct_geometry_opts_window(
@@ -81,8 +84,5 @@ int ct_geometry_opts_grid(
  * window unless it is to stay density. */
 int ct_geometry_opts_volume(struct ct_vol *out, const struct ct_stack *in, const char *window,
 	bool density, struct ct_err *e);
-/* Say how much of a volume in HU, called `name`, is above the window, where its density ends. */
-void ct_geometry_opts_warn_above(
-	const struct ct_vol *v, const char *name, const double window[2], const struct ct_env *env);
 
 #endif
