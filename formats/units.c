@@ -1,6 +1,5 @@
 /* units.c: see units.h. */
 #include "config.h"
-#include "formats/format.h"
 #include "formats/units.h"
 
 #include <math.h>
@@ -78,27 +77,4 @@ int ct_units_check(const struct ct_vol *v, const char *option, struct ct_err *e)
 	return why ? ct_fail(e, CT_EINPUT, "values from %g to %g are not HU%s (but see %s)",
 			     (double)l.lo, (double)l.hi, why, option)
 		   : 0;
-}
-
-void ct_vol_doubt(const struct ct_vol *v, const char *path, const struct ct_env *env)
-{
-	const char *doubt = ct_meta_get(&v->meta, CT_META_NIFTI_DOUBT);
-
-	if (doubt)
-		ct_log(env, CT_WARN, "%s: %s", path, doubt);
-}
-
-int ct_vol_read_hu(const char *path, struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
-{
-	const enum ct_units units = (enum ct_units)env->units;
-
-	if (ct_vol_read(path, v, e))
-		return -1;
-	ct_vol_doubt(v, path, env);
-	if ((units == CT_UNITS_AUTO ? ct_units_check(v, "--units", e)
-				    : ct_units_note(v, units, e)) == 0 &&
-		ct_vol_check_finite(v, e) == 0)
-		return 0;
-	ct_vol_free(v);
-	return ct_blame(e, path);
 }

@@ -32,13 +32,15 @@ import numpy as np
 from . import _abi as abi
 
 __all__ = ['Error', 'Image', 'Operator', 'Projections', 'version', 'read', 'write', 'degrade', 'estimate_operator',
-           'superres', 'project', 'read_projections', 'write_projections', 'backproject', 'fdk', 'metrics',
-           'consistency']
+           'superres', 'upsample', 'project', 'ddnm', 'read_projections', 'write_projections', 'backproject', 'fdk', 'Gaussians',
+           'fit', 'read_gaussians', 'write_gaussians', 'compose', 'metrics', 'consistency']
 _lib = abi.load()
 _SAMPLING = ('sinc', 'point', 'mean')
-_METHODS = ('auto', 'linear', 'cubic', 'bspline', 'lanczos', 'sinc', 'dc', 'tv', 'htv', 'prior')
+_METHODS = ('auto', 'linear', 'cubic', 'bspline', 'lanczos', 'sinc', 'dc', 'tv', 'htv', 'prior', 'arssr')
 _PRESETS = ('fast', 'balanced')
 _BEAMS = ('cone', 'parallel', 'fan')
+_PIXELS = ('point', 'mean', 'sinc')
+_INTEGRALS = ('siddon', 'joseph')
 Progress = Callable[[str, int, int], Any]
 Axes = Union[float, Sequence[float]]
 
@@ -316,8 +318,26 @@ def superres(image, factor: Optional[Axes] = None, spacing: Optional[Axes] = Non
     prior     file of the slice prior; default: the installed one
     memory    bytes that the call may use; 0: all
     error     result.error is the predicted error, one standard deviation of each voxel, HU"""
+    return _refine('superres', image, factor, spacing, method, preset, sigma, sampling, noise, estimate, prior, memory, error,
+                   None, 300, .1, threads, progress, log, history)
+
+
+def upsample(image, factor: Optional[Axes] = None, spacing: Optional[Axes] = None, method='auto', preset='balanced',
+             sigma: Optional[Axes] = None, sampling: Optional[str] = None, noise: Optional[float] = None,
+             estimate=False, prior=None, memory: float = 0, error=False, start=None, iterations=300, tolerance: float = .1,
+             threads=0, progress: Optional[Progress] = None, log=None, history: Optional[str] = None) -> Image:
+    """The CT on a finer grid by any method, as ct-upsample: what superres does, with the defaults of that command: method
+    auto, and nothing is measured unless `estimate`. start: begin with this volume, on the grid of the result; iterations,
+    tolerance (HU): at most so many of tv and htv, which stop when one moves less. arssr needs its network as `prior`."""
+    return _refine('upsample', image, factor, spacing, method, preset, sigma, sampling, noise, estimate, prior, memory, error,
+                   start, iterations, tolerance, threads, progress, log, history)
+
+
+def _refine(name, image, factor, spacing, method, preset, sigma, sampling, noise, estimate, prior, memory, error, start,
+            iterations, tolerance, threads, progress, log, history):
     o, r = abi.Options(), abi.Report(c.sizeof(abi.Report))
-    _lib.ctsr_superres_options_init(c.byref(o), c.sizeof(o))
+    getattr(_lib, 'ctsr_%s_options_init' % name)(c.byref(o), c.sizeof(o))
+    o.iterations, o.tolerance = _whole(iterations, 31, 'iterations'), tolerance
     o.method, o.preset = _index(_METHODS, method, 'method'), _index(_PRESETS, preset, 'preset')
     if factor is not None:
         o.factor = _three(factor)
@@ -331,8 +351,11 @@ def superres(image, factor: Optional[Axes] = None, spacing: Optional[Axes] = Non
     o.estimate, o.memory = bool(estimate), memory
     o.prior_file = _path(prior) if prior is not None else None
     out, std, h = abi.H(), abi.H(), Image.of(image)._handle()
+    begin = Image.of(start)._handle() if start is not None else None
+    o.start = begin.p if begin else None
+    h.keeps += (begin,)
     _Call(threads, progress, log, history=history).run(
-        _lib.ctsr_superres, c.byref(out), c.byref(std) if error else None, c.byref(r), h, c.byref(o),
+        getattr(_lib, 'ctsr_' + name), c.byref(out), c.byref(std) if error else None, c.byref(r), h, c.byref(o),
         made=[out, std])
     made = Image._own(out)
     made.error = Image._own(std) if error else None
@@ -352,6 +375,7 @@ class Projections:
         flat = (c.c_float * (n[0] * n[1] * n[2])).from_address(c.addressof(p.contents))
         flat._keeps = handle
         self._h, self.views = handle, []
+        self.deviation: Optional['Projections'] = None  #: of ddnm: of the samples
         self.data = np.frombuffer(flat, np.float32).reshape(tuple(n))
         for i in range(n[0]):
             _check(_lib.ctsr_projections_view(c.byref(view), handle.p, i, c.byref(e)), e)
@@ -368,21 +392,60 @@ class Projections:
         return cls(_Handle(p, _lib.ctsr_projections_free))
 
 
-def project(image, beam='cone', threads=0, progress: Optional[Progress] = None, **geometry) -> Projections:
-    """Exact line integrals, as ct-project. geometry: views, columns, rows, arc, start (degrees), source_to_centre,
-    source_to_detector (mm), pitch, offset (mm, two numbers), centre (mm), window (HU); defaults: the published scan."""
+def project(image, beam='cone', threads=0, progress: Optional[Progress] = None, pixel='point', method='siddon', seed=0,
+            log=None, **geometry) -> Projections:
+    """Line integrals, as ct-project. geometry: views, columns, rows, arc, start (degrees), source_to_centre,
+    source_to_detector (mm), pitch, offset (mm, two numbers), centre (mm), window (HU), overshoot (of a volume that was
+    clipped before it was reduced: keep it), coarsen (pixels so many times larger, each of which is a point, mean or
+    sinc of the small ones: pixel), photons, electronic, water (noise); defaults: the published scan. method: siddon
+    (exact) or joseph (linear)."""
     h, g, p, e = Image.of(image)._handle(), abi.Geometry(), abi.H(), abi.Error()
     _check(_lib.ctsr_geometry_init(c.byref(g), c.sizeof(g), h.p, c.byref(e)), e)
     g.beam = _index(_BEAMS, beam, 'beam')
+    g.pixel, g.method = _index(_PIXELS, pixel, 'pixel'), _index(_INTEGRALS, method, 'method')
     for key, value in geometry.items():
         if key == 'size' or key not in dict(abi.Geometry._fields_):
             raise Error(2, 'project: no such geometry: %s' % key)
         now = getattr(g, key)
-        if key in ('views', 'columns', 'rows'):
+        if key in ('views', 'columns', 'rows', 'coarsen'):
             value = _whole(value, 64, key)
         setattr(g, key, type(now)(*value) if hasattr(now, '__len__') else value)
-    _Call(threads, progress).run(_lib.ctsr_project, c.byref(p), h, c.byref(g), made=[p], free=_lib.ctsr_projections_free)
+    _Call(threads, progress, log, seed=seed).run(_lib.ctsr_project, c.byref(p), h, c.byref(g), made=[p], free=_lib.ctsr_projections_free)
     return Projections(_Handle(p, _lib.ctsr_projections_free))
+
+
+def ddnm(projections: Projections, prior=None, sampler: Optional[str] = None, factor=0, steps=0, samples=1, label=-1,
+         pixel: Optional[str] = None, eta: Optional[float] = None, sigma_y: Optional[float] = None, norm: float = 0,
+         init: Optional[Projections] = None, start=-1, travel: Sequence[int] = (0, 0), guidance: float = 2000,
+         iterations=100, rate: float = 1e-3, frozen=False, first_channel=False, seed=0, threads=0,
+         progress: Optional[Progress] = None, log=None, history: Optional[str] = None) -> Projections:
+    """Projections on a finer detector, by a diffusion prior that is held to them, as ct-ddnm. result.deviation is the
+    standard deviation of the samples, if there are at least 2.
+
+    prior     file of a diffusion prior or network of super-resolution; default: the installed prior
+    sampler   ddnm, ddnm+, simple, ddim, ddpm, dpm-solver++, gdp, bird, once or none; default: ddnm+, and once of a network
+    factor    times finer; 0: what the projections say they were coarsened by, else 4
+    steps     calls of the network a chain; 0: as published. samples: mean of so many
+    pixel     what a pixel measures, mean or sinc; default: what the projections say
+    init      begin from these, noised to timestep `start` of 1000
+    The others are the options of ct-ddnm(1) of that name."""
+    o, out, std = abi.Ddnm(), abi.H(), abi.H()
+    _lib.ctsr_ddnm_options_init(c.byref(o), c.sizeof(o))
+    o.sampler = _text(sampler, 'sampler') if sampler is not None else None
+    o.pixel = _index(_PIXELS, pixel, 'pixel') if pixel is not None else -1
+    o.prior_file = _path(prior) if prior is not None else None
+    o.factor, o.steps, o.samples = _whole(factor, 31, 'factor'), _whole(steps, 31, 'steps'), _whole(samples, 31, 'samples')
+    o.label, o.start, o.norm, o.guidance, o.rate = label, start, norm, guidance, rate
+    o.iterations, o.frozen, o.first_channel = _whole(iterations, 31, 'iterations'), bool(frozen), bool(first_channel)
+    o.travel = (c.c_size_t * 2)(*[_whole(x, 31, 'travel') for x in travel])
+    o.eta, o.sigma_y = o.eta if eta is None else eta, o.sigma_y if sigma_y is None else sigma_y
+    o.init = init._h.p if init else None
+    _Call(threads, progress, log, seed, history=history).run(
+        _lib.ctsr_ddnm, c.byref(out), c.byref(std) if samples > 1 else None, projections._h, c.byref(o), made=[out, std],
+        free=_lib.ctsr_projections_free)
+    made = Projections(_Handle(out, _lib.ctsr_projections_free))
+    made.deviation = Projections(_Handle(std, _lib.ctsr_projections_free)) if samples > 1 else None
+    return made
 
 
 def read_projections(path) -> Projections:
@@ -411,6 +474,81 @@ def backproject(p: Projections, like, threads=0, progress: Optional[Progress] = 
 def fdk(p: Projections, like, threads=0, progress: Optional[Progress] = None) -> Image:
     """Filtered backprojection on the grid of `like`, HU, as ct-fdk."""
     return _back(_lib.ctsr_fdk, p, like, threads, progress)
+
+
+class Gaussians:
+    """A sum of signed 3-D Gaussians: position, sigma (mm) [n, 3], rotation (unit quaternions w, x, y, z) [n, 4], and
+    density [n], of which density(x) = sum of density exp(-|R'(x - position)/sigma|^2 / 2)."""
+
+    def __init__(self, handle: _Handle):
+        n = _lib.ctsr_gaussians_get(None, handle.p, 0, 0)
+        raw = (abi.Gaussian * n)()
+        _lib.ctsr_gaussians_get(raw, handle.p, 0, n)
+        flat = np.frombuffer(raw, np.float64).reshape(n, 11) if n else np.empty((0, 11))
+        self._h = handle
+        self.position, self.sigma, self.rotation, self.density = flat[:, :3], flat[:, 3:6], flat[:, 6:10], flat[:, 10]
+
+    def __len__(self):
+        return len(self.density)
+
+
+def fit(projections: Projections, base, gaussians=0, max_gaussians=0, iterations=0, tolerance: float = 0, full=False,
+        base_projections: Optional[Projections] = None, uncertainty: Optional[Projections] = None, lr=None, paper=False,
+        seed=0, threads=0, progress: Optional[Progress] = None, log=None, history: Optional[str] = None) -> Gaussians:
+    """Gaussians fitted to what projections have beyond those of a base volume, as ct-nabgs; with `full` to all of it.
+    0 stands for the defaults of ct-nabgs: 50000 Gaussians, 500000 at most, 5000 iterations of one view each.
+
+    base_projections  of the base, where they are known; uncertainty: standard deviation of each pixel
+    lr        low-resolution CT that base and Gaussians together must reduce to
+    paper     the published settings"""
+    o, g, h = abi.Fit(c.sizeof(abi.Fit)), abi.H(), Image.of(base)._handle()
+    o.gaussians, o.max_gaussians = _whole(gaussians, 31, 'gaussians'), _whole(max_gaussians, 31, 'max_gaussians')
+    o.iterations, o.tolerance, o.full, o.paper = _whole(iterations, 31, 'iterations'), tolerance, bool(full), bool(paper)
+    low = Image.of(lr)._handle() if lr is not None else None
+    o.lr = low.p if low else None
+    o.base_projections = base_projections._h.p if base_projections else None
+    o.uncertainty = uncertainty._h.p if uncertainty else None
+    h.keeps += (low, base_projections, uncertainty)
+    _Call(threads, progress, log, seed, history=history).run(
+        _lib.ctsr_gaussians_fit, c.byref(g), projections._h, h, c.byref(o), made=[g], free=_lib.ctsr_gaussians_free)
+    return Gaussians(_Handle(g, _lib.ctsr_gaussians_free))
+
+
+def read_gaussians(path) -> Gaussians:
+    """PLY."""
+    g, free = abi.H(), _lib.ctsr_gaussians_free
+    _Call().go(_lib.ctsr_gaussians_read, c.byref(g), _path(path), made=[g], free=free, daemon=True)
+    return Gaussians(_Handle(g, free))
+
+
+def write_gaussians(g: Gaussians, path, overwrite=False, threads=0) -> None:
+    """PLY, as viewers of 3-D Gaussian splatting read it."""
+    _Call(threads, overwrite=overwrite).run(_lib.ctsr_gaussians_write, g._h, _path(path))
+
+
+def compose(base, residual, gain: float = 1, floor: Optional[float] = None, spacing: Optional[float] = None,
+            window: Optional[Sequence[float]] = None, lr=None, threads=0, progress: Optional[Progress] = None, log=None,
+            history: Optional[str] = None) -> Image:
+    """A base volume and a residual, Gaussians or an image in HU, make the CT, as ct-compose.
+
+    gain      times the residual. floor: least value, HU; default: LO of the window
+    spacing   render Gaussians on voxels of so many mm
+    window    HU of density 0 and 1; default: what the data say
+    lr        low-resolution CT that the result is made to agree with"""
+    o, out, h = abi.Compose(), abi.H(), Image.of(base)._handle()
+    _lib.ctsr_compose_options_init(c.byref(o), c.sizeof(o))
+    o.gain = gain
+    o.floor = o.floor if floor is None else floor
+    o.spacing = o.spacing if spacing is None else spacing
+    if window is not None:
+        o.window = (c.c_double * 2)(*window)
+    g = residual._h if isinstance(residual, Gaussians) else None
+    added, low = [Image.of(x)._handle() if x is not None else None for x in (None if g else residual, lr)]
+    o.residual, o.lr = added.p if added else None, low.p if low else None
+    h.keeps += (added, low)
+    _Call(threads, progress, log, history=history).run(
+        _lib.ctsr_compose, c.byref(out), None, h, g, c.byref(o), made=[out])
+    return Image._own(out)
 
 
 def _numbers(x):

@@ -17,17 +17,31 @@ Context = _struct('Context', ('threads', c.c_uint), ('overwrite', c.c_int), ('se
 Operator = _struct('Operator', ('factor', D3), ('sigma', D3), ('sampling', c.c_int), ('noise', c.c_double))
 Options = _struct('Options', ('method', c.c_int), ('preset', c.c_int), ('factor', D3), ('spacing', D3), ('sigma', D3),
                   ('sampling', c.c_int), ('noise', c.c_double), ('estimate', c.c_int), ('prior_file', c.c_char_p),
-                  ('memory', c.c_double), ('iterations', c.c_int), ('tolerance', c.c_double))
+                  ('memory', c.c_double), ('iterations', c.c_int), ('tolerance', c.c_double), ('start', c.c_void_p))
 Report = _struct('Report', ('method', c.c_int), ('prior', c.c_int), ('factor', D3), ('sigma', D3), ('sampling', c.c_int),
                  ('noise', c.c_double), ('residual', c.c_double), ('added', c.c_double), ('iterations', c.c_size_t),
                  ('slabs', c.c_size_t), ('why_not', c.c_char * 160))
 Geometry = _struct('Geometry', ('beam', c.c_int), ('views', c.c_size_t), ('columns', c.c_size_t), ('rows', c.c_size_t),
                    ('arc', c.c_double), ('start', c.c_double), ('source_to_centre', c.c_double),
                    ('source_to_detector', c.c_double), ('pitch', c.c_double * 2), ('offset', c.c_double * 2),
-                   ('centre', D3), ('window', c.c_double * 2))
+                   ('centre', D3), ('window', c.c_double * 2), ('overshoot', c.c_int), ('coarsen', c.c_size_t),
+                   ('pixel', c.c_int), ('method', c.c_int), ('photons', c.c_double), ('electronic', c.c_double),
+                   ('water', c.c_double))
+Fit = _struct('Fit', ('gaussians', c.c_size_t), ('max_gaussians', c.c_size_t), ('iterations', c.c_size_t),
+              ('tolerance', c.c_double), ('full', c.c_int), ('base_projections', c.c_void_p), ('uncertainty', c.c_void_p),
+              ('lr', c.c_void_p), ('paper', c.c_int))
+Compose = _struct('Compose', ('gain', c.c_double), ('floor', c.c_double), ('spacing', c.c_double),
+                  ('window', c.c_double * 2), ('residual', c.c_void_p), ('lr', c.c_void_p))
+Ddnm = _struct('Ddnm', ('sampler', c.c_char_p), ('factor', c.c_size_t), ('prior_file', c.c_char_p), ('steps', c.c_size_t),
+               ('samples', c.c_size_t), ('label', c.c_int), ('pixel', c.c_int), ('eta', c.c_double),
+               ('sigma_y', c.c_double), ('norm', c.c_double), ('init', c.c_void_p), ('start', c.c_int),
+               ('travel', c.c_size_t * 2), ('guidance', c.c_double), ('iterations', c.c_size_t), ('rate', c.c_double),
+               ('frozen', c.c_int), ('first_channel', c.c_int))
 Metrics = _struct('Metrics', ('psnr', c.c_double), ('ssim', c.c_double), ('mae', c.c_double), ('rmse', c.c_double),
                   ('bias', c.c_double), ('max', c.c_double), ('gradient', D3))
 Consistency = _struct('Consistency', ('max', c.c_double), ('p95', c.c_double), ('rms', c.c_double), ('mean', c.c_double))
+Gaussian = type('Gaussian', (c.Structure,), {'_fields_': [('position', D3), ('sigma', D3), ('rotation', c.c_double * 4),
+                                                          ('density', c.c_double)]})
 View = type('View', (c.Structure,), {'_fields_': [(n, D3) for n in ('source', 'centre', 'u', 'v')]})
 
 H = c.c_void_p  # a volume, projections, Gaussians, a format
@@ -59,6 +73,17 @@ _SIGNATURES = {  # result, arguments
     'project': (c.c_int, P(H), H, P(Geometry), _C, _E),
     'backproject': (c.c_int, P(H), H, H, _C, _E),
     'fdk': (c.c_int, P(H), H, H, _C, _E),
+    'ddnm_options_init': (None, P(Ddnm), c.c_size_t),
+    'ddnm': (c.c_int, P(H), P(H), H, P(Ddnm), _C, _E),
+    'upsample_options_init': (None, P(Options), c.c_size_t),
+    'upsample': (c.c_int, P(H), P(H), P(Report), H, P(Options), _C, _E),
+    'gaussians_fit': (c.c_int, P(H), H, H, P(Fit), _C, _E),
+    'gaussians_free': (None, H),
+    'gaussians_read': (c.c_int, P(H), c.c_char_p, _E),
+    'gaussians_write': (c.c_int, H, c.c_char_p, _C, _E),
+    'gaussians_get': (c.c_size_t, P(Gaussian), H, c.c_size_t, c.c_size_t),
+    'compose_options_init': (None, P(Compose), c.c_size_t),
+    'compose': (c.c_int, P(H), P(H), H, H, P(Compose), _C, _E),
     'compare': (c.c_int, P(Metrics), H, H, H, P(c.c_double * 2), _C, _E),
     'check_consistency': (c.c_int, P(Consistency), H, H, P(Operator), _C, _E),
 }

@@ -3,12 +3,10 @@
 #include "core/mem.h"
 #include "ctsr/ctsr-impl.h"
 #include "formats/format.h"
-#include "xray/project.h"
-#include "xray/window.h"
 #include "core/gauss.h"
-#include "gs/fit.h"
 #include "gs/splat.h"
 #include "gs/mixture.h"
+#include "steps/fit.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -153,80 +151,80 @@ int ctsr_gaussians_project(ctsr_projections **p, const ctsr_gaussians *g,
 	return ctsr_call_end(&k, rc, e);
 }
 
-static int options_of(
-	struct ct_fit_options *to, ctsr_fit_options *o, const ctsr_volume *base, struct ct_err *e)
+static int rule_of(struct ct_step_fit_rule *to, const ctsr_fit_options *o, struct ct_err *e)
 {
-	const struct ct_degrade four = {{4, 4, 4}, {0}, CT_DECIMATE_SINC, {0}};
-	struct ct_degrade d = four;
-	double most = 1;
+	const size_t first = o->gaussians ? o->gaussians : 50000,
+		     most = o->max_gaussians ? o->max_gaussians : 500000,
+		     iterations = o->iterations ? o->iterations : 5000;
 
-	o->gaussians = o->gaussians ? o->gaussians : 50000;
-	o->max_gaussians = o->max_gaussians ? o->max_gaussians : 500000;
-	o->iterations = o->iterations ? o->iterations : 5000;
-	if (o->gaussians > 16000000 || o->max_gaussians < o->gaussians ||
-		o->max_gaussians > 16000000 || o->iterations > 10000000 ||
+	if (first > 16000000 || most < first || most > 16000000 || iterations > 10000000 ||
 		!(o->tolerance >= 0 && o->tolerance <= 1))
 		return ct_fail(e, CT_EUSAGE,
 			"1 to 16e6 Gaussians, no fewer at most, 1 to 1e7 iterations, a tolerance "
 			"of 0 to 1 are expected");
-	if (ct_degrade_get(&base->v.meta, &d, e) < 0)
-		return -1;
-	for (int a = 0; a < 3; a++)
-		most = fmax(most, d.factor[a]);
-	ct_fit_defaults(to, (size_t)lround(most), o->full != 0, CT_PRELU);
-	to->iterations = o->iterations;
-	to->gaussians = o->gaussians;
-	to->max_gaussians = o->max_gaussians;
+	*to = (struct ct_step_fit_rule)CT_STEP_FIT_DEFAULTS;
+	to->mode = o->full ? CT_STEP_FIT_FULL : CT_STEP_FIT_RESIDUAL;
+	to->gaussians = (int)first;
+	to->max_gaussians = (int)most;
+	to->iterations = (int)iterations;
 	to->tolerance = o->tolerance;
 	to->checkpoint_every = 0;
+	to->paper = o->paper != 0;
 	return 0;
 }
 
-static int fit_on(struct ct_gauss *to, const struct ct_fit_options *o, const struct ct_fit_data *d,
-	struct ctsr_call *k)
+/* A copy, since it is computed with in place. */
+static int copy_stack(struct ct_stack *to, const ctsr_projections *p, struct ct_err *e)
 {
-	struct ct_fit f = {0};
-	const int rc =
-		ct_fit_init(&f, o, d, &k->env, &k->err) || ct_fit_run(&f, d, &k->env, &k->err) ? -1
-											       : 0;
+	if (ct_stack_like(to, &p->s, 1, e))
+		return -1;
+	memcpy(to->data, p->s.data, ct_stack_count(to) * sizeof *to->data);
+	return 0;
+}
 
-	if (rc == 0) {
-		*to = f.g;
-		f.g = (struct ct_gauss){0};
-	}
-	ct_fit_free(&f);
-	return rc;
+static int take(struct ct_evidence *d, struct ct_evidence_rule *r, const ctsr_projections *p,
+	const ctsr_volume *base, const ctsr_fit_options *o, struct ct_err *e)
+{
+	*r = (struct ct_evidence_rule){.in = "projections",
+		.base = "base",
+		.projections = o->base_projections ? "base projections" : NULL,
+		.std = o->uncertainty ? "uncertainty" : NULL,
+		.lr = o->lr ? "lr" : NULL};
+	if (o->full && (o->base_projections || o->lr))
+		return ct_fail(e, CT_EUSAGE, "base projections and lr are not for a full fit");
+	return ctsr_check_hu(base, "base", e) || (o->lr && ctsr_check_hu(o->lr, "lr", e)) ||
+			       copy_stack(&d->in, p, e) || ctsr_copy_volume(&d->base, base, e) ||
+			       (o->lr && ctsr_copy_volume(&d->lr, o->lr, e)) ||
+			       (o->uncertainty && copy_stack(&d->weight, o->uncertainty, e)) ||
+			       (o->base_projections &&
+				       copy_stack(&d->base_proj, o->base_projections, e))
+		       ? -1
+		       : 0;
 }
 
 static int fit(struct ct_gauss *g, const ctsr_projections *p, const ctsr_volume *base,
-	ctsr_fit_options *o, struct ctsr_call *k)
+	const ctsr_fit_options *o, struct ctsr_call *k)
 {
 	const struct ct_meta *const from[] = {&p->s.meta, &base->v.meta};
-	struct ct_stack base_projections = {0};
-	struct ct_vol density = {0};
-	const struct ct_fit_data d = {.target = &p->s,
-		.base = &density,
-		.base_projections = o->full ? NULL : &base_projections};
+	struct ct_evidence d = {0};
+	struct ct_evidence_rule what;
+	struct ct_step_fit_rule rule;
+	struct ct_step_fit plan;
 	struct ct_err *e = &k->err;
-	struct ct_fit_options to;
-	double window[2];
+	struct ct_fit f = {0};
 	int rc = -1;
 
-	if (options_of(&to, o, base, e) || ctsr_check_volume(base, e) || ct_stack_check(&p->s, e) ||
-		ct_stack_check_finite(&p->s, e) || ct_window_get(window, &p->s.meta, e) ||
-		ctsr_density_of(&density, &base->v, window, e))
-		goto out;
-	if (!o->full && (ct_stack_like(&base_projections, &p->s, 1, e) ||
-				ct_project_all(&base_projections, &density, &k->env, e)))
-		goto out;
-	if (fit_on(g, &to, &d, k) == 0 && ct_meta_copy(&g->meta, &p->s.meta, e) == 0 &&
-		ct_meta_set(&g->meta, CT_META_QUANTITY,
-			o->full ? CT_QUANTITY_DENSITY : CT_QUANTITY_RESIDUAL, e) == 0 &&
-		ct_window_put(&g->meta, window, e) == 0)
+	if (rule_of(&rule, o, e) == 0 && take(&d, &what, p, base, o, e) == 0 &&
+		ct_evidence_check(&d, &what, &k->env, e) == 0 &&
+		ct_step_fit_plan(&plan, &rule, &d, &k->env, e) == 0 &&
+		ct_step_fit_begin(&f, &plan, &k->env, e) == 0 &&
+		ct_step_fit_run(&f, NULL, &plan, &k->env, e) == 0) {
+		*g = f.g;
+		f.g = (struct ct_gauss){0};
 		rc = ctsr_note_history(k, &g->meta, 2, from);
-out:
-	ct_stack_free(&base_projections);
-	ct_vol_free(&density);
+	}
+	ct_fit_free(&f);
+	ct_evidence_free(&d);
 	return rc;
 }
 

@@ -67,11 +67,13 @@ int ctsr_note_history(
 	struct ctsr_call *k, struct ct_meta *m, size_t n, const struct ct_meta *const *in);
 /* v (zeroed struct) <- zeros on the grid of `like`. */
 int ctsr_zeros_like(struct ct_vol *v, const ctsr_volume *like, struct ct_err *e);
-/* d (zeroed struct) <- a copy of v as density in the window, with its grid and no metadata. */
-int ctsr_density_of(
-	struct ct_vol *d, const struct ct_vol *v, const double window[2], struct ct_err *e);
 /* The operator of the options, its numbers checked. */
 int ctsr_degrade_of(struct ct_degrade *d, const ctsr_operator *o, struct ct_err *e);
+/* Values that can be HU, or say what they are, all finite: the message begins with `name`. As
+ * ct_vol_read_hu for the commands. */
+int ctsr_check_hu(const ctsr_volume *v, const char *name, struct ct_err *e);
+/* *to (zeroed struct) <- a copy, metadata too. */
+int ctsr_copy_volume(struct ct_vol *to, const ctsr_volume *v, struct ct_err *e);
 /* Finite, on a grid. */
 int ctsr_check_volume(const ctsr_volume *v, struct ct_err *e);
 

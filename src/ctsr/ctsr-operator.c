@@ -74,8 +74,8 @@ static int estimate(ctsr_operator *o, const ctsr_volume *v, struct ctsr_call *k)
 	struct ct_degrade d;
 
 	bare.meta = (struct ct_meta){0};
-	if (ctsr_degrade_of(&d, o, &k->err) || ctsr_check_volume(v, &k->err) ||
-		ct_meta_need_hu(&v->v.meta, false, &k->err))
+	if (ctsr_degrade_of(&d, o, &k->err) || ctsr_check_hu(v, "volume", &k->err) ||
+		ctsr_check_volume(v, &k->err) || ct_meta_need_hu(&v->v.meta, false, &k->err))
 		return -1;
 	memcpy(said.factor, d.factor, sizeof said.factor);
 	said.estimate = true;
@@ -101,7 +101,8 @@ static int degrade(
 	const struct ct_meta *const from[] = {&in->v.meta};
 	struct ct_degrade d;
 
-	return ctsr_degrade_of(&d, o, &k->err) || ctsr_check_volume(in, &k->err) ||
+	return ctsr_degrade_of(&d, o, &k->err) || ctsr_check_hu(in, "volume", &k->err) ||
+			       ctsr_check_volume(in, &k->err) ||
 			       ct_degrade_volume(out, &in->v, &d, o->noise, k->env.seed, k->env.par,
 				       &k->err) ||
 			       ctsr_note_history(k, &out->meta, 1, from)

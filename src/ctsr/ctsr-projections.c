@@ -4,17 +4,23 @@
 #include "ctsr/ctsr-impl.h"
 #include "formats/format.h"
 #include "recon/reconstruct.h"
-#include "xray/project.h"
+#include "steps/evidence.h"
+#include "steps/project.h"
 #include "xray/geometry.h"
 #include "xray/window.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 _Static_assert(
 	(int)CTSR_CONE == CT_CONE && (int)CTSR_PARALLEL == CT_PARALLEL && (int)CTSR_FAN == CT_FAN,
 	"the beams are the same");
+_Static_assert((int)CTSR_PIXEL_POINT == CT_PIXEL_POINT && (int)CTSR_PIXEL_MEAN == CT_PIXEL_MEAN &&
+		       (int)CTSR_PIXEL_SINC == CT_PIXEL_SINC && (int)CTSR_SIDDON == CT_SIDDON &&
+		       (int)CTSR_JOSEPH == CT_JOSEPH,
+	"the pixels and methods are the same");
 _Static_assert(sizeof(ctsr_view) == offsetof(struct ct_view, angle) &&
 		       offsetof(ctsr_view, centre) == offsetof(struct ct_view, centre) &&
 		       offsetof(ctsr_view, u) == offsetof(struct ct_view, u) &&
@@ -38,20 +44,6 @@ int ctsr_make_projections(struct ctsr_call *k, ctsr_projections **p)
 	return ctsr_call_makes(k, p, sizeof **p, drop);
 }
 
-int ctsr_density_of(
-	struct ct_vol *d, const struct ct_vol *v, const double window[2], struct ct_err *e)
-{
-	const char *quantity = ct_meta_get(&v->meta, CT_META_QUANTITY);
-
-	if (ct_vol_like(d, v, e))
-		return -1;
-	if (quantity && strcmp(quantity, CT_QUANTITY_DENSITY) == 0)
-		memcpy(d->data, v->data, ct_vol_count(v) * sizeof *v->data);
-	else
-		ct_window_density(ct_vol_count(v), d->data, v->data, window);
-	return 0;
-}
-
 int ctsr_geometry_init(ctsr_geometry *g, size_t size, const ctsr_volume *around, ctsr_error *e)
 {
 	struct ctsr_call k = CTSR_CALL(__func__);
@@ -71,7 +63,10 @@ int ctsr_geometry_init(ctsr_geometry *g, size_t size, const ctsr_volume *around,
 		.source_to_detector = s.dsd,
 		.pitch = {s.pitch[0], s.pitch[1]},
 		.centre = {s.iso[0], s.iso[1], s.iso[2]},
-		.window = {-1024, 3071}};
+		.coarsen = 1,
+		.water = 0.02};
+	if (ct_window_get(all.window, &around->v.meta, &k.err))
+		return ctsr_call_end(&k, -1, e);
 	ctsr_give_defaults(g, size, &all, sizeof all);
 	return ctsr_call_end(&k, 0, e);
 }
@@ -168,24 +163,66 @@ int ctsr_projections_view(ctsr_view *view, const ctsr_projections *p, size_t i, 
 	return ctsr_call_end(&k, rc, e);
 }
 
+/* A window is asked for if it is not that of the volume. */
+static int rule_of(struct ct_step_project_rule *r, const ctsr_geometry *g, const struct ct_meta *m,
+	struct ct_err *e)
+{
+	double had[2];
+
+	if (g->pixel < CTSR_PIXEL_POINT || g->pixel > CTSR_PIXEL_SINC)
+		return ct_fail(e, CT_EUSAGE, "the pixel %d is not one of 0 to 2", g->pixel);
+	if (g->method < CTSR_SIDDON || g->method > CTSR_JOSEPH)
+		return ct_fail(e, CT_EUSAGE, "the method %d is not one of 0 and 1", g->method);
+	if (g->coarsen > 4096 || !(g->photons >= 0 && g->photons <= 1e15) ||
+		!(g->electronic >= 0 && g->electronic <= 1e12) ||
+		!(g->water == 0 || (g->water >= 1e-6 && g->water <= 10)))
+		return ct_fail(e, CT_EUSAGE,
+			"pixels 1 to 4096 times larger, 0 to 1e15 photons, 0 to 1e12 of the "
+			"electronics, an attenuation of 1e-6 to 10 are expected");
+	if (ct_window_get(had, m, e))
+		return -1;
+	*r = (struct ct_step_project_rule)CT_STEP_PROJECT_DEFAULTS;
+	r->pixel = g->pixel;
+	r->method = g->method;
+	r->coarsen = g->coarsen ? (int)g->coarsen : 1;
+	r->overshoot = g->overshoot != 0;
+	r->photons = g->photons;
+	r->electronic = g->electronic;
+	r->water = g->water > 0 ? g->water : r->water;
+	if (had[0] != g->window[0] || had[1] != g->window[1]) {
+		memcpy(r->window.range, g->window, sizeof r->window.range);
+		snprintf(r->window.words, sizeof r->window.words, "window %.17g:%.17g",
+			g->window[0], g->window[1]);
+	}
+	return 0;
+}
+
 static int project(
 	struct ct_stack *s, const ctsr_volume *v, const ctsr_geometry *g, struct ctsr_call *k)
 {
 	const struct ct_meta *const from[] = {&v->v.meta};
+	struct ct_step_project_rule rule;
+	struct ct_step_project plan = {0};
 	struct ct_vol density = {0};
+	struct ct_stack fine = {0};
 	struct ct_err *e = &k->err;
 	struct ct_geometry scan;
 	int rc = -1;
 
-	if (scan_of(&scan, g, e) || ctsr_check_volume(v, e) || ct_geometry_fill(s, &scan, e) ||
-		ct_meta_add(&s->meta, &v->v.meta, e))
-		return -1;
-	if (ctsr_density_of(&density, &v->v, g->window, e) == 0 &&
-		ct_project_all(s, &density, &k->env, e) == 0 &&
-		ct_window_put(&s->meta, g->window, e) == 0 &&
-		ct_meta_set(&s->meta, CT_META_QUANTITY, CT_QUANTITY_LINE_INTEGRAL, e) == 0)
+	if (scan_of(&scan, g, e) || rule_of(&rule, g, &v->v.meta, e) ||
+		ctsr_check_hu(v, rule.name, e) || ct_evidence_volume(&v->v, rule.name, e) ||
+		ct_geometry_fill(&fine, &scan, e) || ctsr_copy_volume(&density, v, e))
+		goto out;
+	if (ct_step_project_plan(&plan, &rule, &density, &fine, &k->env, e) == 0 &&
+		ct_step_project_run(&plan, &k->env, e) == 0) {
+		*s = *plan.out;
+		*plan.out = (struct ct_stack){0};
 		rc = ctsr_note_history(k, &s->meta, 1, from);
+	}
+out:
+	ct_step_project_free(&plan);
 	ct_vol_free(&density);
+	ct_stack_free(&fine);
 	return rc;
 }
 
@@ -217,15 +254,10 @@ static int adjoint(struct ct_vol *v, const struct ct_stack *s, struct ctsr_call 
 
 static int fdk(struct ct_vol *v, const struct ct_stack *s, struct ctsr_call *k)
 {
-	const char *quantity = ct_meta_get(&s->meta, CT_META_QUANTITY);
-	const bool residual = quantity && strcmp(quantity, CT_QUANTITY_RESIDUAL) == 0;
 	const struct ct_reconstruct_rule how = {.filter = CT_RAMP_RAM_LAK};
-	struct ct_err *e = &k->err;
-	double window[2];
 
-	return ct_window_get(window, &s->meta, e) || ct_reconstruct(v, s, &how, &k->env, e) ||
-			       ct_window_put(&v->meta, window, e) ||
-			       ct_window_volume(v, residual, window, e)
+	return ct_reconstruct(v, s, &how, &k->env, &k->err) ||
+			       ct_window_reconstructed(v, s, NULL, false, &k->err)
 		       ? -1
 		       : 0;
 }

@@ -15,7 +15,8 @@ _Static_assert((int)CTSR_AUTO == CT_UPSAMPLE_AUTO && (int)CTSR_LINEAR == CT_UPSA
 		       (int)CTSR_LANCZOS == CT_UPSAMPLE_LANCZOS &&
 		       (int)CTSR_SINC_INTERPOLATION == CT_UPSAMPLE_SINC &&
 		       (int)CTSR_DC == CT_UPSAMPLE_DC && (int)CTSR_TV == CT_UPSAMPLE_TV &&
-		       (int)CTSR_HTV == CT_UPSAMPLE_HTV && (int)CTSR_PRIOR == CT_REFINE_PRIOR,
+		       (int)CTSR_HTV == CT_UPSAMPLE_HTV && (int)CTSR_PRIOR == CT_REFINE_PRIOR &&
+		       (int)CTSR_ARSSR == CT_REFINE_ARSSR,
 	"the methods are the same");
 
 void ctsr_superres_options_init(ctsr_superres_options *o, size_t size)
@@ -33,11 +34,25 @@ void ctsr_superres_options_init(ctsr_superres_options *o, size_t size)
 	ctsr_give_defaults(o, size, &all, sizeof all);
 }
 
+void ctsr_upsample_options_init(ctsr_superres_options *o, size_t size)
+{
+	ctsr_superres_options all;
+
+	ctsr_superres_options_init(&all, sizeof all);
+	all.size = size;
+	all.method = CTSR_AUTO;
+	all.estimate = 0;
+	ctsr_give_defaults(o, size, &all, sizeof all);
+}
+
 /* Written so that NaN is refused where a number is needed. */
 static int check(const ctsr_superres_options *o, struct ct_err *e)
 {
-	if (o->method < CTSR_AUTO || o->method > CTSR_PRIOR)
-		return ct_fail(e, CT_EUSAGE, "the method %d is not one of 0 to 9", o->method);
+	if (o->method < CTSR_AUTO || o->method > CTSR_ARSSR)
+		return ct_fail(e, CT_EUSAGE, "the method %d is not one of 0 to 10", o->method);
+	if (o->method == CTSR_ARSSR && !o->prior_file)
+		return ct_fail(e, CT_EUSAGE,
+			"arssr needs its network as the prior file: none is installed");
 	if (o->preset < CTSR_FAST || o->preset > CTSR_BALANCED)
 		return ct_fail(e, CT_EUSAGE, "the preset %d is not one of 0 and 1", o->preset);
 	if (o->sampling < -1 || o->sampling > CTSR_MEAN)
@@ -77,18 +92,29 @@ static struct ct_refine_rule rule_of(const ctsr_superres_options *o, bool error)
 	return r;
 }
 
-static int read_prior(
-	struct ct_slice_prior *prior, struct ct_meta *meta, const char *path, struct ct_err *e)
+/* The networks of a call. */
+struct nets {
+	struct ct_slice_prior prior;
+	struct ct_arssr arssr;
+	struct ct_meta meta;
+};
+
+static int read_prior(struct nets *n, int method, const char *path, struct ct_err *e)
 {
 	static const struct ct_format *const list[] = {&ct_format_safetensors, NULL};
 	struct ct_any a = {0};
 	int rc = -1;
 
+	if (method < CTSR_PRIOR)
+		return 0;
 	if (!path)
 		path = CT_DATADIR "/slices.safetensors";
 	if (ct_format_read(list, path, &a, e) == 0) {
-		rc = ct_slice_prior_alloc(prior, &a.tensors, e) ? ct_blame(e, path) : 0;
-		*meta = a.tensors.meta;
+		rc = method == CTSR_PRIOR ? ct_slice_prior_alloc(&n->prior, &a.tensors, e)
+					  : ct_arssr_get(&n->arssr, &a.tensors, e);
+		if (rc)
+			ct_blame(e, path);
+		n->meta = a.tensors.meta;
 		a.tensors.meta = (struct ct_meta){0};
 	}
 	ct_tensors_free(&a.tensors);
@@ -117,25 +143,45 @@ static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	const ctsr_volume *in, const ctsr_superres_options *o, struct ctsr_call *k)
 {
 	struct ct_refine_rule rule = rule_of(o, error != NULL);
-	struct ct_slice_prior prior = {0};
-	struct ct_meta prior_meta = {0};
-	const struct ct_meta *const from[] = {&in->v.meta, &prior_meta};
+	const ctsr_volume *start = o->start;
+	struct nets n = {0};
+	const struct ct_meta *const from[] = {&in->v.meta, &n.meta};
 	struct ct_err *e = &k->err;
 	int rc;
 
-	rule.prior = &prior;
-	rc = check(o, e) || ctsr_check_volume(in, e) || ct_meta_need_hu(&in->v.meta, false, e) ||
-			     (o->method == CTSR_PRIOR &&
-				     read_prior(&prior, &prior_meta, o->prior_file, e)) ||
+	rule.prior = &n.prior;
+	rule.arssr = &n.arssr;
+	rule.start = start ? &start->v : NULL;
+	rc = check(o, e) || ctsr_check_hu(in, "volume", e) || ctsr_check_volume(in, e) ||
+			     (start && ctsr_check_hu(start, "start", e)) ||
+			     ct_meta_need_hu(&in->v.meta, false, e) ||
+			     read_prior(&n, o->method, o->prior_file, e) ||
 			     ct_refine_plan(r, &rule, &in->v, &k->env, e) ||
 			     ct_refine_run(r, out, error, &in->v, &k->env, e) ||
 			     ctsr_note_history(k, &out->meta, 2, from) ||
 			     (error && ctsr_note_history(k, &error->meta, 2, from))
 		     ? -1
 		     : 0;
-	ct_slice_prior_free(&prior);
-	ct_meta_free(&prior_meta);
+	ct_slice_prior_free(&n.prior);
+	ct_arssr_free(&n.arssr);
+	ct_meta_free(&n.meta);
 	return rc;
+}
+
+/* A call, its options' defaults given. */
+static int call(struct ctsr_call *k, ctsr_superres_options *mine, ctsr_volume **out,
+	ctsr_volume **error, ctsr_superres_report *report, const ctsr_volume *in,
+	const ctsr_superres_options *o, const ctsr_context *c)
+{
+	struct ct_refine r;
+
+	return ctsr_make_volume(k, out) || (error && ctsr_make_volume(k, error)) ||
+			       ctsr_call_begin(k, in, c) ||
+			       ctsr_take_options(mine, sizeof *mine, o, &k->err) ||
+			       refine(&r, &(*out)->v, error ? &(*error)->v : NULL, in, mine, k) ||
+			       give(report, &r, mine->method == CTSR_PRIOR, &k->err)
+		       ? -1
+		       : 0;
 }
 
 int ctsr_superres(ctsr_volume **out, ctsr_volume **error, ctsr_superres_report *report,
@@ -143,13 +189,17 @@ int ctsr_superres(ctsr_volume **out, ctsr_volume **error, ctsr_superres_report *
 {
 	struct ctsr_call k = CTSR_CALL(__func__);
 	ctsr_superres_options mine;
-	struct ct_refine r;
-	int rc = ctsr_make_volume(&k, out) || (error && ctsr_make_volume(&k, error)) ||
-		 ctsr_call_begin(&k, in, c);
 
 	ctsr_superres_options_init(&mine, sizeof mine);
-	rc = rc || ctsr_take_options(&mine, sizeof mine, o, &k.err) ||
-	     refine(&r, &(*out)->v, error ? &(*error)->v : NULL, in, &mine, &k) ||
-	     give(report, &r, mine.method == CTSR_PRIOR, &k.err);
-	return ctsr_call_end(&k, rc, e);
+	return ctsr_call_end(&k, call(&k, &mine, out, error, report, in, o, c), e);
+}
+
+int ctsr_upsample(ctsr_volume **out, ctsr_volume **error, ctsr_superres_report *report,
+	const ctsr_volume *in, const ctsr_superres_options *o, const ctsr_context *c, ctsr_error *e)
+{
+	struct ctsr_call k = CTSR_CALL(__func__);
+	ctsr_superres_options mine;
+
+	ctsr_upsample_options_init(&mine, sizeof mine);
+	return ctsr_call_end(&k, call(&k, &mine, out, error, report, in, o, c), e);
 }

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "ctsr/ctsr-impl.h"
+#include "formats/units.h"
 #include "formats/voxels.h"
 #include "gs/mixture.h"
 
@@ -32,6 +33,23 @@ int ctsr_make_volume(struct ctsr_call *k, ctsr_volume **v)
 int ctsr_check_volume(const ctsr_volume *v, struct ct_err *e)
 {
 	return ct_vol_check_grid(&v->v, e) || ct_vol_check_finite(&v->v, e) ? -1 : 0;
+}
+
+int ctsr_check_hu(const ctsr_volume *v, const char *name, struct ct_err *e)
+{
+	return ct_units_check(&v->v, "the metadata key quantity", e) ||
+			       ct_vol_check_finite(&v->v, e)
+		       ? ct_blame(e, name)
+		       : 0;
+}
+
+int ctsr_copy_volume(struct ct_vol *to, const ctsr_volume *v, struct ct_err *e)
+{
+	if (ct_vol_like(to, &v->v, e))
+		return -1;
+	memcpy(to->data, v->v.data, ct_vol_count(to) * sizeof *to->data);
+	ct_meta_free(&to->meta);
+	return ct_meta_copy(&to->meta, &v->v.meta, e);
 }
 
 int ctsr_zeros_like(struct ct_vol *v, const ctsr_volume *like, struct ct_err *e)

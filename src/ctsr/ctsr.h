@@ -5,9 +5,9 @@
  * libctsr refines a CT scan to a finer grid. It first inverts the blur and the sampling of the
  * scanner. It can then add the detail that a network, trained on slices of other CTs, predicts.
  * Both steps keep the result consistent with the scan: blurred and sampled again, it gives the
- * scan. The library also projects volumes, reconstructs them, fits Gaussians to projections, and
- * measures how far two volumes are apart. The commands of ctsr use the same code, and give the same
- * voxels.
+ * scan. The library also runs the steps of the paper: it projects volumes, super-resolves the
+ * projections, fits Gaussians to them and composes these with a volume. The commands of ctsr call
+ * the same functions, and give the same voxels, pixels and Gaussians, and the same errors.
  *
  * THE SIMPLE CALL
  *
@@ -50,12 +50,10 @@
  * VERSIONS
  *
  * The library follows semantic versioning. Objects are opaque. Structs that a caller fills begin
- * with their size. All other members are 0 by default: ctsr_context c = {.size = sizeof c}. Two
- * structs have other defaults, and a function that sets them and the size:
- * ctsr_superres_options_init and ctsr_geometry_init. Later versions add members at the end, and a
- * default that keeps the old behaviour. So a program that was built for libctsr.so.0 runs with
- * every libctsr.so.0. Do not copy these structs by other means, and do not put them into a format
- * of your own.
+ * with their size; the other members are 0 by default: ctsr_context c = {.size = sizeof c}. Where
+ * that is not so there is a function that sets the defaults and the size, ctsr_..._init. Later
+ * versions add members at the end, and a default that keeps the old behaviour. So a program that
+ * was built for libctsr.so.0 runs with every libctsr.so.0.
  */
 #ifndef CTSR_H
 #define CTSR_H
@@ -66,7 +64,7 @@
 extern "C" {
 #endif
 
-#if defined(__GNUC__)
+#ifdef __GNUC__
 #define CTSR_API __attribute__((visibility("default")))
 #else
 #define CTSR_API
@@ -223,10 +221,11 @@ enum ctsr_method {
 	CTSR_BSPLINE = 3,
 	CTSR_LANCZOS = 4,
 	CTSR_SINC_INTERPOLATION = 5,
-	CTSR_DC = 6,   /* B-spline, made consistent with the scan */
-	CTSR_TV = 7,   /* least total variation */
-	CTSR_HTV = 8,  /* least second-order variation */
-	CTSR_PRIOR = 9 /* CTSR_AUTO, and the detail that the slice prior predicts */
+	CTSR_DC = 6,    /* B-spline, made consistent with the scan */
+	CTSR_TV = 7,    /* least total variation */
+	CTSR_HTV = 8,   /* least second-order variation */
+	CTSR_PRIOR = 9, /* CTSR_AUTO, and the detail that the slice prior predicts */
+	CTSR_ARSSR = 10 /* a network of the whole volume, which prior_file names */
 };
 
 enum ctsr_preset {
@@ -254,8 +253,8 @@ typedef struct ctsr_superres_options {
 			   * is refined in slabs, within 0.1 HU RMS of the whole. 0 (default): what
 			   * is free */
 	int iterations;   /* of CTSR_TV and CTSR_HTV, at most; default 300 */
-	double tolerance; /* they stop when an iteration moves less than this, HU RMS; default 0.1
-			   */
+	double tolerance; /* they stop when one moves less, HU RMS; default 0.1 */
+	const ctsr_volume *start; /* begin with it, on the grid of the result; or NULL */
 } ctsr_superres_options;
 
 /* What was done. The caller sets size = sizeof, the library fills in as much as fits. */
@@ -277,9 +276,17 @@ CTSR_API void ctsr_superres_options_init(ctsr_superres_options *o, size_t size);
 /* *out <- the CT on the finer grid over the same field of view. *error, unless error is NULL, <-
  * its predicted error: one standard deviation of each voxel, HU. report may be NULL. o NULL: all
  * defaults. CTSR_USAGE for options that contradict or are out of range; CTSR_INPUT for a prior
- * that is missing or broken; CTSR_NUMBER for voxels that are not finite; CTSR_MEMORY also if the
- * bound is too small; CTSR_CANCELLED. As ct-upsample(1), where methods are explained. */
+ * that is missing or broken, and for values that cannot be HU, or say that they are not (the
+ * metadata key "quantity" has the last word); CTSR_NUMBER for voxels that are not finite;
+ * CTSR_MEMORY also if the bound is too small; CTSR_CANCELLED. As ct-upsample(1), where methods are
+ * explained. */
 CTSR_API int ctsr_superres(ctsr_volume **out, ctsr_volume **error, ctsr_superres_report *report,
+	const ctsr_volume *in, const ctsr_superres_options *o, const ctsr_context *c,
+	ctsr_error *e);
+
+/* The same, with the defaults of ct-upsample(1): CTSR_AUTO, and nothing is measured. */
+CTSR_API void ctsr_upsample_options_init(ctsr_superres_options *o, size_t size);
+CTSR_API int ctsr_upsample(ctsr_volume **out, ctsr_volume **error, ctsr_superres_report *report,
 	const ctsr_volume *in, const ctsr_superres_options *o, const ctsr_context *c,
 	ctsr_error *e);
 
@@ -291,6 +298,12 @@ typedef struct ctsr_projections ctsr_projections;
 
 enum ctsr_beam { CTSR_CONE = 0, CTSR_PARALLEL = 1, CTSR_FAN = 2 };
 
+/* Of small ones under it a large pixel is the central ray, the mean, or they cut at its Nyquist. */
+enum ctsr_pixel { CTSR_PIXEL_POINT = 0, CTSR_PIXEL_MEAN = 1, CTSR_PIXEL_SINC = 2 };
+
+/* Rays through boxes of constant density, exact, or through slices, linear. */
+enum ctsr_integral { CTSR_SIDDON = 0, CTSR_JOSEPH = 1 };
+
 /* A circular scan about world +z through the isocentre. View i is at start + i*arc/views degrees;
  * at 0 degrees the source is at +x. */
 typedef struct ctsr_geometry {
@@ -300,14 +313,20 @@ typedef struct ctsr_geometry {
 	double arc, start;       /* degrees; default 180, 0 */
 	double source_to_centre; /* mm */
 	double source_to_detector;
-	double pitch[2];  /* of pixels along columns and rows, mm */
-	double offset[2]; /* of the detector's centre along columns and rows, mm */
-	double centre[3]; /* isocentre, mm */
-	double window[2]; /* LO, HI in HU: density 0 and 1; default -1024, 3071 */
+	double pitch[2];   /* of pixels along columns and rows, mm */
+	double offset[2];  /* of the detector's centre along columns and rows, mm */
+	double centre[3];  /* isocentre, mm */
+	double window[2];  /* HU of density 0, 1; default: as the metadata say, -1024, 3071 */
+	int overshoot;     /* 1: do not clip what was clipped before it was reduced */
+	size_t coarsen;    /* pixels so many times larger, and so many times fewer; default 1 */
+	int pixel;         /* of enum ctsr_pixel, with coarsen; default CTSR_PIXEL_POINT */
+	int method;        /* of enum ctsr_integral; default CTSR_SIDDON */
+	double photons;    /* that are sent to a pixel, counted; 0 (default): no noise */
+	double electronic; /* standard deviation of the electronics, in photons; default 0 */
+	double water;      /* attenuation of water, 1/mm; default 0.02 */
 } ctsr_geometry;
 
-/* One view: pixel (row, column) lies at centre + (column - (columns-1)/2) u + (row - (rows-1)/2) v.
- */
+/* Pixel (row, column) lies at centre + (column - (columns-1)/2) u + (row - (rows-1)/2) v. */
 typedef struct ctsr_view {
 	double source[3], centre[3], u[3], v[3]; /* mm */
 } ctsr_view;
@@ -329,8 +348,10 @@ CTSR_API float *ctsr_projections_data(const ctsr_projections *p, size_t size[3])
 /* Geometry of view i. CTSR_USAGE if there is none. */
 CTSR_API int ctsr_projections_view(
 	ctsr_view *view, const ctsr_projections *p, size_t i, ctsr_error *e);
-/* *p <- exact line integrals of a volume: voxels are boxes (Siddon 1985). As ct-project(1).
- * CTSR_USAGE; CTSR_GEOMETRY if the source is within the volume; CTSR_NUMBER; CTSR_CANCELLED. */
+/* *p <- line integrals of a volume in HU, or of density if its metadata say so. As ct-project(1),
+ * and the same pixels. CTSR_USAGE, also for a window other than the one that the metadata name;
+ * CTSR_INPUT for another quantity and for values that cannot be HU; CTSR_GEOMETRY if the source is
+ * within the volume; CTSR_NUMBER; CTSR_CANCELLED. */
 CTSR_API int ctsr_project(ctsr_projections **p, const ctsr_volume *v, const ctsr_geometry *g,
 	const ctsr_context *c, ctsr_error *e);
 /* *v <- adjoint of ctsr_project on the grid of `like`, no window: sums of weight x pixel. For
@@ -341,6 +362,42 @@ CTSR_API int ctsr_backproject(ctsr_volume **v, const ctsr_projections *p, const 
  * FBP for parallel rays. As ct-fdk(1). CTSR_GEOMETRY for a scan that has none. */
 CTSR_API int ctsr_fdk(ctsr_volume **v, const ctsr_projections *p, const ctsr_volume *like,
 	const ctsr_context *c, ctsr_error *e);
+
+typedef struct ctsr_ddnm_options {
+	size_t size;
+	/* How the prior is drawn from, and held to the projections, in a word of ct-ddnm(1): ddnm,
+	 * ddnm+, simple, ddim, ddpm, dpm-solver++, gdp, bird, once, none; NULL (default): ddnm+, or
+	 * once. */
+	const char *sampler;
+	size_t factor; /* 2 to 64; 0 (default): as the projections, else the network, say */
+	const char *prior_file; /* or network; NULL (default): the installed one */
+	size_t steps;   /* calls of the network a chain; 0 (default): 50, GDP 1000, BIRD 10 */
+	size_t samples; /* mean of so many a view; 0 (default): 1 */
+	int label;      /* class to draw; -1 (default): the prior is not conditioned */
+	int pixel;      /* CTSR_PIXEL_MEAN or _SINC; -1 (default): as they say, else means */
+	double eta;     /* noise that is drawn anew, 0 to 1; NaN (default): as published */
+	double sigma_y; /* noise where the largest pixel is 1; NaN (default): 0.0015 */
+	double norm;    /* value that the network sees as 1; 0 (default): the largest */
+	const ctsr_projections *init; /* begin with these, of the geometry of the result; or NULL */
+	int start;         /* timestep of 1000 to begin from, with init; -1 (default): 60 */
+	size_t travel[2];  /* after every [0] steps go back, [1] times in all; 0 (default): never */
+	double guidance;   /* of CTSR_GDP; default 2000 */
+	size_t iterations; /* of CTSR_BIRD: chains; default 100 */
+	double rate;       /* of CTSR_BIRD; default 0.001 */
+	int frozen;        /* of CTSR_BIRD, 1: not through the network; default 0 */
+	int first_channel; /* of a prior with colours, 1: the first, 0 (default): their mean */
+} ctsr_ddnm_options;
+
+CTSR_API void ctsr_ddnm_options_init(ctsr_ddnm_options *o, size_t size);
+/* *out <- the projections on a detector that is `factor` times finer, with the same area.
+ * *deviation, unless deviation is NULL, <- the standard deviation of the samples, at least 2. Noise
+ * is drawn from the context's seed. As ct-ddnm(1), and the same pixels. o NULL: all defaults.
+ * CTSR_USAGE for options that contradict each other, the projections or the prior; CTSR_INPUT for a
+ * prior that is missing or broken, and for another quantity; CTSR_GEOMETRY for a fan; CTSR_NUMBER;
+ * CTSR_CANCELLED; CTSR_MEMORY. */
+CTSR_API int ctsr_ddnm(ctsr_projections **out, ctsr_projections **deviation,
+	const ctsr_projections *in, const ctsr_ddnm_options *o, const ctsr_context *c,
+	ctsr_error *e);
 
 /* ----------------------------------------------------------------------------------- Gaussians */
 
@@ -361,11 +418,17 @@ typedef struct ctsr_fit_options {
 	double tolerance; /* end at this part of the error without Gaussians; default 0: never */
 	int full;         /* 1: fit the whole volume, densities >= 0 not enforced; default 0:
 			   * what the projections have beyond those of the base */
+	const ctsr_projections *base_projections; /* NULL (default): computed. Not with full */
+	const ctsr_projections *uncertainty;      /* deviation of each pixel; or NULL */
+	const ctsr_volume *lr; /* low-resolution CT that the sum must reduce to; or NULL */
+	int paper;             /* 1: the published settings; default 0 */
 } ctsr_fit_options;
 
-/* *g <- Gaussians fitted to projections on top of a base volume (HU). As ct-nabgs(1). o NULL: all
- * defaults. CTSR_USAGE;
- * CTSR_GEOMETRY; CTSR_NUMBER if it diverges; CTSR_CANCELLED; CTSR_MEMORY. */
+/* *g <- Gaussians fitted to projections on top of a base volume (HU, or density if its metadata say
+ * so). Projections whose metadata key "overshoot" is there are fitted on a base that is not cut to
+ * the window, too. As ct-nabgs(1), and the same Gaussians. o NULL: all defaults. CTSR_USAGE;
+ * CTSR_INPUT for another quantity, and for windows that differ; CTSR_GEOMETRY for a base that lies
+ * beside the scan, and a fan; CTSR_NUMBER if it diverges; CTSR_CANCELLED; CTSR_MEMORY. */
 CTSR_API int ctsr_gaussians_fit(ctsr_gaussians **g, const ctsr_projections *p,
 	const ctsr_volume *base, const ctsr_fit_options *o, const ctsr_context *c, ctsr_error *e);
 CTSR_API void ctsr_gaussians_free(ctsr_gaussians *g);
@@ -383,6 +446,26 @@ CTSR_API int ctsr_gaussians_voxelise(ctsr_volume **v, const ctsr_gaussians *g,
 /* *p <- their projections in the views of `like`, density x mm. CTSR_GEOMETRY for a fan. */
 CTSR_API int ctsr_gaussians_project(ctsr_projections **p, const ctsr_gaussians *g,
 	const ctsr_projections *like, const ctsr_context *c, ctsr_error *e);
+
+typedef struct ctsr_compose_options {
+	size_t size;
+	double gain;      /* of the residual, -1e3 to 1e3; default 1 */
+	double floor;     /* least value of the result, HU; NaN (default): LO of the window */
+	double spacing;   /* mm of the voxels; NaN (default): the grid of the base */
+	double window[2]; /* HU of density 0 and 1; NaN (default): what the metadata say */
+	const ctsr_volume *residual; /* voxels to add, HU, in place of Gaussians; default NULL */
+	const ctsr_volume *lr;       /* CT that the result is made to agree with; or NULL */
+} ctsr_compose_options;
+
+CTSR_API void ctsr_compose_options_init(ctsr_compose_options *o, size_t size);
+/* *out <- the CT, HU: the base (HU) in the window, and what Gaussians that were fitted on top of it
+ * add. *added, unless added is NULL, <- that alone, HU, before gain and floor. As ct-compose(1),
+ * and the same voxels. o NULL: all defaults. CTSR_USAGE; CTSR_INPUT for another quantity and for
+ * values that cannot be HU; CTSR_GEOMETRY for a residual on another grid; CTSR_NUMBER;
+ * CTSR_CANCELLED; CTSR_MEMORY. */
+CTSR_API int ctsr_compose(ctsr_volume **out, ctsr_volume **added, const ctsr_volume *base,
+	const ctsr_gaussians *g, const ctsr_compose_options *o, const ctsr_context *c,
+	ctsr_error *e);
 
 /* ------------------------------------------------------------------------------------- metrics */
 

@@ -1,0 +1,17 @@
+#!/usr/bin/python3
+"""The paper on a CT: paper.py IN OUT.nii [FACTOR [PRIOR [VIEWS STEPS GAUSSIANS ITERATIONS]]]
+
+The low-resolution CT is projected, a diffusion prior makes its projections FACTOR times finer, Gaussians are fitted to
+what these have beyond the projections of the upsampled CT, and are added to it."""
+import sys
+
+import ctsr
+
+path, out, factor, prior, views, steps, gaussians, iterations = (sys.argv[1:] + [None] * 8)[:8]
+low = ctsr.read(path)
+projections = ctsr.project(low, views=int(views or 100))
+fine = ctsr.ddnm(projections, prior, factor=int(factor or 4), steps=int(steps or 0))
+base = ctsr.upsample(low, factor=int(factor or 4), method='linear')
+added = ctsr.fit(fine, base, gaussians=int(gaussians or 0), iterations=int(iterations or 0))
+print('%d Gaussians' % len(added))
+ctsr.write(ctsr.compose(base, added), out)

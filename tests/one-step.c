@@ -1,0 +1,167 @@
+/* The steps of the paper by libctsr, for t-one-step.sh: one-step STEP IN... OUT [KEY=VALUE...]. The
+ * status is the code of the error, and its message goes to standard error. */
+#include "ctsr/ctsr.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static char **words;
+static ctsr_error e;
+
+static const char *value(const char *key)
+{
+	const size_t n = strlen(key);
+
+	for (char **w = words; *w; w++)
+		if (strncmp(*w, key, n) == 0 && (*w)[n] == '=')
+			return *w + n + 1;
+	return NULL;
+}
+
+static double number(const char *key, double unless)
+{
+	return value(key) ? strtod(value(key), NULL) : unless;
+}
+
+static void window_of(double window[2])
+{
+	if (value("window"))
+		sscanf(value("window"), "%lf:%lf", &window[0], &window[1]);
+}
+
+static int project(ctsr_volume *v, const char *out)
+{
+	ctsr_projections *p = NULL;
+	ctsr_geometry g;
+	int rc = ctsr_geometry_init(&g, sizeof g, v, &e);
+
+	if (rc == 0) {
+		g.views = (size_t)number("views", (double)g.views);
+		g.overshoot = (int)number("overshoot", 0);
+		g.coarsen = (size_t)number("coarsen", 1);
+		g.pixel = (int)number("pixel", 0);
+		window_of(g.window);
+		rc = ctsr_project(&p, v, &g, NULL, &e) || ctsr_projections_write(p, out, NULL, &e);
+	}
+	ctsr_projections_free(p);
+	return rc;
+}
+
+static int fit(ctsr_volume *base, const char *in, const char *out)
+{
+	ctsr_fit_options o = {.size = sizeof o,
+		.gaussians = (size_t)number("gaussians", 0),
+		.iterations = (size_t)number("iterations", 0),
+		.full = (int)number("full", 0)};
+	ctsr_projections *p = NULL;
+	ctsr_gaussians *g = NULL;
+	const int rc = ctsr_projections_read(&p, in, &e) ||
+		       ctsr_gaussians_fit(&g, p, base, &o, NULL, &e) ||
+		       ctsr_gaussians_write(g, out, NULL, &e);
+
+	ctsr_projections_free(p);
+	ctsr_gaussians_free(g);
+	return rc;
+}
+
+static int compose(ctsr_volume *base, const char *in, const char *out)
+{
+	ctsr_compose_options o;
+	ctsr_volume *v = NULL, *lr = NULL;
+	ctsr_gaussians *g = NULL;
+	int rc;
+
+	ctsr_compose_options_init(&o, sizeof o);
+	o.gain = number("gain", o.gain);
+	o.floor = number("floor", o.floor);
+	o.spacing = number("spacing", o.spacing);
+	window_of(o.window);
+	rc = ctsr_gaussians_read(&g, in, &e) ||
+	     (value("lr") && ctsr_volume_read(&lr, value("lr"), ctsr_formats_all(), &e));
+	o.lr = lr;
+	rc = rc || ctsr_compose(&v, NULL, base, g, &o, NULL, &e) ||
+	     ctsr_volume_write(v, out, ctsr_nifti(), NULL, &e);
+	ctsr_volume_free(v);
+	ctsr_volume_free(lr);
+	ctsr_gaussians_free(g);
+	return rc;
+}
+
+static int ddnm(const char *in, const char *out)
+{
+	ctsr_ddnm_options o;
+	ctsr_projections *p = NULL, *to = NULL;
+	int rc;
+
+	ctsr_ddnm_options_init(&o, sizeof o);
+	o.prior_file = value("prior");
+	o.sampler = value("sampler");
+	o.factor = (size_t)number("factor", 0);
+	o.steps = (size_t)number("steps", 0);
+	o.pixel = (int)number("pixel", o.pixel);
+	rc = ctsr_projections_read(&p, in, &e) || ctsr_ddnm(&to, NULL, p, &o, NULL, &e) ||
+	     ctsr_projections_write(to, out, NULL, &e);
+	ctsr_projections_free(p);
+	ctsr_projections_free(to);
+	return rc;
+}
+
+static int degrade(ctsr_volume *in, const char *out)
+{
+	const double x = number("factor", 1);
+	const ctsr_operator o = {.size = sizeof o, .factor = {x, x, x}};
+	ctsr_volume *v = NULL;
+	const int rc = ctsr_degrade(&v, in, &o, NULL, &e) ||
+		       ctsr_volume_write(v, out, ctsr_nifti(), NULL, &e);
+
+	ctsr_volume_free(v);
+	return rc;
+}
+
+/* By ctsr_upsample, or with prior= by ctsr_superres. */
+static int refine(ctsr_volume *in, const char *out)
+{
+	const int prior = value("prior") != NULL;
+	ctsr_superres_options o;
+	ctsr_volume *v = NULL;
+	int rc;
+
+	(prior ? ctsr_superres_options_init : ctsr_upsample_options_init)(&o, sizeof o);
+	o.factor[0] = o.factor[1] = o.factor[2] = number("factor", 0);
+	o.method = (int)number("method", o.method);
+	o.prior_file = value("prior");
+	rc = (prior ? ctsr_superres : ctsr_upsample)(&v, NULL, NULL, in, &o, NULL, &e) ||
+	     ctsr_volume_write(v, out, ctsr_nifti(), NULL, &e);
+	ctsr_volume_free(v);
+	return rc;
+}
+
+int main(int argc, char **argv)
+{
+	ctsr_volume *v = NULL;
+	int rc;
+
+	if (argc < 4)
+		return 99;
+	words = argv + 4;
+	if (strcmp(argv[1], "ddnm") == 0)
+		rc = ddnm(argv[2], argv[3]);
+	else
+		rc = ctsr_volume_read(&v, argv[2], ctsr_formats_all(), &e);
+	if (rc == 0 && strcmp(argv[1], "project") == 0)
+		rc = project(v, argv[3]);
+	else if (rc == 0 && strcmp(argv[1], "fit") == 0)
+		rc = fit(v, argv[3], argv[4]);
+	else if (rc == 0 && strcmp(argv[1], "compose") == 0)
+		rc = compose(v, argv[3], argv[4]);
+	else if (rc == 0 && strcmp(argv[1], "refine") == 0)
+		rc = refine(v, argv[3]);
+	else if (rc == 0 && strcmp(argv[1], "degrade") == 0)
+		rc = degrade(v, argv[3]);
+	ctsr_volume_free(v);
+	if (rc)
+		fprintf(stderr, "%s\n", e.message);
+	return rc ? e.code : 0;
+}

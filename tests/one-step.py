@@ -1,0 +1,73 @@
+"""The steps of the paper by the package for Python, as one-step.c: one-step.py STEP IN... OUT [KEY=VALUE...]. And
+one-step.py same A B...: do all files hold the same numbers?"""
+import sys
+import numpy as np
+import ctsr
+
+METHODS = ('auto', 'linear', 'cubic', 'bspline', 'lanczos', 'sinc', 'dc', 'tv', 'htv', 'prior', 'arssr')
+PIXELS = ('point', 'mean', 'sinc')
+
+
+def numbers(path):
+    if path.endswith('.exr'):
+        return ctsr.read_projections(path).data
+    if path.endswith('.nii'):
+        return ctsr.read(path).data
+    return open(path, 'rb').read().split(b'end_header\n', 1)[1]
+
+
+def same(*paths):
+    first = numbers(paths[0])
+    for p in paths[1:]:
+        x = numbers(p)
+        if isinstance(x, bytes):
+            assert x == first, '%s differs from %s' % (p, paths[0])
+        else:
+            assert x.shape == first.shape and x.tobytes() == first.tobytes(), '%s differs from %s by %g' % (
+                p, paths[0], np.abs(x - first).max() if x.shape == first.shape else np.inf)
+
+
+def window(o):
+    return {'window': [float(x) for x in o['window'].split(':')]} if 'window' in o else {}
+
+
+def whole(o, *keys):
+    return {k: int(o[k]) for k in keys if k in o}
+
+
+def real(o, *keys):
+    return {k: float(o[k]) for k in keys if k in o}
+
+
+def main(step, *words):
+    files = [w for w in words if '=' not in w]
+    o = dict(w.split('=', 1) for w in words if '=' in w)
+    if step == 'same':
+        same(*files)
+    elif step == 'project':
+        ctsr.write_projections(ctsr.project(files[0], pixel=PIXELS[int(o.get('pixel', 0))], **window(o),
+                                            **whole(o, 'views', 'overshoot', 'coarsen')), files[1])
+    elif step == 'fit':
+        ctsr.write_gaussians(ctsr.fit(ctsr.read_projections(files[1]), files[0],
+                                      **whole(o, 'gaussians', 'iterations', 'full')), files[2])
+    elif step == 'compose':
+        ctsr.write(ctsr.compose(files[0], ctsr.read_gaussians(files[1]), lr=o.get('lr'), **window(o),
+                                **real(o, 'gain', 'floor', 'spacing')), files[2])
+    elif step == 'ddnm':
+        ctsr.write_projections(ctsr.ddnm(ctsr.read_projections(files[0]), o.get('prior'), o.get('sampler'),
+                                         pixel=PIXELS[int(o['pixel'])] if 'pixel' in o else None,
+                                         **whole(o, 'factor', 'steps')), files[1])
+    elif step == 'degrade':
+        ctsr.write(ctsr.degrade(files[0], float(o['factor'])), files[1])
+    elif step == 'refine':
+        f = ctsr.superres if 'prior' in o else ctsr.upsample
+        how = {'method': METHODS[int(o['method'])]} if 'method' in o else {}
+        ctsr.write(f(files[0], prior=o.get('prior'), **real(o, 'factor'), **how), files[1])
+
+
+if __name__ == '__main__':
+    try:
+        main(*sys.argv[1:])
+    except ctsr.Error as e:
+        print(e, file=sys.stderr)
+        sys.exit(e.status)

@@ -1,0 +1,123 @@
+#!/bin/sh
+# One step, one function: a command, libctsr and the package for Python make the same of the same, and refuse the same in
+# the same words.
+unset CTSR_CPU
+. "$srcdir/tests/tap.sh"
+lib=$(ls "$builddir"/libctsr.so.0 2>/dev/null)
+if [ -z "$lib" ] || ! python_with numpy; then echo '1..0 # SKIP no shared library, or no numpy'; exit 0; fi
+! sanitized ct-project || { echo '1..0 # SKIP sanitizers are not of Python'; exit 0; }
+CTSR_LIBRARY=$lib PYTHONDONTWRITEBYTECODE=1 PYTHONPATH="$srcdir/python"; export CTSR_LIBRARY PYTHONDONTWRITEBYTECODE PYTHONPATH
+c() { "$builddir/tests/one-step" "$@"; }
+py() { "$PY" "$srcdir/tests/one-step.py" "$@"; }
+# step NAME END STEP 'IN...' 'KEY=VALUE...' COMMAND...: the three make OUT, which ends so; the command's is OUT in COMMAND
+step() {
+	name_=$1 end_=$2 step_=$3 in_=$4 how_=$5; shift 5
+	n=$((n + 1))
+	# shellcheck disable=SC2086
+	{ exits 0 "$name_" "$@" "a$n.$end_"; exits 0 'by the library' c $step_ $in_ "b$n.$end_" $how_; exits 0 'by Python' py $step_ $in_ "c$n.$end_" $how_; }
+	exits 0 'the same numbers' py same "a$n.$end_" "b$n.$end_" "c$n.$end_"
+}
+# refused NAME STATUS END STEP 'IN...' 'KEY=VALUE...' COMMAND...: with the same words behind the name of the file or argument
+refused() {
+	name_=$1 status_=$2 end_=$3 step_=$4 in_=$5 how_=$6; shift 6
+	exits "$status_" "$name_" "$@" "no.$end_"; words 's/^ct-[a-z]*: //' >want
+	# shellcheck disable=SC2086
+	{ exits "$status_" 'by the library' c $step_ $in_ "no.$end_" $how_; words >got; }
+	# shellcheck disable=SC2086
+	{ exits "$status_" 'by Python' py $step_ $in_ "no.$end_" $how_; words >too; }
+	cmp -s want got && cmp -s got too; ok $? 'in the same words'
+	cmp -s want got && cmp -s got too || sed 's/^/# /' want got too
+	[ ! -e "no.$end_" ]; ok $? 'and makes nothing'
+}
+# The message, without the name, the dashes of options, and what only a command or only a call can do about it.
+words() { sed "$1; s/^[^: ]*: //; s/--//g; s/ (but see .*//; s/low\.exr/projections/; 1q" err; }
+n=0
+ct-phantom -q --size 24x24x24 --spacing 2 ellipsoids fine.nii && ct-degrade -q -x 2 fine.nii lr.nii && ct-degrade -q -x 2,2,1 fine.nii lr-axes.nii &&
+	ct-upsample -q -m linear lr.nii up.nii && ct-upsample -q -m linear lr-axes.nii up-axes.nii; ok $? 'a phantom'
+"$PY" - <<'PY'
+import ctsr, numpy as np
+def put(name, image, **meta):
+    image.meta.update(meta)
+    image.meta.pop('input', None)
+    ctsr.write(image, name)
+up = ctsr.read('up.nii')
+up.affine[0, 3] += 5000
+put('beside.nii', up)
+hu = ctsr.read('up.nii')
+put('mu.nii', ctsr.Image(hu.data, hu.affine), quantity='mu')
+put('grey.nii', ctsr.Image((np.clip(hu.data, -1024, 3071) + 1024) / 4095, hu.affine))
+plain = ctsr.read('fine.nii')
+plain.meta.pop('window')
+put('plain.nii', plain)
+clipped = ctsr.read('fine.nii')
+clipped.meta.pop('window')
+clipped.data = np.clip(clipped.data, -1000, 500)
+put('clipped.nii', clipped, clip='-1000:500')
+put('wide.nii', ctsr.Image(hu.data, hu.affine), window='-1024:2000')
+PY
+ok $? 'and others'
+ct-degrade -q -x 2 clipped.nii over.nii; ok $? 'one that has overshoots'
+
+# Projections.
+step 'a volume is projected' exr project fine.nii 'views=6' ct-project -q -n 6 fine.nii
+step 'overshoots' exr project over.nii 'views=6 overshoot=1 window=-1000:500' ct-project -q -n 6 --overshoot -w -1000:500 over.nii
+py same a2.exr b2.exr && ! py same a2.exr a1.exr 2>/dev/null; ok $? 'which are others'
+step 'large pixels' exr project fine.nii 'views=6 coarsen=4 pixel=1' ct-project -q -n 6 --coarsen 4 --pixel mean fine.nii
+step 'a narrow window' exr project plain.nii 'views=6 window=-200:300' ct-project -q -n 6 -w -200:300 plain.nii
+step 'the window of the volume' exr project wide.nii 'views=6' ct-project -q -n 6 wide.nii
+step 'a factor an axis' exr project lr-axes.nii 'views=6' ct-project -q -n 6 lr-axes.nii
+refused 'another quantity' 3 exr project mu.nii 'views=6' ct-project -q -n 6 mu.nii
+refused 'another window' 2 exr project wide.nii 'views=6 window=0:100' ct-project -q -n 6 -w 0:100 wide.nii
+
+# Gaussians on a base.
+few='gaussians=200 iterations=20'; with='-g 200 -n 20'
+ct-project -q -n 6 over.nii over.exr && ct-project -q -n 6 fine.nii fine.exr && ct-project -q -n 6 --overshoot -w -1000:500 over.nii open.exr
+ct-upsample -q -m linear over.nii over-up.nii
+step 'Gaussians' ply fit 'up.nii fine.exr' "$few" ct-nabgs -q $with -b up.nii fine.exr
+step 'with overshoots' ply fit 'over-up.nii open.exr' "$few" ct-nabgs -q $with -b over-up.nii open.exr
+step 'a factor an axis' ply fit 'up-axes.nii fine.exr' "$few" ct-nabgs -q $with -b up-axes.nii fine.exr
+step 'the whole' ply fit 'up.nii fine.exr' "$few full=1" ct-nabgs -q $with -m full -b up.nii fine.exr
+refused 'a base beside the scan' 5 ply fit 'beside.nii fine.exr' "$few" ct-nabgs -q $with -b beside.nii fine.exr
+refused 'a base of another quantity' 3 ply fit 'mu.nii fine.exr' "$few" ct-nabgs -q $with -b mu.nii fine.exr
+refused 'a base that is no HU' 3 ply fit 'grey.nii fine.exr' "$few" ct-nabgs -q $with -b grey.nii fine.exr
+
+# A base and Gaussians.
+g1=a7.ply g2=a8.ply g4=a10.ply
+step 'composed' nii compose "up.nii $g1" '' ct-compose -q up.nii $g1
+step 'with overshoots' nii compose "over-up.nii $g2" 'gain=0.5 floor=-2000' ct-compose -q -g 0.5 --floor=-2000 over-up.nii $g2
+step 'the whole' nii compose "up.nii $g4" '' ct-compose -q up.nii $g4
+step 'on other voxels' nii compose "up-axes.nii $g1" 'spacing=3' ct-compose -q -s 3 up-axes.nii $g1
+step 'in agreement with a scan' nii compose "up.nii $g1" 'lr=lr.nii' ct-compose -q --consistent lr.nii up.nii $g1
+refused 'another quantity' 3 nii compose "mu.nii $g1" '' ct-compose -q mu.nii $g1
+refused 'no HU' 3 nii compose "grey.nii $g1" '' ct-compose -q grey.nii $g1
+
+# A coarser grid.
+step 'degraded' nii degrade fine.nii 'factor=2' ct-degrade -q -x 2 --sigma 0 fine.nii
+refused 'no HU is not degraded' 3 nii degrade grey.nii 'factor=2' ct-degrade -q -x 2 --sigma 0 grey.nii
+
+# Projections on a finer detector.
+ct-project -q -n 2 --det 32 --coarsen 4 --pixel mean fine.nii low.exr && ct-project -q -n 2 --det 32 --coarsen 4 --pixel sinc fine.nii sinc.exr; ok $? 'projections'
+prior=$srcdir/src/prior/prior.safetensors rdn=$srcdir/src/prior/rdn-4.safetensors
+step 'a prior' exr ddnm low.exr "steps=3 prior=$prior" ct-ddnm -q -n 3 -p "$prior" low.exr
+step 'another sampler, of other pixels' exr ddnm sinc.exr "steps=3 prior=$prior sampler=ddim" ct-ddnm -q -n 3 --sampler ddim -p "$prior" sinc.exr
+step 'a network of super-resolution' exr ddnm low.exr "prior=$rdn" ct-ddnm -q -p "$rdn" low.exr
+step 'no network' exr ddnm low.exr 'sampler=none' ct-ddnm -q --sampler none low.exr
+refused 'another factor' 2 exr ddnm low.exr "factor=2 prior=$prior" ct-ddnm -q -x 2 -p "$prior" low.exr
+refused 'a sampler that is not for the network' 2 exr ddnm low.exr "sampler=ddim prior=$rdn" ct-ddnm -q --sampler ddim -p "$rdn" low.exr
+refused 'Gaussians for a prior' 3 exr ddnm low.exr "prior=$g1" ct-ddnm -q -p "$g1" low.exr
+
+# The paper: the examples, and the commands one after the other.
+ct-project -q -n 4 lr.nii p.exr && ct-ddnm -q -x 2 -n 2 -p "$prior" p.exr p4.exr && ct-upsample -q -x 2 -m linear lr.nii p.nii &&
+	ct-nabgs -q -g 100 -n 10 -b p.nii p4.exr p.ply && ct-compose -q p.nii p.ply paper-a.nii; ok $? 'the commands of the paper'
+exits 0 'the example in C' "$builddir/examples/paper" lr.nii paper-b.nii 2 "$prior" 4 2 100 10
+exits 0 'in Python' "$PY" "$srcdir/examples/paper.py" lr.nii paper-c.nii 2 "$prior" 4 2 100 10
+exits 0 'make the same CT' py same paper-a.nii paper-b.nii paper-c.nii
+
+# A finer grid.
+slices=$builddir/slices.safetensors
+step 'interpolated' nii refine lr.nii 'factor=2 method=2' ct-upsample -q -x 2 -m cubic lr.nii
+step 'inverted' nii refine lr-axes.nii '' ct-upsample -q lr-axes.nii
+step 'with a prior' nii refine lr.nii "prior=$slices" ct-upsample -q -m prior -p "$slices" lr.nii
+refused 'no HU' 3 nii refine grey.nii 'factor=2 method=2' ct-upsample -q -x 2 -m cubic grey.nii
+refused 'nor for a prior' 3 nii refine grey.nii "factor=2 prior=$slices" ct-sr -q -x 2 grey.nii
+done_testing
