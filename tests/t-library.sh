@@ -31,7 +31,7 @@ nm "$a" 2>/dev/null | awk '/\.o:$/ { o = $0 }
 sed 's/^/# /' calls
 # Data that can change: the level of the processor, files to remove, the wish of the command line.
 nm "$a" 2>/dev/null | awk '/\.o:$/ { o = $0 } $2 ~ /^[bBC]$/ { print o, $3 }' |
-	grep -v -e '^simd.o: chosen$' -e '^temp.o: own$' -e '^units.o: said$' -e '__odr_asan' -e '\.[0-9]*$' >state
+	grep -v -e '^simd.o: chosen$' -e '^temp.o: table$' -e '^units.o: said$' -e '__odr_asan' -e '\.[0-9]*$' >state
 [ ! -s state ]; ok $? 'it has no global state'
 sed 's/^/# /' state
 
