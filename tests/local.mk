@@ -255,6 +255,8 @@ endif
 dist_check_SCRIPTS += tests/t-levels.sh
 check_PROGRAMS += tests/t-solve
 tests_t_solve_SOURCES = tests/t-solve.c
+check_PROGRAMS += tests/t-trainer
+tests_t_trainer_SOURCES = tests/t-trainer.c
 dist_check_SCRIPTS += tests/t-resume.sh tests/t-chain.sh tests/t-stop.sh tests/t-neighbours.sh tests/t-faults.sh tests/t-make.sh
 dist_check_SCRIPTS += tests/t-pipeline.sh tests/t-contradictions.sh tests/t-modes.sh tests/t-paper.sh
 include tests/fuzz/local.mk

@@ -239,12 +239,14 @@ static void test_steps(void)
 	must(ct_arssr_train_restore(t[1], &w, &err));
 	for (int i = 0; i < 2; i++)
 		must(ct_arssr_train_step(t[1], &loss, &err));
-	OK(memcmp(t[0]->mean, t[1]->mean, t[0]->net.n * sizeof *t[0]->mean) == 0,
+	OK(memcmp(t[0]->trainer.average, t[1]->trainer.average,
+		   t[0]->net.n * sizeof *t[0]->trainer.average) == 0,
 		"stopped, restored, three threads: the same bytes");
 	must(ct_arssr_train_held(t[0], v, 2, 5, &held[0], &err));
 	must(ct_arssr_train_held(t[1], v, 2, 5, &held[1], &err));
 	OK(held[0] > 0 && fabs(held[0] - held[1]) == 0 &&
-			memcmp(t[0]->net.all, t[1]->net.all, t[0]->net.n * sizeof *t[0]->mean) == 0,
+			memcmp(t[0]->net.all, t[1]->net.all,
+				t[0]->net.n * sizeof *t[0]->trainer.average) == 0,
 		"a validation changes nothing");
 	ct_tensors_free(&w);
 	for (int i = 0; i < 2; i++) {
@@ -261,10 +263,10 @@ static struct ct_arssr_train *stepped(const struct ct_vol *v, const double rate[
 	double loss;
 
 	memcpy(first, t->net.all, t->net.n * sizeof *first);
-	t->rule.steps = 2;
-	t->rule.cosine = rate[1] < 0;
+	t->trainer.rule.steps = 2;
+	t->trainer.rule.cosine = rate[1] < 0;
 	for (int i = 0; i < 2; i++) {
-		t->rule.rate = rate[t->rule.cosine ? 0 : i];
+		t->trainer.rule.adam.lr = rate[t->trainer.rule.cosine ? 0 : i];
 		must(ct_arssr_train_step(t, &loss, &err));
 		if (i == 0)
 			memcpy(first + t->net.n, t->net.all, t->net.n * sizeof *first);
@@ -292,7 +294,7 @@ static void test_rates(void)
 		const double one = (2 * (double)first[i] + 9 * (double)first[net.n + i]) / 11;
 		const double two = (3 * one + 9 * (double)t[1]->net.all[i]) / 12;
 
-		worst = fmax(worst, fabs(two - (double)t[1]->mean[i]));
+		worst = fmax(worst, fabs(two - (double)t[1]->trainer.average[i]));
 	}
 	OK(worst < 1e-7, "the mean of the weights begins short (%.2g)", worst);
 	for (int i = 0; i < 2; i++)

@@ -91,6 +91,6 @@ slices four --expert=lr=1,ema=0 -n 30 --patience 2 --with two.safetensors
 is 'course("four", 30, 2) and held("four")[-1][0] < 30' 'slices are judged, too'
 ct-info -v four.safetensors >out; has out '^  *4.shape' 'the net that was trained'
 is 'values("two.safetensors", "2.w1") == values("four.safetensors", "2.w1")' 'and the one beside it'
-is 'values("four.safetensors.state", "average.spread") == (1, 0, 0) != values("four.safetensors", "4.spread")' \
+is 'values("four.safetensors.state", "network.spread") == (1, 0, 0) != values("four.safetensors", "4.spread")' \
 	'what the error is was found at the end'
 done_testing

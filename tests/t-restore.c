@@ -182,7 +182,7 @@ static struct ct_learn *school(const struct ct_example *e, size_t n, size_t step
 	must(ct_learn_alloc(&l, &r, &rule, e, n - 1, env, &err));
 	must(ct_learn_begin(l, &err));
 	must(ct_learn_gain(l, e + n - 1, 1, &gain[0], &err));
-	while (l->steps < steps)
+	while (l->trainer.steps < steps)
 		must(ct_learn_step(l, &loss, &err));
 	must(ct_learn_gain(l, e + n - 1, 1, &gain[1], &err));
 	return l;

@@ -6,7 +6,7 @@
 
 static bool same_state(const struct ct_tensors *a, const struct ct_tensors *b)
 {
-	static const char *const names[] = {"param", "ema", "adam.m", "adam.v"};
+	static const char *const names[] = {"weights", "average", "adam.m", "adam.v"};
 
 	for (int i = 0; i < 4; i++) {
 		const struct ct_tensor *x = vector(a, names[i]), *y = vector(b, names[i]);
@@ -101,7 +101,7 @@ static void no_state(struct ct_train *t, const struct ct_tensors *w, enum ct_cod
 
 static void bad_states(const struct ct_env *env)
 {
-	static const char *const names[] = {"param", "ema", "adam.m", "adam.v"};
+	static const char *const names[] = {"weights", "average", "adam.m", "adam.v"};
 	struct ct_train_opts o;
 	struct ct_unet_arch a;
 	struct ct_train *t = NULL;
@@ -168,7 +168,7 @@ static void failed_steps(const struct ct_env *quiet)
 	picture(&s, 20, 24);
 	must(ct_train_alloc(&t, &a, &o, &s, &env, &err));
 	must(ct_train_save(t, &before, &err));
-	p = ct_tensors_find(&before, "param");
+	p = ct_tensors_find(&before, "weights");
 	n = ct_tensor_count(p);
 	p->data[n - 1] = 1e25f; /* its bias */
 	for (size_t i = n - 1 - 32 * 9; i < n - 1; i++)

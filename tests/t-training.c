@@ -199,14 +199,14 @@ static void losses(const struct ct_env *env)
 	ct_pictures_free(&other);
 }
 
-/* Largest |ema' - (d ema + (1 - d) param')| over a step, d = min(ema, (1 + n) / (10 + n)). */
+/* Largest |ema' - (d ema + (1 - d) param')| over a step, d = min(ema, (2 + n) / (11 + n)). */
 static double averaged(const struct ct_train_opts *o, const struct ct_tensors *before,
 	const struct ct_tensors *after, double n)
 {
-	const struct ct_tensor *was = ct_tensors_find(before, "ema");
-	const struct ct_tensor *is = ct_tensors_find(after, "ema");
-	const struct ct_tensor *param = ct_tensors_find(after, "param");
-	double d = fmin(o->ema, (1 + n) / (10 + n)), worst = 0;
+	const struct ct_tensor *was = ct_tensors_find(before, "average");
+	const struct ct_tensor *is = ct_tensors_find(after, "average");
+	const struct ct_tensor *param = ct_tensors_find(after, "weights");
+	double d = fmin(o->ema, (2 + n) / (11 + n)), worst = 0;
 
 	for (size_t i = 0; i < ct_tensor_count(is); i++)
 		worst = fmax(worst, fabs((double)is->data[i] - d * (double)was->data[i] -
@@ -223,7 +223,7 @@ static void warm_up(const struct ct_env *env)
 	double loss, worst = 0, rate = 0;
 
 	options(&o, &a);
-	o.ema = 0.2; /* reached in the third step: 1/10, 2/11, 3/12 */
+	o.ema = 0.2; /* reached in the second step: 2/11, 3/12 */
 	o.warmup = 2;
 	o.cosine = true;
 	o.steps = 6;
@@ -286,7 +286,7 @@ static float *gradient(const struct ct_train_opts *o, const struct ct_unet_arch 
 static void step_by_hand(const struct ct_train_opts *o, const struct ct_tensors *before,
 	const struct ct_tensors *after, uint64_t step, const float *g, double scale)
 {
-	const struct ct_tensor *p = vector(before, "param"), *q = vector(after, "param");
+	const struct ct_tensor *p = vector(before, "weights"), *q = vector(after, "weights");
 	const struct ct_tensor *m = vector(before, "adam.m"), *n = vector(after, "adam.m");
 	const struct ct_tensor *v = vector(before, "adam.v"), *w = vector(after, "adam.v");
 	const struct ct_adamw *a = &o->adam;
@@ -338,8 +338,8 @@ static void steps(const struct ct_env *env)
 		must(ct_train_save(t, &before, &err));
 		must(ct_train_step(t, &loss, &err));
 		must(ct_train_save(t, &after, &err));
-		g = gradient(&o, &a, &s, vector(&before, "param"), 3);
-		norm = sqrt(dot(ct_tensor_count(vector(&before, "param")), g, g));
+		g = gradient(&o, &a, &s, vector(&before, "weights"), 3);
+		norm = sqrt(dot(ct_tensor_count(vector(&before, "weights")), g, g));
 		OK(!clip || o.clip < 0.7 * norm, "clip %g of %g", o.clip, norm);
 		step_by_hand(&o, &before, &after, 3, g, clip ? o.clip / norm : 1);
 		free(g);

@@ -4,7 +4,6 @@
 #include "core/mem.h"
 #include "core/rng.h"
 #include "resolution/degrade.h"
-#include "solve/adam.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -193,7 +192,7 @@ static void one(void *arg, size_t i, size_t worker)
 	const struct pass *p = arg;
 	struct ct_arssr_train *t = p->t;
 	struct ct_arssr_piece *piece = &t->side[worker].piece;
-	float *grad = p->learns ? t->grad + i * t->net.n : NULL;
+	float *grad = p->learns ? t->trainer.grad + i * t->net.n : NULL;
 	struct ct_err *e = &t->failed[i];
 
 	if (ct_arssr_piece_draw(piece, &t->rule.piece, p->v, p->n, p->first + i, e))
@@ -226,29 +225,17 @@ static int go(double *sum, const struct pass *p, size_t pieces, struct ct_err *e
 int ct_arssr_train_step(struct ct_arssr_train *t, double *loss, struct ct_err *e)
 {
 	const struct ct_arssr_train_rule *r = &t->rule;
-	const struct pass p = {t, t->v, t->volumes, t->steps * r->batch, true};
+	const struct pass p = {t, t->v, t->volumes, t->trainer.steps * r->batch, true};
 	const double scale = 1 / (double)(r->batch * t->side->piece.points);
-	const size_t n = t->net.n;
-	struct ct_adamw adam = ct_adamw_default();
-	double sum = 0, square;
+	double sum = 0;
 
 	if (go(&sum, &p, r->batch, e))
 		return -1;
 	*loss = sum * scale;
-	square = CT_SIMD(ct_adam_gradient)(n, t->grad, r->batch, n, (float)scale);
-	if (!isfinite(*loss) || !isfinite(square))
-		return ct_fail(e, CT_ENUMERIC, "the training diverged at step %llu",
-			(unsigned long long)t->steps + 1);
-	adam.lr = r->rate;
-	if (r->cosine)
-		adam.lr *= 0.5 * (1 + cos(M_PI * (double)t->steps / (double)r->steps));
-	adam.decay = r->decay;
-	t->steps++;
-	CT_SIMD(ct_adamw_step)(&adam, t->steps, n, t->net.all, t->moment, t->moment + n, t->grad);
-	CT_SIMD(ct_adam_average)
-	(fmin(r->average, (1 + (double)t->steps) / (10 + (double)t->steps)), n, t->mean,
-		t->net.all);
-	return ct_dnn_refresh(t->dnn, t->env.par, e);
+	return ct_trainer_step(&t->trainer, *loss, scale, e) ||
+			       ct_dnn_refresh(t->dnn, t->env.par, e)
+		       ? -1
+		       : 0;
 }
 
 /* The average of the weights and those in training change places. */
@@ -257,8 +244,8 @@ static int swap(struct ct_arssr_train *t, struct ct_err *e)
 	for (size_t i = 0; i < t->net.n; i++) {
 		const float was = t->net.all[i];
 
-		t->net.all[i] = t->mean[i];
-		t->mean[i] = was;
+		t->net.all[i] = t->trainer.average[i];
+		t->trainer.average[i] = was;
 	}
 	return ct_dnn_refresh(t->dnn, t->env.par, e);
 }
@@ -296,21 +283,24 @@ static int side_alloc(
 static int alloc(struct ct_arssr_train *t, struct ct_err *e)
 {
 	const size_t sides = ct_par_threads(t->env.par), batch = t->rule.batch;
-	size_t n, grads;
+	const struct ct_arssr_train_rule *r = &t->rule;
+	struct ct_trainer_rule step = {.adam = ct_adamw_default(),
+		.steps = r->steps,
+		.cosine = r->cosine,
+		.average = r->average};
 
+	step.adam.lr = r->rate;
+	step.adam.decay = r->decay;
 	if (ct_arssr_alloc(&t->net, e))
 		return -1;
-	n = t->net.n;
-	if (ct_size_mul(&grads, 3 + batch, n, "gradients", e) ||
-		ct_alloc0(&t->mean, grads, sizeof *t->mean, e) ||
+	if (ct_trainer_alloc(
+		    &t->trainer, &step, t->net.n, batch, t->net.all, NULL, t->env.par, e) ||
 		ct_alloc0(&t->side, sides, sizeof *t->side, e) ||
 		ct_alloc0(&t->loss, batch, sizeof *t->loss, e) ||
 		ct_alloc0(&t->failed, batch, sizeof *t->failed, e) || ct_dnn_alloc(&t->dnn, e))
 		return -1;
-	t->moment = t->mean + n;
-	t->grad = t->moment + 2 * n;
 	ct_arssr_begin(&t->net, t->rule.piece.seed);
-	memcpy(t->mean, t->net.all, n * sizeof *t->mean);
+	memcpy(t->trainer.average, t->net.all, t->net.n * sizeof *t->net.all);
 	t->sides = sides;
 	for (size_t i = 0; i < sides; i++)
 		if (side_alloc(&t->side[i], t, e))
@@ -355,7 +345,7 @@ void ct_arssr_train_free(struct ct_arssr_train *t)
 	}
 	ct_dnn_free(t->dnn);
 	ct_arssr_free(&t->net);
-	free(t->mean);
+	ct_trainer_free(&t->trainer);
 	free(t->side);
 	free(t->loss);
 	free(t->failed);
@@ -374,42 +364,18 @@ double ct_arssr_train_bytes(const struct ct_arssr_train *t)
 
 int ct_arssr_train_save(const struct ct_arssr_train *t, struct ct_tensors *w, struct ct_err *e)
 {
-	const size_t n = t->net.n, moments = 2 * n;
-
-	return ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu", (unsigned long long)t->steps) ||
-			       ct_arssr_put(&t->net, t->mean, w, e) ||
-			       ct_tensors_put(w, "weights", 1, &n, t->net.all, e) ||
-			       ct_tensors_put(w, "moments", 1, &moments, t->moment, e)
-		       ? -1
-		       : 0;
+	return ct_arssr_describe(&t->net, &w->meta, e) || ct_trainer_save(&t->trainer, w, e) ? -1
+											     : 0;
 }
 
 int ct_arssr_train_restore(struct ct_arssr_train *t, const struct ct_tensors *w, struct ct_err *e)
 {
-	const size_t n = t->net.n;
-	const float *weights, *moments;
-	struct ct_arssr mean = {0};
-	double step;
-	int rc = -1;
+	struct ct_arssr is = {0};
 
-	if (ct_meta_numbers(&w->meta, CT_META_STEP, 1, &step, e) || !(step >= 0 && step < 0x1p53))
-		return ct_fail(e, CT_EINPUT, "not the state of a training: no \"step\"");
-	if (ct_arssr_get(&mean, w, e))
-		goto out;
-	if (memcmp(&mean.shape, &t->net.shape, sizeof mean.shape) != 0) {
-		ct_fail(e, CT_EINPUT, "not the state of this training: another network");
-		goto out;
-	}
-	weights = ct_tensors_vector(w, "weights", n, e);
-	moments = weights ? ct_tensors_vector(w, "moments", 2 * n, e) : NULL;
-	if (!moments)
-		goto out;
-	memcpy(t->net.all, weights, n * sizeof *weights);
-	memcpy(t->moment, moments, 2 * n * sizeof *moments);
-	memcpy(t->mean, mean.all, n * sizeof *mean.all);
-	t->steps = (uint64_t)step;
-	rc = ct_dnn_refresh(t->dnn, t->env.par, e);
-out:
-	ct_arssr_free(&mean);
-	return rc;
+	if (ct_arssr_described(&is, &w->meta, e))
+		return -1;
+	if (memcmp(&is.shape, &t->net.shape, sizeof is.shape) != 0)
+		return ct_fail(e, CT_EINPUT, "not the state of this training: another network");
+	return ct_trainer_restore(&t->trainer, w, e) || ct_dnn_refresh(t->dnn, t->env.par, e) ? -1
+											      : 0;
 }

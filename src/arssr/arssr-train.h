@@ -9,6 +9,7 @@
 #include "arssr/decoder.h"
 #include "arssr/encoder.h"
 #include "core/vol.h"
+#include "solve/trainer.h"
 
 /* A piece: a cube of a volume at a random place, the same reduced by a random factor as a
  * band-limited scanner does (P1 of resolution/degrade.h), and random voxels of it. A function of
@@ -58,9 +59,8 @@ struct ct_arssr_train {
 	struct ct_env env;
 	const struct ct_vol *v;
 	size_t volumes;
-	struct ct_arssr net; /* in training */
-	float *mean, *moment, *grad;
-	uint64_t steps; /* that are done */
+	struct ct_arssr net;       /* in training */
+	struct ct_trainer trainer; /* an accumulator a cube */
 	struct ct_dnn *dnn;
 	size_t sides;
 	struct ct_arssr_train_side *side; /* [sides], one a thread */

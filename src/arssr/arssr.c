@@ -172,16 +172,41 @@ static size_t tensor_of(
 	return bias ? l->bias : l->weight;
 }
 
-int ct_arssr_put(const struct ct_arssr *a, const float *all, struct ct_tensors *w, struct ct_err *e)
+int ct_arssr_describe(const struct ct_arssr *a, struct ct_meta *m, struct ct_err *e)
 {
 	struct ct_arssr_shape shape = a->shape;
+
+	for (size_t i = 0; i < KEYS; i++)
+		if (ct_meta_setf(m, e, keys[i].name, "%zu", *word_of(&shape, i)))
+			return -1;
+	return ct_meta_setf(m, e, CT_META_WINDOW, "%.9g:%.9g", a->window[0], a->window[1]);
+}
+
+int ct_arssr_described(struct ct_arssr *a, const struct ct_meta *m, struct ct_err *e)
+{
+	const char *window = ct_meta_get(m, CT_META_WINDOW);
+
+	a->shape = (struct ct_arssr_shape)CT_ARSSR_PUBLISHED;
+	memcpy(a->window, usual, sizeof a->window);
+	for (size_t i = 0; i < KEYS; i++) {
+		const char *value = ct_meta_get(m, keys[i].name);
+
+		if (value && ct_arssr_shape_set(&a->shape, keys[i].name, value, e)) {
+			e->code = CT_EINPUT;
+			return -1;
+		}
+	}
+	if (window && !ct_words_numbers(window, ':', 2, false, a->window))
+		return ct_fail(e, CT_EINPUT, "window \"%.40s\": expected LO:HI", window);
+	return 0;
+}
+
+int ct_arssr_put(const struct ct_arssr *a, const float *all, struct ct_tensors *w, struct ct_err *e)
+{
 	char name[104];
 	size_t rank, dim[5];
 
-	for (size_t i = 0; i < KEYS; i++)
-		if (ct_meta_setf(&w->meta, e, keys[i].name, "%zu", *word_of(&shape, i)))
-			return -1;
-	if (ct_meta_setf(&w->meta, e, CT_META_WINDOW, "%.9g:%.9g", a->window[0], a->window[1]))
+	if (ct_arssr_describe(a, &w->meta, e))
 		return -1;
 	for (size_t i = 0; i < 2 * a->layers; i++) {
 		const size_t at = tensor_of(name, &rank, dim, &a->layer[i / 2], i % 2);
@@ -194,26 +219,13 @@ int ct_arssr_put(const struct ct_arssr *a, const float *all, struct ct_tensors *
 
 int ct_arssr_get(struct ct_arssr *a, const struct ct_tensors *w, struct ct_err *e)
 {
-	const char *window = ct_meta_get(&w->meta, CT_META_WINDOW);
 	char name[104];
 	size_t rank, dim[5];
 
 	if (!ct_tensors_find(w, "encoder.sfe1.weight"))
 		return ct_fail(e, CT_EINPUT, "is no prior of volumes: no tensor \"%s\"",
 			"encoder.sfe1.weight");
-	a->shape = (struct ct_arssr_shape)CT_ARSSR_PUBLISHED;
-	memcpy(a->window, usual, sizeof a->window);
-	for (size_t i = 0; i < KEYS; i++) {
-		const char *value = ct_meta_get(&w->meta, keys[i].name);
-
-		if (value && ct_arssr_shape_set(&a->shape, keys[i].name, value, e)) {
-			e->code = CT_EINPUT;
-			return -1;
-		}
-	}
-	if (window && !ct_words_numbers(window, ':', 2, false, a->window))
-		return ct_fail(e, CT_EINPUT, "window \"%.40s\": expected LO:HI", window);
-	if (plan(a, e))
+	if (ct_arssr_described(a, &w->meta, e) || plan(a, e))
 		return -1;
 	for (size_t i = 0; i < 2 * a->layers; i++) { /* before as much is allocated */
 		tensor_of(name, &rank, dim, &a->layer[i / 2], i % 2);

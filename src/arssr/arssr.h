@@ -66,6 +66,9 @@ size_t ct_arssr_reach(const struct ct_arssr_shape *s);
 /* Multiply-adds of a LR voxel, and of a voxel of the result. */
 void ct_arssr_work(const struct ct_arssr *a, double *encoder, double *decoder);
 
+/* The metadata of a network, and shape and window of it. CT_EINPUT. */
+int ct_arssr_describe(const struct ct_arssr *a, struct ct_meta *m, struct ct_err *e);
+int ct_arssr_described(struct ct_arssr *a, const struct ct_meta *m, struct ct_err *e);
 /* The tensors and the metadata of the network `a` with these weights. */
 int ct_arssr_put(
 	const struct ct_arssr *a, const float *all, struct ct_tensors *w, struct ct_err *e);

@@ -11,7 +11,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CHUNK = 1 << 15 };                /* parameters a task */
 enum draw { PIECE, TIME, NOISE, DRAWS }; /* streams of a sample */
 
 /* Scratch of one thread. */
@@ -28,12 +27,10 @@ struct ct_train {
 	const struct ct_env *env;
 	struct ct_schedule schedule;
 	struct ct_measurement op; /* A, of super-resolution */
-	uint64_t step;
-	size_t n, pixels, groups, threads, chunks;
-	float *m, *v, *grads; /* [n], [n], [groups][n] */
-	double *norm;         /* [chunks] */
-	struct bench *bench;  /* [threads] */
-	bool ema_stale;       /* the average has moved since it was last run */
+	struct ct_trainer trainer;
+	size_t pixels, threads;
+	struct bench *bench; /* [threads] */
+	bool ema_stale;      /* the average has moved since it was last run */
 };
 
 /* One pass over the batch or the validation pieces. */
@@ -42,9 +39,8 @@ struct pass {
 	const struct ct_pictures *data;
 	size_t count, groups;
 	bool test;
-	double rate, ema, scale; /* of the update */
-	double *loss;            /* [count] */
-	struct ct_err *err;      /* [groups] */
+	double *loss;       /* [count] */
+	struct ct_err *err; /* [groups] */
 };
 
 void ct_train_default(struct ct_train_opts *o)
@@ -105,11 +101,11 @@ static void train_group(void *arg, size_t g, size_t worker)
 {
 	struct pass *p = arg;
 	struct ct_train *t = p->t;
-	float *grads = t->grads + g * t->n;
+	float *grads = t->trainer.grad + g * t->trainer.n;
 
-	memset(grads, 0, t->n * sizeof *grads);
+	memset(grads, 0, t->trainer.n * sizeof *grads);
 	for (size_t k = g * p->count / p->groups; k < (g + 1) * p->count / p->groups; k++) {
-		uint64_t sample = t->step * t->o.batch + k;
+		uint64_t sample = t->trainer.steps * t->o.batch + k;
 		int time = (int)ct_rng_below(t->o.seed, stream(sample, TIME), 0, CT_TIMESTEPS);
 
 		if (ct_check_stop(t->env, &p->err[g]) ||
@@ -152,59 +148,20 @@ out:
 	return rc;
 }
 
-static size_t chunk_size(const struct ct_train *t, size_t c)
-{
-	return t->n - c * CHUNK < CHUNK ? t->n - c * CHUNK : CHUNK;
-}
-
-/* Gradient of the batch into the first accumulator, and its squared norm. */
-static void reduce_chunk(void *arg, size_t c, size_t worker)
-{
-	struct pass *p = arg;
-	struct ct_train *t = p->t;
-
-	(void)worker;
-	t->norm[c] = CT_SIMD(ct_adam_gradient)(chunk_size(t, c), t->grads + c * CHUNK, t->groups,
-		t->n, (float)(1.0 / (double)t->o.batch));
-}
-
-static void update_chunk(void *arg, size_t c, size_t worker)
-{
-	struct pass *p = arg;
-	struct ct_train *t = p->t;
-	struct ct_adamw a = t->o.adam;
-	const size_t n = chunk_size(t, c), at = c * CHUNK;
-	float *g = t->grads + at;
-
-	(void)worker;
-	a.lr = p->rate;
-	if (p->scale < 1.0)
-		for (size_t i = 0; i < n; i++)
-			g[i] *= (float)p->scale;
-	CT_SIMD(ct_adamw_step)(&a, t->step + 1, n, t->net->param + at, t->m + at, t->v + at, g);
-	CT_SIMD(ct_adam_average)(p->ema, n, t->ema->param + at, t->net->param + at);
-}
-
 uint64_t ct_train_steps(const struct ct_train *t)
 {
-	return t->step;
+	return t->trainer.steps;
 }
 
 double ct_train_rate(const struct ct_train *t)
 {
-	const double s = (double)t->step, warm = (double)t->o.warmup, end = (double)t->o.steps;
-
-	if (t->step < t->o.warmup)
-		return t->o.adam.lr * (s + 1) / warm;
-	if (!t->o.cosine || end <= warm)
-		return t->o.adam.lr;
-	return t->o.adam.lr * 0.5 * (1 + cos(M_PI * fmin((s - warm) / (end - warm), 1.0)));
+	return ct_trainer_rate(&t->trainer);
 }
 
 double ct_train_bytes(const struct ct_train *t)
 {
 	/* parameters in plain order, in two packed ones, and the average with one; moments */
-	double floats = (double)t->n * (double)(7 + t->groups), bytes = 0;
+	double floats = (double)t->trainer.n * (double)(7 + t->trainer.groups), bytes = 0;
 
 	for (size_t i = 0; i < t->threads; i++)
 		bytes += (double)ct_unet_plan_bytes(t->bench[i].train) +
@@ -214,24 +171,11 @@ double ct_train_bytes(const struct ct_train *t)
 
 int ct_train_step(struct ct_train *t, double *loss, struct ct_err *e)
 {
-	struct pass p = {.t = t, .data = t->data, .count = t->o.batch, .groups = t->groups};
-	double norm = 0, n = (double)t->step;
+	struct pass p = {.t = t, .data = t->data, .count = t->o.batch, .groups = t->trainer.groups};
 
-	if (run_pass(&p, train_group, loss, e))
+	if (run_pass(&p, train_group, loss, e) ||
+		ct_trainer_step(&t->trainer, *loss, 1.0 / (double)t->o.batch, e))
 		return -1;
-	ct_par_for(t->env->par, t->chunks, reduce_chunk, &p);
-	for (size_t c = 0; c < t->chunks; c++)
-		norm += t->norm[c];
-	norm = sqrt(norm);
-	if (!isfinite(*loss) || !isfinite(norm))
-		return ct_fail(e, CT_ENUMERIC,
-			"training diverged at step %llu: loss %g, norm of the gradient %g",
-			(unsigned long long)t->step + 1, *loss, norm);
-	p.rate = ct_train_rate(t);
-	p.ema = fmin(t->o.ema, (1 + n) / (10 + n));
-	p.scale = t->o.clip > 0 && norm > t->o.clip ? t->o.clip / norm : 1.0;
-	ct_par_for(t->env->par, t->chunks, update_chunk, &p);
-	t->step++;
 	t->ema_stale = true;
 	return ct_unet_changed(t->net, t->env->par, e);
 }
@@ -292,8 +236,10 @@ int ct_train_alloc(struct ct_train **out, const struct ct_unet_arch *a,
 	const struct ct_train_opts *o, const struct ct_pictures *data, const struct ct_env *env,
 	struct ct_err *e)
 {
+	const struct ct_trainer_rule rule = {
+		o->adam, o->steps, o->warmup, o->cosine, o->ema, o->clip};
+	const size_t groups = o->batch < CT_TRAIN_GROUPS ? o->batch : CT_TRAIN_GROUPS;
 	struct ct_train *t;
-	size_t total;
 
 	if (check_options(a, o, e) || ct_patches_check(&o->patches, data, "training data", e) ||
 		ct_alloc0(&t, 1, sizeof *t, e))
@@ -301,7 +247,6 @@ int ct_train_alloc(struct ct_train **out, const struct ct_unet_arch *a,
 	t->o = *o;
 	t->data = data;
 	t->env = env;
-	t->groups = o->batch < CT_TRAIN_GROUPS ? o->batch : CT_TRAIN_GROUPS;
 	t->pixels = o->patches.channels * o->patches.size * o->patches.size;
 	ct_schedule_default(&t->schedule);
 	if (ct_unet_init(&t->net, a, o->seed, e) || ct_unet_init(&t->ema, a, o->seed, e))
@@ -309,14 +254,9 @@ int ct_train_alloc(struct ct_train **out, const struct ct_unet_arch *a,
 	if (is_superres(t) && ct_measurement_alloc(&t->op, CT_MEASUREMENT_MEAN, input_size(t),
 				      input_size(t), a->factor, 0, e))
 		goto fail;
-	t->n = t->net->graph.count;
-	t->chunks = (t->n + CHUNK - 1) / CHUNK;
 	t->threads = ct_par_threads(env->par);
-	if (ct_size_mul(&total, t->groups, t->n, "gradients", e) ||
-		ct_alloc0(&t->m, t->n, sizeof *t->m, e) ||
-		ct_alloc0(&t->v, t->n, sizeof *t->v, e) ||
-		ct_alloc(&t->grads, total, sizeof *t->grads, e) ||
-		ct_alloc0(&t->norm, t->chunks, sizeof *t->norm, e) ||
+	if (ct_trainer_alloc(&t->trainer, &rule, t->net->graph.count, groups, t->net->param,
+		    t->ema->param, env->par, e) ||
 		ct_alloc0(&t->bench, t->threads, sizeof *t->bench, e))
 		goto fail;
 	for (size_t i = 0; i < t->threads; i++)
@@ -342,10 +282,7 @@ void ct_train_free(struct ct_train *t)
 		free(b->t);
 	}
 	free(t->bench);
-	free(t->m);
-	free(t->v);
-	free(t->grads);
-	free(t->norm);
+	ct_trainer_free(&t->trainer);
 	ct_measurement_free(&t->op);
 	ct_unet_free(t->ema);
 	ct_unet_free(t->net);
@@ -362,44 +299,21 @@ int ct_train_result(const struct ct_train *t, struct ct_tensors *w, struct ct_er
 					       : ct_meta_set(&w->meta, CT_META_BETA_SCHEDULE,
 							 "linear", e)) ||
 			       ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu",
-				       (unsigned long long)t->step) ||
+				       (unsigned long long)t->trainer.steps) ||
 			       ct_meta_setf(&w->meta, e, CT_META_EMA, "%.10g", t->o.ema)
 		       ? -1
 		       : 0;
 }
 
-static const char *const vector_names[] = {"param", "ema", "adam.m", "adam.v"};
-
-enum { VECTORS = 4 };
-
 int ct_train_save(const struct ct_train *t, struct ct_tensors *w, struct ct_err *e)
 {
-	const float *const v[VECTORS] = {t->net->param, t->ema->param, t->m, t->v};
-
-	if (ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu", (unsigned long long)t->step))
-		return -1;
-	for (size_t i = 0; i < VECTORS; i++)
-		if (ct_tensors_put(w, vector_names[i], 1, &t->n, v[i], e))
-			return -1;
-	return 0;
+	return ct_trainer_save(&t->trainer, w, e);
 }
 
 int ct_train_restore(struct ct_train *t, const struct ct_tensors *w, struct ct_err *e)
 {
-	float *const v[VECTORS] = {t->net->param, t->ema->param, t->m, t->v};
-	const float *from[VECTORS];
-	double step;
-
-	if (ct_meta_numbers(&w->meta, CT_META_STEP, 1, &step, e) || !(step >= 0 && step < 0x1p53))
-		return ct_fail(e, CT_EINPUT, "not the state of a training: no \"step\"");
-	for (size_t i = 0; i < VECTORS; i++) {
-		from[i] = ct_tensors_vector(w, vector_names[i], t->n, e);
-		if (!from[i])
-			return -1;
-	}
-	for (size_t i = 0; i < VECTORS; i++)
-		memcpy(v[i], from[i], t->n * sizeof **v);
-	t->step = (uint64_t)step;
+	if (ct_trainer_restore(&t->trainer, w, e))
+		return -1;
 	t->ema_stale = true;
 	return ct_unet_changed(t->net, t->env->par, e);
 }

@@ -11,7 +11,7 @@
 #ifndef CT_DIFFUSION_TRAIN_H
 #define CT_DIFFUSION_TRAIN_H
 #include "core/env.h"
-#include "solve/adam.h"
+#include "solve/trainer.h"
 #include "diffusion/patches.h"
 #include "unet/unet.h"
 
@@ -19,12 +19,11 @@ enum { CT_TRAIN_GROUPS = 8 };
 
 struct ct_train_opts {
 	struct ct_patches patches;
-	struct ct_adamw adam; /* lr is the highest */
+	struct ct_adamw adam;
 	size_t batch;
-	uint64_t steps, warmup; /* lr rises linearly over the first `warmup` steps */
-	bool cosine;            /* then falls to 0 at `steps` as a half cosine */
-	double ema;             /* of the weights: min(ema, (1 + step)/(10 + step)) */
-	double clip;            /* largest norm of the gradient; 0: any */
+	uint64_t steps, warmup;
+	bool cosine;
+	double ema, clip; /* these six make a struct ct_trainer_rule; ema: its average */
 	uint64_t seed;
 };
 

@@ -218,6 +218,6 @@ int ct_learn_begin(struct ct_learn *l, struct ct_err *e)
 	if (rc)
 		return -1;
 	hidden(l);
-	memcpy(l->all, r->all, r->at[CT_PARTS] * sizeof *l->all);
+	memcpy(l->trainer.weights, r->all, r->at[CT_PARTS] * sizeof *r->all);
 	return 0;
 }

@@ -2,7 +2,6 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "solve/adam.h"
 #include "restore/learn.h"
 #include "restore/predict.h"
 #include "unet/dnn.h"
@@ -93,7 +92,8 @@ static void errors(struct ct_learn_side *d, size_t cell)
 static int outer(const struct ct_learn *l, float *g, enum ct_slice_network_part p, size_t i,
 	const float *d, const float *in, struct ct_err *e)
 {
-	const struct ct_dense_rows s = ct_slice_network_layer(&l->r, l->all, p, i, PIECE);
+	const struct ct_dense_rows s =
+		ct_slice_network_layer(&l->r, l->trainer.weights, p, i, PIECE);
 	float *bias = g + l->r.at[p + 1] + i * s.out;
 
 	memset(bias, 0, s.out * sizeof *bias);
@@ -112,7 +112,7 @@ static int hidden(const struct ct_learn *l, struct ct_learn_side *d, float *g, s
 
 	for (size_t i = l->r.more + 1; i-- > 0;) {
 		const struct ct_dense_rows s =
-			ct_slice_network_layer(&l->r, l->all, CT_PART_2, i, PIECE);
+			ct_slice_network_layer(&l->r, l->trainer.weights, CT_PART_2, i, PIECE);
 		const float *in = i ? w->h2 + (i - 1) * w->apart : w->h1;
 
 		CT_SIMD(ct_layer_silu_back)(n, d->d1, d->d2, w->a2 + i * w->apart, false);
@@ -127,7 +127,7 @@ static int gradient(const struct ct_learn *l, struct ct_learn_side *d, float *g,
 {
 	const struct ct_slice_network_work *w = &d->w;
 	const struct ct_dense_rows last =
-		ct_slice_network_layer(&l->r, l->all, CT_PART_3, 0, PIECE);
+		ct_slice_network_layer(&l->r, l->trainer.weights, CT_PART_3, 0, PIECE);
 	const size_t out = l->r.out;
 
 	if (outer(l, g, CT_PART_LINEAR, 0, w->out, w->feature, e) ||
@@ -166,7 +166,7 @@ static void take_piece(void *arg, size_t piece, size_t worker)
 		l->sums[2 * piece] = d->loss;
 		l->sums[2 * piece + 1] = d->whole;
 		if (j->learns)
-			(void)gradient(l, d, l->grad + piece * l->r.at[CT_PARTS], e);
+			(void)gradient(l, d, l->trainer.grad + piece * l->r.at[CT_PARTS], e);
 	}
 	ct_dnn_leave(was);
 }
@@ -199,26 +199,15 @@ static int take_pieces(
 
 int ct_learn_step(struct ct_learn *l, double *loss, struct ct_err *e)
 {
-	const size_t pieces = l->rule.batch / PIECE, n = l->r.at[CT_PARTS];
-	struct learn_job j = {l, l->pairs, l->n, CT_LEARN_STREAM + l->steps * pieces, l->all, true};
-	struct ct_adamw adam = {0};
-	double sum, whole, average;
+	struct ct_trainer *t = &l->trainer;
+	struct learn_job j = {
+		l, l->pairs, l->n, CT_LEARN_STREAM + t->steps * t->groups, t->weights, true};
+	double sum, whole;
 
-	if (take_pieces(&sum, &whole, &j, pieces, e))
+	if (take_pieces(&sum, &whole, &j, t->groups, e))
 		return -1;
 	*loss = sum / whole;
-	if (!isfinite(sum))
-		return ct_fail(e, CT_ENUMERIC, "the loss of step %llu is not finite",
-			(unsigned long long)l->steps + 1);
-	CT_SIMD(ct_adam_gradient)(n, l->grad, pieces, n, (float)(1 / whole));
-	adam = ct_adamw_default();
-	adam.lr = l->rule.rate * 0.5 * (1 + cos(M_PI * (double)l->steps / (double)l->rule.steps));
-	adam.decay = l->rule.decay;
-	l->steps++;
-	CT_SIMD(ct_adamw_step)(&adam, l->steps, n, l->all, l->moment, l->moment + n, l->grad);
-	average = fmin(l->rule.average, (1 + (double)l->steps) / (10 + (double)l->steps));
-	CT_SIMD(ct_adam_average)(average, n, l->r.all, l->all);
-	return 0;
+	return ct_trainer_step(t, *loss, 1 / whole, e);
 }
 
 int ct_learn_gain(struct ct_learn *l, const struct ct_example *pairs, size_t n, double *gain,
@@ -249,8 +238,11 @@ int ct_learn_alloc(struct ct_learn **out, const struct ct_slice_network *r,
 	const struct ct_env *env, struct ct_err *e)
 {
 	const size_t threads = ct_par_threads(env->par), pieces = rule->batch / PIECE;
+	const struct ct_trainer_rule step = {.adam = ct_adamw_default(),
+		.steps = rule->steps,
+		.cosine = true,
+		.average = rule->average};
 	struct ct_learn *l;
-	size_t all;
 
 	if (n < 1 || pieces < 1 || pieces > CT_LEARN_PIECES)
 		return ct_fail(e, CT_EINPUT,
@@ -267,12 +259,12 @@ int ct_learn_alloc(struct ct_learn **out, const struct ct_slice_network *r,
 		.shape = r->shape, .components = r->components, .width = r->width, .more = r->more};
 	if (ct_slice_network_alloc(&l->r, e))
 		goto fail;
-	all = l->r.at[CT_PARTS];
-	if (ct_alloc0(&l->all, (3 + pieces) * all, sizeof *l->all, e) ||
+	if (ct_trainer_alloc(
+		    &l->trainer, &step, l->r.at[CT_PARTS], pieces, NULL, l->r.all, env->par, e) ||
 		ct_alloc0(&l->side, threads, sizeof *l->side, e))
 		goto fail;
-	l->moment = l->all + all;
-	l->grad = l->moment + 2 * all;
+	l->trainer.rule.adam.lr = rule->rate;
+	l->trainer.rule.adam.decay = rule->decay;
 	l->sides = threads;
 	for (size_t t = 0; t < threads; t++)
 		if (side_alloc(&l->side[t], &l->r, e))
@@ -293,60 +285,65 @@ void ct_learn_free(struct ct_learn *l)
 		free(l->side[t].target);
 	}
 	ct_slice_network_free(&l->r);
-	free(l->all);
+	ct_trainer_free(&l->trainer);
 	free(l->side);
 	free(l);
 }
 
-int ct_learn_save(const struct ct_learn *l, struct ct_tensors *w, struct ct_err *e)
-{
-	const size_t n = l->r.at[CT_PARTS], moments = 2 * n; /* two of a weight */
+/* What a state says of the network besides its weights: its shape; mean and components; spread. */
+enum { SHAPE, MEAN, SPREAD, VECTORS, SIZES = 8 };
+static const char *const names[VECTORS] = {"network.shape", "network.mean", "network.spread"};
 
-	return ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu", (unsigned long long)l->steps) ||
-			       ct_slice_network_put(&l->r, w, "average", e) ||
-			       ct_tensors_put(w, "weights", 1, &n, l->all, e) ||
-			       ct_tensors_put(w, "moments", 1, &moments, l->moment, e)
-		       ? -1
-		       : 0;
+static void vectors_of(
+	float *v[VECTORS], size_t n[VECTORS], float shape[SIZES], struct ct_slice_network *r)
+{
+	const struct ct_patch_shape *p = &r->shape;
+	const size_t is[SIZES] = {
+		p->cell, p->side, p->depth, p->slices, p->swap, r->components, r->width, r->more};
+
+	for (size_t i = 0; i < SIZES; i++)
+		shape[i] = (float)is[i];
+	v[SHAPE] = shape;
+	v[MEAN] = r->mean;
+	v[SPREAD] = r->spread;
+	n[SHAPE] = SIZES;
+	n[MEAN] = (1 + r->components) * ct_patch_count(p);
+	n[SPREAD] = CT_SPREADS;
 }
 
-static bool same_shape(const struct ct_patch_shape *a, const struct ct_patch_shape *b)
+int ct_learn_save(const struct ct_learn *l, struct ct_tensors *w, struct ct_err *e)
 {
-	return a->cell == b->cell && a->side == b->side && a->depth == b->depth &&
-	       a->slices == b->slices && a->swap == b->swap;
+	struct ct_slice_network r = l->r;
+	float *v[VECTORS], shape[SIZES];
+	size_t n[VECTORS];
+
+	vectors_of(v, n, shape, &r);
+	for (size_t i = 0; i < VECTORS; i++)
+		if (ct_tensors_put(w, names[i], 1, &n[i], v[i], e))
+			return -1;
+	return ct_trainer_save(&l->trainer, w, e);
 }
 
 int ct_learn_restore(struct ct_learn *l, const struct ct_tensors *w, struct ct_err *e)
 {
-	const size_t n = l->r.at[CT_PARTS], inputs = ct_patch_count(&l->r.shape);
-	const float *weights, *moments;
-	struct ct_slice_network r = {0};
-	double step;
-	int rc = -1;
+	float *v[VECTORS], shape[SIZES];
+	const float *from[VECTORS];
+	size_t n[VECTORS];
 
-	if (ct_meta_numbers(&w->meta, CT_META_STEP, 1, &step, e) || !(step >= 0 && step < 0x1p53))
-		return ct_fail(e, CT_EINPUT, "not the state of a training: no \"step\"");
-	if (ct_slice_network_get(&r, w, "average", e))
-		goto out;
-	if (r.at[CT_PARTS] != n || r.components != l->r.components ||
-		!same_shape(&r.shape, &l->r.shape)) {
-		ct_fail(e, CT_EINPUT, "not the state of this training: another network");
-		goto out;
+	vectors_of(v, n, shape, &l->r);
+	for (size_t i = 0; i < VECTORS; i++) {
+		from[i] = ct_trainer_vector(w, names[i], n[i], e);
+		if (!from[i])
+			return -1;
+		if (i == SHAPE && memcmp(from[i], shape, sizeof shape) != 0)
+			return ct_fail(
+				e, CT_EINPUT, "not the state of this training: another network");
 	}
-	weights = ct_tensors_vector(w, "weights", n, e);
-	moments = weights ? ct_tensors_vector(w, "moments", 2 * n, e) : NULL;
-	if (!moments)
-		goto out;
-	memcpy(l->all, weights, n * sizeof *weights);
-	memcpy(l->moment, moments, 2 * n * sizeof *moments);
-	memcpy(l->r.spread, r.spread, sizeof r.spread);
-	memcpy(l->r.all, r.all, n * sizeof *r.all);
-	memcpy(l->r.mean, r.mean, (inputs + r.components * inputs) * sizeof *r.mean);
-	l->steps = (uint64_t)step;
-	rc = 0;
-out:
-	ct_slice_network_free(&r);
-	return rc;
+	if (ct_trainer_restore(&l->trainer, w, e))
+		return -1;
+	for (size_t i = MEAN; i < VECTORS; i++)
+		memcpy(v[i], from[i], n[i] * sizeof **v);
+	return 0;
 }
 
 /* What the error of a voxel is, of what the slices say: least squares of the square of the error,

@@ -19,6 +19,7 @@
 #define CT_RESTORE_LEARN_H
 #include "core/env.h"
 #include "restore/slice-network.h"
+#include "solve/trainer.h"
 
 #define CT_LEARN_FULL 300.0
 #define CT_LEARN_SURPRISE 20.0f
@@ -59,8 +60,7 @@ struct ct_learn {
 	const struct ct_example *pairs;
 	size_t n, sides;
 	struct ct_slice_network r;  /* all: the average of the weights, which is the result */
-	float *all, *moment, *grad; /* the weights, their two moments, the gradients of pieces */
-	uint64_t steps;             /* that are done */
+	struct ct_trainer trainer;  /* an accumulator a piece */
 	struct ct_learn_side *side; /* [sides] */
 	struct ct_err failed[CT_LEARN_PIECES];
 	double sums[2 * CT_LEARN_PIECES];

@@ -268,7 +268,7 @@ static int step(void *it, double *loss, struct ct_err *e)
 {
 	struct ct_learn *l = ((struct train_slices_job *)it)->learn;
 
-	if (l->steps == 0 && ct_learn_begin(l, e))
+	if (l->trainer.steps == 0 && ct_learn_begin(l, e))
 		return -1;
 	return ct_learn_step(l, loss, e);
 }
@@ -333,7 +333,8 @@ static int result(const void *it, struct ct_tensors *w, struct ct_err *e)
 
 	if (ct_slice_network_put(&j->learn->r, w, j->name, e))
 		return -1;
-	return ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu", (unsigned long long)j->learn->steps);
+	return ct_meta_setf(
+		&w->meta, e, CT_META_STEP, "%llu", (unsigned long long)j->learn->trainer.steps);
 }
 
 static int seal(const void *it, struct ct_tensors *w, bool last, struct ct_err *e)

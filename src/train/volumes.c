@@ -77,8 +77,9 @@ static int result(const void *it, struct ct_tensors *w, struct ct_err *e)
 {
 	const struct ct_arssr_train *t = ((const struct train_volumes_job *)it)->train;
 
-	return ct_arssr_put(&t->net, t->mean, w, e) || ct_meta_setf(&w->meta, e, CT_META_STEP,
-							       "%llu", (unsigned long long)t->steps)
+	return ct_arssr_put(&t->net, t->trainer.average, w, e) ||
+			       ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu",
+				       (unsigned long long)t->trainer.steps)
 		       ? -1
 		       : 0;
 }
