@@ -24,7 +24,7 @@ else
 	exits 2 '--pitch that contradicts a radiograph is refused' one intensity --pitch .3 dx.dcm o.exr; has err '^ct-convert: --pitch: dx.dcm states its own pixel size, 0.15,0.2 mm' 'the error of a contradicting --pitch says both'
 	exits 0 'several radiographs become one stack' one intensity dx.dcm one.dcm o.exr; py holds o.exr dx one; ok $? 'several radiographs become views in their order'
 	exits 0 'a radiograph becomes line integrals with --rescale' one integral --rescale 30,-2 dx.dcm o.exr; py holds o.exr 30+-2*dx; ok $? '--rescale maps grey values of radiographs to line integrals'
-	no() { rm -f no.exr; exits "$1" "$2" one intensity "radiograph $2 is refused with status $1" no.exr; has err "^ct-convert: $2: $3" "the error of radiograph $2 says why"; [ ! -e no.exr ]; ok $? "the refused radiograph $2 makes no output"; }
+	no() { rm -f no.exr; exits "$1" "radiograph $2 is refused with status $1" one intensity "$2" no.exr; has err "^ct-convert: $2: $3" "the error of radiograph $2 says why"; [ ! -e no.exr ]; ok $? "the refused radiograph $2 makes no output"; }
 	no 3 ct.dcm "modality is 'CT', and --radiograph takes CR, DX and RF"
 	no 3 mr.dcm "modality is 'MR'"
 	no 3 colour.dcm "PhotometricInterpretation is 'PALETTE COLOR', not grey"
@@ -68,7 +68,7 @@ for q in '' '-x 2'; do # what ct-ddnm reads of the picture itself
 done
 exits 3 'ct-ddnm refuses a TIFF of two pictures' ct-ddnm -q -x 2 -n 1 multi.tif no.exr; has err 'multi.tif: holds several pictures, not one' 'the error of a TIFF of two pictures says several'
 exits 3 'ct-ddnm refuses a picture beyond [0, 1]' ct-ddnm -q -x 2 -n 1 f.tif no.exr; has err 'f.tif: column 0, row 0: .* is not in \[0,1\]' 'the error of a picture beyond [0, 1] names the pixel'
-no() { rm -f no.exr; exits "$1" "$2" one intensity "picture $2 is refused with status $1" no.exr; has err "^ct-convert: $2: $3" "the error of picture $2 says why"; [ ! -e no.exr ]; ok $? "the refused picture $2 makes no output"; }
+no() { rm -f no.exr; exits "$1" "picture $2 is refused with status $1" one intensity "$2" no.exr; has err "^ct-convert: $2: $3" "the error of picture $2 says why"; [ ! -e no.exr ]; ok $? "the refused picture $2 makes no output"; }
 no 3 multi.tif 'holds several pictures, not one'
 no 3 f.tif '--radiograph: pixel 0,0 is .*, no grey value from 0 to 1'
 no 6 nan.tif 'voxel (0,0,0) is NaN'
