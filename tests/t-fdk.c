@@ -90,15 +90,15 @@ static void t_windows(void)
 		double r[2];
 
 		must(ct_ramp_alloc(&f, want[i].kind, 1, 64, &err));
-		r[0] = f.response[2] / ramp.response[2]; /* bit-reversed: n/4 */
-		r[1] = f.response[1] / ramp.response[1]; /* n/2 */
+		r[0] = f.response[f.n / 4] / ramp.response[f.n / 4];
+		r[1] = f.response[f.n / 2] / ramp.response[f.n / 2];
 		OK(fabs(r[0] - want[i].half) < 1e-8 && fabs(r[1] - want[i].full) < 1e-8,
 			"%s: %.5f at half the Nyquist frequency, %.5f at it", want[i].name, r[0],
 			r[1]);
 		ct_ramp_free(&f);
 		must(ct_ramp_alloc(&f, want[i].kind, 0.5, 64, &err));
-		OK(fabs(f.response[4] / ramp.response[4] - want[i].half) < 1e-8 &&
-				f.response[1] == 0 && f.response[5] == 0,
+		OK(fabs(f.response[f.n / 8] / ramp.response[f.n / 8] - want[i].half) < 1e-8 &&
+				f.response[f.n / 2] == 0 && f.response[3 * f.n / 8] == 0,
 			"%s: and so at a quarter if cut off at half", want[i].name);
 		ct_ramp_free(&f);
 	}

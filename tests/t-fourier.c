@@ -1,6 +1,6 @@
 /* Transforms of any length against direct sums. */
 #include "config.h"
-#include "quality/fsc.h"
+#include "core/fourier.h"
 #include "core/mem.h"
 #include "core/rng.h"
 #include "tap.h"
@@ -22,7 +22,7 @@ static double miss(size_t n, size_t w)
 		re[i] = from[0][i] = (double)z[2 * i];
 		im[i] = from[1][i] = (double)z[2 * i + 1];
 	}
-	ct_fourier_apply(&f, w, re, im, work);
+	CT_SIMD(ct_fourier_apply)(&f, w, re, im, work);
 	ct_fourier_free(&f);
 	for (size_t l = 0; l < w; l++)
 		for (size_t k = 0; k < n; k++) {

@@ -2,7 +2,7 @@
 libct_a_SOURCES += src/recon/joint.c src/recon/joint.h
 libct_a_SOURCES += src/recon/fuse.c src/recon/fuse-state.c src/recon/fuse.h
 libct_a_SOURCES += src/recon/ramp.c src/recon/ramp.h
-SIMD_SOURCES += src/recon/ramp-fft.c
+SIMD_SOURCES += src/recon/ramp-row.c
 libct_a_SOURCES += src/recon/backproject.c src/recon/backproject.h
 SIMD_SOURCES += src/recon/backproject-line.c
 SIMD_SOURCES += src/recon/backproject-row.c

@@ -7,8 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { POINT = CT_RAMP_ROWS }; /* doubles of a point of the transform */
-
 /* f in cycles a sample of the cutoff. */
 static double window_at(enum ct_ramp_kind kind, double f)
 {
@@ -25,34 +23,24 @@ static double window_at(enum ct_ramp_kind kind, double f)
 	return 1;
 }
 
-static size_t reversed(size_t i, size_t n)
-{
-	size_t r = 0;
-
-	for (size_t bit = 1; bit < n; bit *= 2, i /= 2)
-		r = 2 * r + i % 2;
-	return r;
-}
-
 /* The ramp's samples through the transform, times the window. x: scratch. */
 static void respond(struct ct_ramp *f, enum ct_ramp_kind kind, double cutoff, double *x)
 {
 	size_t n = f->n;
 
-	memset(x, 0, n * POINT * sizeof *x);
-	x[0] = kind == CT_RAMP_NONE ? 1 : 0.25; /* the real part of one row */
+	memset(x, 0, 4 * n * sizeof *x);
+	x[0] = kind == CT_RAMP_NONE ? 1 : 0.25;
 	for (size_t m = 1; m <= n / 2 && kind != CT_RAMP_NONE; m += 2) {
 		double h = -1 / (M_PI * M_PI * (double)m * (double)m);
 
-		x[m * POINT] = h;
-		x[(n - m) * POINT] = h;
+		x[m] = h;
+		x[n - m] = h;
 	}
-	CT_SIMD(ct_ramp_transform)(f, x);
-	for (size_t i = 0; i < n; i++) {
-		size_t j = reversed(i, n);
+	CT_SIMD(ct_fourier_apply)(&f->fourier, 1, x, x + n, x + 2 * n);
+	for (size_t j = 0; j < n; j++) {
 		double cycles = (double)(j <= n / 2 ? j : n - j) / (double)n;
 
-		f->response[i] = x[i * POINT] * window_at(kind, cycles / cutoff) / (double)n;
+		f->response[j] = x[j] * window_at(kind, cycles / cutoff) / (double)n;
 	}
 }
 
@@ -70,16 +58,9 @@ int ct_ramp_alloc(
 	for (f->n = 4; f->n < 2 * w;)
 		f->n *= 2;
 	if (ct_alloc(&f->response, f->n, sizeof *f->response, e) ||
-		ct_alloc(&f->twiddle, f->n, sizeof *f->twiddle, e) ||
-		ct_alloc(&x, f->n, POINT * sizeof *x, e)) {
+		ct_fourier_plan(&f->fourier, f->n, e) || ct_alloc(&x, f->n, 4 * sizeof *x, e)) {
 		ct_ramp_free(f);
 		return -1;
-	}
-	for (size_t k = 0; k < f->n / 2; k++) {
-		double a = -2 * M_PI * (double)k / (double)f->n;
-
-		f->twiddle[2 * k] = cos(a);
-		f->twiddle[2 * k + 1] = sin(a);
 	}
 	respond(f, kind, cutoff, x);
 	free(x);
@@ -89,11 +70,11 @@ int ct_ramp_alloc(
 void ct_ramp_free(struct ct_ramp *f)
 {
 	free(f->response);
-	free(f->twiddle);
+	ct_fourier_free(&f->fourier);
 	*f = (struct ct_ramp){0};
 }
 
 size_t ct_ramp_scratch(const struct ct_ramp *f)
 {
-	return f->n * POINT;
+	return 2 * f->n * CT_RAMP_ROWS;
 }

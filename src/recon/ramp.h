@@ -13,13 +13,12 @@
  *   ram-lak 1   shepp-logan sinc(f)   cosine cos(pi f)   hamming .54 + .46 cos(2 pi f)
  *   hann (1 + cos(2 pi f))/2          none: no filter at all, response 1 at any frequency
  *
- * The response is real and even, so two real rows go through as one complex row, and the transform
- * leaves its output in the bit-reversed order in which the response is stored: no reordering, no
- * special real transform. Doubles inside.
+ * The response is real and even, so two real rows go through as one complex row (core/fourier.h).
+ * Doubles inside.
  */
 #ifndef CT_RECON_RAMP_H
 #define CT_RECON_RAMP_H
-#include "core/simd.h"
+#include "core/fourier.h"
 #include "core/words.h"
 
 #include <stddef.h>
@@ -35,8 +34,8 @@ enum ct_ramp_kind { CT_RAMP_LIST(CT_WORD_VALUE) };
 
 struct ct_ramp {
 	size_t w, n;
-	double *response; /* owned, [n], bit-reversed order, divided by n */
-	double *twiddle;  /* owned, [n/2][2]: cos, sin of -2 pi k/n */
+	double *response; /* owned, [n], divided by n */
+	struct ct_fourier fourier;
 };
 
 enum { CT_RAMP_ROWS = 16 }; /* rows that go through together */
@@ -55,9 +54,5 @@ CT_SIMD_DECLARE(void, ct_ramp_rows,
 	(const struct ct_ramp *f, size_t rows, float *restrict out, size_t pitch,
 		const float *restrict in, const float *restrict weight, size_t at, size_t count,
 		double *restrict scratch));
-/* x[n][CT_RAMP_ROWS] becomes its transform, by f->twiddle, frequencies in bit-reversed order: point
- * k of eight complex rows, first their real parts, which are rows 0 to 7 of the detector, then the
- * imaginary parts, rows 8 to 15. */
-CT_SIMD_DECLARE(void, ct_ramp_transform, (const struct ct_ramp *f, double *restrict x));
 
 #endif
