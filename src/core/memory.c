@@ -23,12 +23,13 @@ static double number_in(const char *folder, const char *file, const char *key)
 	f = fopen(path, "re");
 	while (f && isnan(value) && fgets(line, sizeof line, f)) {
 		const size_t n = strlen(key);
-		const char *end;
+		const char *first, *end;
 
 		if (strncmp(line, key, n) != 0)
 			continue;
-		value = strncmp(line + n, "max", 3) == 0 ? (double)INFINITY
-							 : ct_number_begin(line + n, &end);
+		first = line + n + strspn(line + n, " \t");
+		value = strncmp(first, "max", 3) == 0 ? (double)INFINITY
+						      : ct_number_begin(first, &end);
 	}
 	if (f)
 		fclose(f);
