@@ -242,6 +242,7 @@ static bool number(double *x, const char **s)
 {
 	const char *end;
 
+	*s += strspn(*s, " \t");
 	*x = ct_number_begin(*s, &end);
 	if (end == *s || (*end && !isspace((unsigned char)*end)))
 		return false;
