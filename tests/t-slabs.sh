@@ -71,7 +71,7 @@ exits 0 'a blur of whole slices, in slabs' ct-upsample -v -m tv --memory 60M wid
 has err 'refines in [0-9]* slabs' 'of which there are some'
 near wide-tv.nii made/wide.nii; ok $? 'a blur of whole slices in slabs is near the whole'
 rm -f wide*.nii
-for w in 100 M -1M 0x3M 600MB; do
+for w in 100 M -1M 1e3M 600MB; do
 	exits 2 "--memory=$w" ct-upsample --memory=$w thick.nii made/no.nii
 	has err "'$w' is no size such as 600M or 2G" 'is no size'
 done

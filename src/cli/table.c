@@ -261,7 +261,8 @@ int ct_cli_memory(double *bytes, const char *text, struct ct_err *e)
 	unit = end != text && *end ? strchr(units, *end) : NULL;
 	if (unit && !end[1])
 		*bytes = ldexp(*bytes, 10 * (int)(unit - units + 1));
-	if (!unit || end[1] || !(*bytes > 0 && *bytes < 0x1p50))
+	if (!unit || end[1] || text[strspn(text, "0123456789.")] != *unit ||
+		!(*bytes > 0 && *bytes < 0x1p50))
 		return ct_fail(
 			e, CT_EUSAGE, "--memory: '%.80s' is no size such as 600M or 2G", text);
 	return 0;
