@@ -270,6 +270,7 @@ static void refines(struct ct_vol *v, const struct ct_degrade *d)
 static void overshoots(void)
 {
 	const double line[CT_EDGE_LONG] = {-.4, -.4, -.4, -.4, -.6, -.5, .5, .7, .4, .4, .4, .4};
+	const double dip[CT_EDGE_LONG] = {0, 0, 0, 0, -.5, -.5, .5, .5, .1, .1, .1, .1};
 	struct ct_operator is = {.by = {{2, 2, 2}, {0}, CT_DECIMATE_SINC, {0}},
 		.from = CT_BY_MEASURE,
 		.seen = {{.spread = .3}, {.spread = .3}, {.spread = .3}}};
@@ -281,6 +282,11 @@ static void overshoots(void)
 	memcpy(is.seen[1].edge, line, sizeof line);
 	ct_assumed_words(words, &is, (const double[3]){1, 1, 1});
 	OK(strstr(words, "edges overshoot by 25 %") != NULL, "%s", words);
+	OK(ct_edge_lines_is_edge(line) && !ct_edge_lines_is_edge(dip), "a dip is no edge");
+	OK(ct_edge_lines_overshoot(dip) > 3, "%g", ct_edge_lines_overshoot(dip));
+	memcpy(is.seen[1].edge, dip, sizeof dip);
+	ct_assumed_words(words, &is, (const double[3]){1, 1, 1});
+	OK(!strstr(words, "overshoot"), "what is no edge overshoots by nothing: %s", words);
 }
 
 /* A value is padding if 27 voxels lie amid others of it: a box of 5 x 5 x 5, and a line from it to

@@ -566,7 +566,8 @@ def metrics(reference, test, mask=None, window: Optional[Sequence[float]] = None
 
 
 def consistency(fine, coarse, operator: Optional[Operator] = None, threads=0) -> Dict[str, float]:
-    """max, p95, rms, mean (HU) of `fine`, degraded again, minus `coarse`. operator: default what `coarse` says."""
+    """max, p95, rms, mean (HU) of `fine`, degraded again, minus `coarse`. operator: default what
+    `coarse` says, else what superres recorded in `fine`."""
     a, b = Image.of(fine)._handle(), Image.of(coarse)._handle()
     m = abi.Consistency(c.sizeof(abi.Consistency))
     o = c.byref(_operator(*operator)) if operator is not None else None

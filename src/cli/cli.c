@@ -250,7 +250,7 @@ static void put_said(char out[SAID], const char *text)
 static void put_log(const struct ct_env *env, const char *what, const char *text)
 {
 	const char *path = getenv(CT_LOG_NAME);
-	char line[800];
+	char line[900];
 	size_t n;
 	int fd;
 
@@ -292,7 +292,11 @@ static void say(const struct ct_env *env, enum ct_level level, const char *said)
 		put_log(env, "warning: ", text);
 	if (level == CT_WARN && env->notes)
 		fprintf(env->notes, "%s: warning: %s\n", env->tool, text);
-	if ((int)level > env->verbose)
+	if (level == CT_TOLD)
+		put_log(env, "", text);
+	if (level == CT_TOLD && env->notes)
+		fprintf(env->notes, "%s: %s\n", env->tool, text);
+	if ((level == CT_TOLD ? 0 : (int)level) > env->verbose)
 		return;
 	ct_progress_clear(env->ctx);
 	fprintf(stderr, "%s: %s%s\n", env->tool, level == CT_WARN ? "warning: " : "", text);

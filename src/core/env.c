@@ -7,10 +7,11 @@
 
 void ct_log(const struct ct_env *env, enum ct_level level, const char *fmt, ...)
 {
-	char text[600];
+	char text[800];
 	va_list ap;
 
-	if (!env || !env->log || ((int)level > env->verbose && level != CT_WARN))
+	if (!env || !env->log ||
+		((int)level > env->verbose && level != CT_WARN && level != CT_TOLD))
 		return;
 	va_start(ap, fmt);
 	vsnprintf(text, sizeof text, fmt, ap);

@@ -10,8 +10,9 @@
 #include <stdint.h>
 #include <stdio.h>
 
-/* CT_BEHIND: a line that follows the error that ends the run. */
-enum ct_level { CT_BEHIND = -1, CT_WARN = 0, CT_INFO = 1, CT_DEBUG = 2 };
+/* CT_BEHIND: a line that follows the error that ends the run. CT_TOLD: what a report of the run
+ * must hold: it goes where warnings go, but is none. */
+enum ct_level { CT_TOLD = -2, CT_BEHIND = -1, CT_WARN = 0, CT_INFO = 1, CT_DEBUG = 2 };
 
 /* A zeroed struct is a valid quiet, single-threaded environment. */
 struct ct_given;   /* cli/modes.h */
@@ -29,7 +30,8 @@ struct ct_env {
 	const char *history;               /* tool, version and arguments, for provenance */
 	const struct ct_given *given;      /* the options of the command line */
 	const volatile sig_atomic_t *stop; /* non-zero: stop soon, state saved; may be NULL */
-	FILE *notes;  /* `log` of the commands puts the warnings there too, a line each; or NULL */
+	FILE *notes;  /* `log` of the commands puts the warnings and what is CT_TOLD there too; or
+			 NULL */
 	FILE *behind; /* `log` of the commands puts what is CT_BEHIND there; or NULL */
 	/* warnings, however quiet, and what `verbose` asks for */
 	void (*log)(const struct ct_env *env, enum ct_level level, const char *text);

@@ -51,11 +51,11 @@ static int consistency(ctsr_consistency *to, const ctsr_volume *fine, const ctsr
 	struct ct_vol map = {0};
 	struct ct_data_residual c;
 	ctsr_consistency mine;
+	const struct ct_meta *from;
 	struct ct_degrade d;
-	int rc = o ? ctsr_degrade_of(&d, o, &k->err) : ct_degrade_get(&coarse->v.meta, &d, &k->err);
+	int rc = o ? ctsr_degrade_of(&d, o, &k->err)
+		   : ct_data_residual_operator(&d, &from, &coarse->v.meta, &fine->v.meta, &k->err);
 
-	if (rc > 0)
-		rc = ct_fail(&k->err, CT_EINPUT, "the metadata name no operator (key factor)");
 	if (rc || ctsr_check_volume(fine, &k->err) || ctsr_check_volume(coarse, &k->err))
 		return -1;
 	rc = ct_data_residual(&c, &map, &coarse->v, &fine->v, &d, &k->env, &k->err);

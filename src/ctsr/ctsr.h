@@ -489,7 +489,8 @@ typedef struct ctsr_consistency {
 CTSR_API int ctsr_compare(ctsr_metrics *m, const ctsr_volume *reference, const ctsr_volume *test,
 	const ctsr_volume *mask, const double window[2], const ctsr_context *c, ctsr_error *e);
 /* How far a fine volume, degraded again, is from the coarse one. o NULL: the operator that the
- * metadata of `coarse` name. CTSR_INPUT if there is none; CTSR_GEOMETRY; CTSR_NUMBER. */
+ * metadata of `coarse` name, else that which ctsr_superres recorded in `fine`. CTSR_INPUT if there
+ * is none; CTSR_GEOMETRY; CTSR_NUMBER. */
 CTSR_API int ctsr_check_consistency(ctsr_consistency *m, const ctsr_volume *fine,
 	const ctsr_volume *coarse, const ctsr_operator *o, const ctsr_context *c, ctsr_error *e);
 

@@ -112,6 +112,26 @@ static int summarise_measured(struct ct_data_residual *c, const struct ct_vol *m
 	return rc;
 }
 
+int ct_data_residual_operator(struct ct_degrade *d, const struct ct_meta **from,
+	const struct ct_meta *lr, const struct ct_meta *hr, struct ct_err *e)
+{
+	int known;
+
+	*from = ct_meta_get(lr, CT_META_FACTOR) || !ct_meta_get(hr, CT_META_UPSAMPLE) ? lr : hr;
+	known = ct_degrade_get(*from, d, e);
+	if (known > 0) {
+		*from = lr;
+		return ct_fail(e, CT_EINPUT,
+			"the header names no operator: it needs factor, sigma and decimate, which "
+			"ct-degrade writes");
+	}
+	if (known == 0 && ct_meta_get(lr, CT_META_UPSAMPLE)) {
+		*from = lr;
+		return ct_fail(e, CT_EINPUT, "is upsampled: give the CT that it was made from");
+	}
+	return known;
+}
+
 int ct_data_residual(struct ct_data_residual *c, struct ct_vol *map, const struct ct_vol *lr,
 	const struct ct_vol *test, const struct ct_degrade *d, const struct ct_env *env,
 	struct ct_err *e)

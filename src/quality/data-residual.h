@@ -24,6 +24,11 @@ struct ct_data_residual {
 	double rms, mean; /* root of the mean square; signed mean */
 };
 
+/* *d gets the operator that made lr: what its metadata name, else what those of hr name, a result
+ * that was refined by it. *from: which metadata they were, or whose fault it is. CT_EINPUT if
+ * neither does, if they are wrong, and for an lr that was refined itself. */
+int ct_data_residual_operator(struct ct_degrade *d, const struct ct_meta **from,
+	const struct ct_meta *lr, const struct ct_meta *hr, struct ct_err *e);
 /* map gets the residual, on the grid and without the metadata of lr; it must be zero and is to be
  * freed. CT_EGEOM if D(test) is on another grid than lr, CT_ENOMEM. Volumes must be finite. The
  * result does not depend on the number of threads. Memory: as much as ct_degrade_plan takes, and

@@ -37,13 +37,13 @@ static double deviation_of(const struct ct_operator *is, const struct ct_profile
 	return most;
 }
 
-/* The largest of the axes that are refined. */
+/* The largest of the axes that are refined and show edges. */
 static double overshoot_of(const struct ct_operator *is)
 {
 	double most = 0;
 
 	for (int a = 0; a < 3; a++)
-		if (shows(is, is->seen, a))
+		if (shows(is, is->seen, a) && ct_edge_lines_is_edge(is->seen[a].edge))
 			most = fmax(most, ct_edge_lines_overshoot(is->seen[a].edge));
 	return most;
 }

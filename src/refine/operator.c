@@ -324,6 +324,7 @@ static int measure_noise(
 	if (ct_noise_measure(&got, in, e))
 		return -1;
 	r->noise = got.sure;
+	r->texture = got;
 	memcpy(r->alike, got.alike, sizeof r->alike);
 	r->correlated = r->alike[0] + r->alike[1] + r->alike[2] > 0;
 	r->noise_from = CT_BY_MEASURE;

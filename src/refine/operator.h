@@ -14,6 +14,7 @@
 #include "core/env.h"
 #include "core/vol.h"
 #include "core/words.h"
+#include "resolution/noise.h"
 #include "resolution/profile.h"
 #include "resolution/slice-profile.h"
 
@@ -54,11 +55,12 @@ enum ct_by { CT_SOURCE_LIST(CT_WORD_VALUE) };
 
 struct ct_operator {
 	struct ct_degrade by;
-	bool known;      /* the operator, not only its factor */
-	double noise;    /* HU */
-	double alike[3]; /* correlation of the noise of neighbours, if it was measured */
-	bool correlated; /* more than white noise shows */
-	bool by_slices;  /* the caller said the profile of the slices */
+	bool known;              /* the operator, not only its factor */
+	double noise;            /* HU */
+	struct ct_noise texture; /* what was measured of it, if it was */
+	double alike[3];         /* correlation of the noise of neighbours, if it was measured */
+	bool correlated;         /* more than white noise shows */
+	bool by_slices;          /* the caller said the profile of the slices */
 	enum ct_by from, noise_from;
 	/* What was measured, what DICOM lets expect, and both together, where the operator is
 	 * estimated; of no spread (NaN) if there is none. */

@@ -1,6 +1,7 @@
 /* page-cards.c: the tables and curves of the page of ct-report; see page.h. */
 #include "config.h"
 #include "resolution/degrade.h"
+#include "resolution/edge-lines.h"
 #include "report/page.h"
 
 #include <math.h>
@@ -86,7 +87,8 @@ static void end(FILE *f, const char *note)
 		"</td></tr>\n",                                                                    \
 		before, after)
 
-/* The median edge of the scan along each axis that was refined: what its blur was measured on. */
+/* The median edge of the scan along each axis that was refined: what its blur was measured on. A
+ * line that is none, as of a dip, is left out. */
 static void put_scan_edges(FILE *f, const struct ct_page *p)
 {
 	static const char *const class[] = {"before", "after", "ideal"};
@@ -99,7 +101,7 @@ static void put_scan_edges(FILE *f, const struct ct_page *p)
 	for (size_t k = 0; k < CT_EDGE_LONG; k++)
 		x[k] = (double)k / (CT_EDGE_LONG - 1);
 	for (int a = 0; a < 3; a++) {
-		if (!(p->seen[a].edge[CT_EDGE_LONG / 2] > 0))
+		if (!ct_edge_lines_is_edge(p->seen[a].edge))
 			continue;
 		for (size_t k = 0; k < CT_EDGE_LONG; k++)
 			y[a][k] = 0.5 + 0.3 * p->seen[a].edge[k];
@@ -113,9 +115,7 @@ static void put_scan_edges(FILE *f, const struct ct_page *p)
 static void put_scan(FILE *f, const struct ct_page *p)
 {
 	const double *s = p->by.sigma;
-	struct ct_degrade said;
-	struct ct_err why;
-	const bool told = ct_degrade_get(&p->lr.vol.meta, &said, &why) == 0;
+	char noise[CT_NOISE_WORDS];
 	const char *assumed = ct_meta_get(&p->hr.vol.meta, CT_META_ASSUMED);
 
 	begin(f, "scan", "How the scan was made");
@@ -127,14 +127,17 @@ static void put_scan(FILE *f, const struct ct_page *p)
 			"%.3g \u00d7 %.3g \u00d7 %.3g voxels of the result", s[0], s[1], s[2]);
 		ROW(f, "Sampling", "%s", CT_WORD(CT_DECIMATE_LIST, p->by.decimate));
 		ROW(f, "Known from", "%s",
-			told      ? "the header of the scan"
+			p->told   ? "the header of the scan"
 			: assumed ? assumed
 				  : "the command line");
 	} else
 		ROW(f, "Operator", "not known");
 	if (p->noise > 0)
 		ROW(f, "Noise, standard deviation", "%.3g HU", p->noise);
-	else
+	else if (p->texture.common > 0) {
+		ct_noise_words(noise, &p->texture);
+		ROW(f, "Noise", "%s", noise);
+	} else
 		ROW(f, "Noise", "none known");
 	fputs(TABLE_END, f);
 	put_scan_edges(f, p);

@@ -44,6 +44,8 @@ static void factor_of(struct ct_degrade *by, const struct ct_vol *lr, const stru
  * or by the scan. */
 static int know(struct ct_page *p, struct ct_err *e)
 {
+	struct ct_degrade said;
+	struct ct_err why;
 	int rc = ct_degrade_get(&p->hr.vol.meta, &p->by, e);
 
 	if (rc < 0)
@@ -51,12 +53,15 @@ static int know(struct ct_page *p, struct ct_err *e)
 	if (rc > 0 && (rc = ct_degrade_get(&p->lr.vol.meta, &p->by, e)) < 0)
 		return ct_blame(e, p->lr.name);
 	p->known = rc == 0;
+	p->told = ct_degrade_get(&p->lr.vol.meta, &said, &why) == 0;
 	if (!p->known)
 		factor_of(&p->by, &p->lr.vol, &p->hr.vol);
 	p->noise = 0;
 	if (ct_meta_noise(&p->hr.vol.meta, &p->noise, e) < 0)
 		return ct_blame(e, p->hr.name);
 	if (p->noise == 0 && ct_meta_noise(&p->lr.vol.meta, &p->noise, e) < 0)
+		return ct_blame(e, p->lr.name);
+	if (p->noise == 0 && p->known && !p->told && ct_noise_measure(&p->texture, &p->lr.vol, e))
 		return ct_blame(e, p->lr.name);
 	for (int a = 0; a < 3; a++)
 		if (!(p->by.factor[a] >= 1 && p->by.factor[a] <= 64))
@@ -215,6 +220,11 @@ static int warn_found(struct ct_page *p)
 	if (p->noise > CT_PAGE_NOISE)
 		bad |= warn(p, "The scan is noisy: %.3g HU. What is small or faint may be noise.",
 			p->noise);
+	if (p->known && !p->told && ct_meta_get(&p->hr.vol.meta, CT_META_ASSUMED))
+		bad |= warn(p,
+			"The blur of the scan is not known but estimated: a wrong one sharpens too "
+			"much or too little. Say what you know: --slice-thickness, --profile or "
+			"--sigma.");
 	if (p->known && p->agrees.rms > CT_PAGE_APART + p->noise)
 		bad |= warn(p,
 			"The result does not agree with the scan: %.3g HU RMS apart, where %.3g are to be "

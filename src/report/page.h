@@ -8,6 +8,7 @@
 #include "quality/data-residual.h"
 #include "quality/edges.h"
 #include "quality/metrics.h"
+#include "resolution/noise.h"
 #include "resolution/profile.h"
 
 #include <stdbool.h>
@@ -47,7 +48,9 @@ struct ct_page {
 	/* ct_page_measure */
 	struct ct_degrade by;
 	bool known;                        /* the operator, not only its factor */
+	bool told;                         /* the header of the scan names it */
 	double noise;                      /* HU, 0 if nothing tells of any */
+	struct ct_noise texture;           /* of the scan, if ct-sr had to measure it */
 	struct ct_profile seen[3];         /* of the scan, along axes that were refined */
 	struct ct_data_residual agrees;    /* if known */
 	struct ct_edges edges;             /* if of 12 or more */

@@ -207,11 +207,32 @@ void ct_edge_lines_median(
 	}
 }
 
+/* The means of the three voxels before and after what an edge overshoots by. */
+static double before_of(const double *line)
+{
+	const double *low = line + HALF - 2;
+
+	return (low[-1] + low[-2] + low[-3]) / 3;
+}
+
+static double after_of(const double *line)
+{
+	const double *up = line + HALF + 1;
+
+	return (up[1] + up[2] + up[3]) / 3;
+}
+
+bool ct_edge_lines_is_edge(const double line[static CT_EDGE_LONG])
+{
+	const double step = line[HALF] - line[HALF - 1];
+
+	return step > 0 && after_of(line) - before_of(line) >= step / 2;
+}
+
 double ct_edge_lines_overshoot(const double line[static CT_EDGE_LONG])
 {
 	const double *up = line + HALF + 1, *low = line + HALF - 2;
-	const double after = (up[1] + up[2] + up[3]) / 3,
-		     before = (low[-1] + low[-2] + low[-3]) / 3;
+	const double after = after_of(line), before = before_of(line);
 
 	return after > before ? fmin(*up - after, before - *low) / (after - before) : 0;
 }

@@ -40,5 +40,9 @@ void ct_edge_lines_median(
  * voxels beside the middle against the means of the three after them. Below 0 if it does not, 0 of
  * a line of zeroes. Sharp kernels make it, and bone that is thin. */
 double ct_edge_lines_overshoot(const double line[static CT_EDGE_LONG]);
+/* Is a median line that of an edge: are the voxels after its step at least half of the step above
+ * those before it? Those of a dip or a thin wall are not, nor is a line of zeroes; its overshoot
+ * says nothing. */
+bool ct_edge_lines_is_edge(const double line[static CT_EDGE_LONG]);
 
 #endif

@@ -47,6 +47,10 @@ struct ct_noise {
 	double sure;     /* 0 if none is */
 	double alike[3]; /* rho, 0 to CT_NOISE_ALIKE; 0 if nothing is sure */
 };
+/* What was measured, and what is done with it: "1.7 HU or texture; below 4 HU nothing is removed".
+ */
+enum { CT_NOISE_WORDS = 120 };
+void ct_noise_words(char to[static CT_NOISE_WORDS], const struct ct_noise *is);
 #define CT_NOISE_ALIKE 0.8
 
 /* Powers of noise at the m frequencies k/2m cycles a voxel of an axis, their mean 1, if neighbours

@@ -384,30 +384,29 @@ out:
 	return rc;
 }
 
-/* The data consistency. lr stays: the figures borrow words of its header. */
+/* The data consistency. lr and test stay: the figures borrow words of their headers. */
 static int consistency(struct ct_figures *f, struct ct_vol *lr, const struct params *p,
 	const struct ct_vol *test, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_vol map = {0};
 	struct ct_degrade d;
 	struct ct_data_residual c;
-	int rc = -1, known;
+	const struct ct_meta *from;
+	int rc = -1;
 
 	if (read_checked(lr, p->consistency, e))
 		return -1;
-	known = ct_degrade_get(&lr->meta, &d, e);
-	if (known < 0)
-		return ct_blame(e, p->consistency);
-	if (known > 0 || ct_meta_get(&lr->meta, CT_META_UPSAMPLE))
-		return ct_fail(e, CT_EINPUT, "%s: %s", p->consistency,
-			known > 0 ? "the header names no operator: it needs factor, sigma and "
-				    "decimate, which ct-degrade writes"
-				  : "is upsampled: give the CT that it was made from");
+	if (ct_data_residual_operator(&d, &from, &lr->meta, &test->meta, e))
+		return ct_blame(e, from == &lr->meta ? p->consistency : p->test);
 	if (ct_data_residual(&c, &map, lr, test, &d, env, e)) {
 		ct_blame(e, p->test);
 		goto out;
 	}
-	ct_compare_residual(f, &c, &lr->meta);
+	if (from != &lr->meta)
+		ct_log(env, CT_TOLD, "operator as assumed by ct-sr: %s",
+			ct_meta_get(from, CT_META_ASSUMED) ? ct_meta_get(from, CT_META_ASSUMED)
+							   : "by the header of TEST");
+	ct_compare_residual(f, &c, from);
 	if (p->map && (ct_meta_copy(&map.meta, &lr->meta, e) ||
 			      ct_meta_set(&map.meta, CT_META_QUANTITY, CT_QUANTITY_RESIDUAL, e) ||
 			      ct_meta_step(&map.meta, env, 2,

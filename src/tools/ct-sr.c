@@ -292,7 +292,8 @@ static void put_method(FILE *f, const struct ct_refine *r)
 
 /* What was assumed of a scan that does not say how it was made, what would change it, and what was
  * damped. */
-static void say_assumed(const struct ct_refine *r, const struct ct_vol *in, const char *tool)
+static void say_assumed(
+	const struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env)
 {
 	const struct ct_operator *is = &r->is;
 	char words[CT_ASSUMED_WORDS];
@@ -301,19 +302,22 @@ static void say_assumed(const struct ct_refine *r, const struct ct_vol *in, cons
 	ct_vol_spacing(in, mm);
 	ct_assumed_words(words, is, mm);
 	if (*words)
-		fprintf(stderr, "%s: assumed: %s; %s\n", tool, words,
+		ct_log(env, CT_TOLD, "assumed: %s; %s", words,
 			ct_slice_profile_is_alone(
 				is->by.factor, ct_slice_profile_axis(is->by.factor))
 				? "--slice-thickness or --profile says it better"
 				: "--sigma and --decimate say it better");
 	else if (!is->known)
-		fprintf(stderr,
-			"%s: assumed: nothing, as too few edges show the blur; --sigma says it\n",
-			tool);
+		ct_log(env, CT_TOLD,
+			"assumed: nothing, as too few edges show the blur; --sigma says it");
+	if (is->noise_from == CT_BY_MEASURE && is->texture.common > 0) {
+		ct_noise_words(words, &is->texture);
+		ct_log(env, CT_TOLD, "noise: %s", words);
+	}
 	*words = '\0';
 	ct_damped_words(words, sizeof words, &r->damped);
 	if (*words)
-		fprintf(stderr, "%s: %s\n", tool, words);
+		ct_log(env, CT_TOLD, "%s", words);
 }
 
 /* One line on standard error: what was found and done, by the plan r of `in`. */
@@ -322,9 +326,9 @@ static void say(const struct ct_refine *r, const struct ct_vol *in, double secon
 {
 	double times[3];
 
+	say_assumed(r, in, env);
 	if (env->verbose < 0)
 		return;
-	say_assumed(r, in, env->tool);
 	fprintf(stderr, "%s: %zux%zux%zu to %zux%zux%zu, ", env->tool, in->n[0], in->n[1], in->n[2],
 		r->n[0], r->n[1], r->n[2]);
 	ct_refine_times(times, r);
