@@ -629,7 +629,7 @@ static void t_bytes(void)
 		"columns of %zu", f.back.pitch);
 	OK(f.block == (128 << 20) / one && f.block == 8, "128 MiB: %zu views together", f.block);
 	OK(ct_fdk_bytes(&f, 0) == f.block * one, "bytes of views");
-	OK(ct_fdk_bytes(&f, 3) - ct_fdk_bytes(&f, 0) == 3 * (2000 * 2010 * 4 + 4096 * 16 * 8),
+	OK(ct_fdk_bytes(&f, 3) - ct_fdk_bytes(&f, 0) == 3 * (2000 * 2010 * 4 + 4096 * 32 * 8),
 		"and of each thread");
 	ct_fdk_free(&f);
 	ct_stack_free(&s);
