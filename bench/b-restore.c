@@ -5,7 +5,7 @@
 #include "core/mem.h"
 #include "core/rng.h"
 #include "restore/predict.h"
-#include "unet/dnn.h"
+#include "nn/dnn.h"
 
 #include <stdlib.h>
 #include <string.h>

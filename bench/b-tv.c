@@ -1,4 +1,4 @@
-/* An iteration of total variation under data consistency (resolution/tv.h) on 256^3, for three
+/* An iteration of total variation under data consistency (inverse/tv.h) on 256^3, for three
  * operators, against the
  * time to read and write its volume and a dual of half of three once, the least that it moves.
  * A call makes so many of them that what it begins with, above all its first touch of memory,
@@ -6,7 +6,7 @@
 #include "config.h"
 #include "bench/bench.h"
 #include "core/rng.h"
-#include "resolution/tv.h"
+#include "inverse/tv.h"
 
 #include <stdlib.h>
 #include <string.h>

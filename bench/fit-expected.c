@@ -1,4 +1,4 @@
-/* What the error of a solver goes with: prints the table of src/resolution/expected.c.
+/* What the error of a solver goes with: prints the table of src/estimate/expected.c.
  *
  *   make bench/fit-expected && bench/fit-expected [-t THREADS] SCAN...
  *
@@ -18,9 +18,9 @@
 #include "formats/format.h"
 #include "formats/io.h"
 #include "formats/units.h"
-#include "resolution/crop.h"
-#include "resolution/expected.h"
-#include "resolution/upsample.h"
+#include "operator/crop.h"
+#include "estimate/expected.h"
+#include "inverse/upsample.h"
 
 #include <math.h>
 #include <stdio.h>

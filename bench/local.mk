@@ -36,7 +36,7 @@ bench_unet_calls_SOURCES = bench/unet-calls.c bench/bench.h
 BENCH_SH += bench/b-unet.sh
 EXTRA_DIST += bench/unet-torch.py bench/profile/rows.py bench/profile/fit.py bench/profile/table.py
 bench: bench/unet-calls
-# No bench: prints the table of src/resolution/expected.c.
+# No bench: prints the table of src/estimate/expected.c.
 EXTRA_PROGRAMS += bench/fit-expected
 bench_fit_expected_SOURCES = bench/fit-expected.c
 # No bench: what bench/profile/rows.py draws its rows with.

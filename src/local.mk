@@ -14,8 +14,8 @@ noinst_LIBRARIES += libctdicom.a
 libctdicom_a_SOURCES = src/tools/convert-io.c \
 	src/tools/convert.h src/dicom/form.c src/dicom/form.h src/dicom/sidecar.c src/dicom/sidecar.h src/dicom/open.c \
 	src/dicom/module.h src/dicom/dicom.h src/tools/scan-read.c src/tools/scan-read.h
-DICOM_SOURCES = src/dicom/module.c src/dicom/write.c src/dicom/series.c \
-	src/dicom/account.c src/dicom/series.h src/dicom/inspect.c src/dicom/image.c src/dicom/image.h \
+DICOM_SOURCES = src/dicom/module.c src/dicom/write.c src/dicom/series-set.c \
+	src/dicom/account.c src/dicom/series-set.h src/dicom/inspect.c src/dicom/image.c src/dicom/image.h \
 	src/dicom/policy.c src/dicom/derive.c src/dicom/radiograph.c
 DICOM_LDADD = libctdicom.a libct.a $(CT_LIBS) -ldl
 if HAVE_VTK
@@ -51,7 +51,7 @@ ct_project_SOURCES = src/tools/ct-project.c
 bin_PROGRAMS += ct-phantom
 ct_phantom_SOURCES = src/tools/ct-phantom.c
 bin_PROGRAMS += ct-ddnm
-ct_ddnm_SOURCES = src/tools/ct-ddnm.c src/tools/ddnm.h src/tools/ddnm-state.c \
+ct_ddnm_SOURCES = src/tools/ct-ddnm.c src/tools/ddnm-parts.h src/tools/ddnm-state.c \
 	src/tools/ddnm-input.c src/tools/lib/libraries.cc
 if HAVE_OIIO
 ct_ddnm_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)

@@ -3,10 +3,10 @@
 #ifndef CT_TESTS_DIFFERENCES_H
 #define CT_TESTS_DIFFERENCES_H
 #include "core/rng.h"
-#include "unet/attention.h"
-#include "unet/conv.h"
-#include "unet/norm.h"
-#include "unet/window-attention.h"
+#include "nn/attention.h"
+#include "nn/conv.h"
+#include "nn/norm.h"
+#include "nn/window-attention.h"
 #include "tap.h"
 
 #include <stdlib.h>

@@ -3,7 +3,7 @@
 #ifndef CT_TESTS_SEPARABLE_PAIR_H
 #define CT_TESTS_SEPARABLE_PAIR_H
 #include "core/linear.h"
-#include "resolution/separable.h"
+#include "operator/separable.h"
 
 #include <stdint.h>
 

@@ -1,7 +1,7 @@
 /* The shape of a network by its keys: what each takes, what the whole must be, and how it begins.
  */
 #include "config.h"
-#include "unet/unet.h"
+#include "nn/unet.h"
 #include "tap.h"
 
 #include <string.h>

@@ -2,7 +2,7 @@
 #include "config.h"
 #include "core/rng.h"
 #include "tap.h"
-#include "unet/arena.h"
+#include "nn/arena.h"
 
 #include <stdbool.h>
 #include <string.h>

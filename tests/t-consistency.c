@@ -2,8 +2,8 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "resolution/consistency.h"
-#include "resolution/svd.h"
+#include "inverse/consistency.h"
+#include "operator/svd.h"
 #include "numbers.h"
 #include "separable-pair.h"
 

@@ -1,7 +1,7 @@
 /* Products with bases of even and odd functions, against sums in double: cosines, others that fold
  * alike, and some that hardly fold. */
 #include "config.h"
-#include "resolution/cosine.h"
+#include "operator/cosine.h"
 #include "tap.h"
 
 enum { MOST = 96, W = 37 };

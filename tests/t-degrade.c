@@ -3,7 +3,7 @@
 #include "core/mem.h"
 #include "core/rng.h"
 #include "core/vol.h"
-#include "resolution/slice-profile.h"
+#include "operator/slice-profile.h"
 #include "numbers.h"
 #include "separable-pair.h"
 

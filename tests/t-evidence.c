@@ -3,7 +3,7 @@
 #include "capture.h"
 #include "formats/format.h"
 #include "scratch.h"
-#include "tools/lib/evidence.h"
+#include "tools/lib/evidence-files.h"
 #include "xray/geometry.h"
 
 /* The base is 8 mm of one value, the LR of it another, on a grid twice as coarse. */
@@ -58,7 +58,7 @@ static int take(struct ct_evidence *d, struct ct_evidence_files f)
 	f.base = f.base ? f.base : "base.nii";
 	*d = (struct ct_evidence){0};
 	e = (struct ct_err){0};
-	return ct_evidence_read(d, &f, &quiet, &e);
+	return ct_evidence_files_read(d, &f, &quiet, &e);
 }
 
 static bool refused(struct ct_evidence_files f, enum ct_code code, const char *why)

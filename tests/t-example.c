@@ -2,7 +2,7 @@
 #include "config.h"
 #include "core/rng.h"
 #include "core/vol.h"
-#include "resolution/degrade.h"
+#include "operator/degrade.h"
 #include "restore/example.h"
 #include "tests/tap.h"
 #include "slice-network-make.h"

@@ -2,8 +2,8 @@
  * the table; any number of threads. */
 #include "config.h"
 #include "numbers.h"
-#include "resolution/expected.h"
-#include "resolution/upsample.h"
+#include "estimate/expected.h"
+#include "inverse/upsample.h"
 
 #include <stdbool.h>
 #include <string.h>

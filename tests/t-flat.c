@@ -1,9 +1,9 @@
 /* Where points are flat: the weights, against their formula; when; and what it is for. */
 #include "config.h"
 #include "numbers.h"
-#include "resolution/flat.h"
-#include "resolution/resample.h"
-#include "resolution/upsample.h"
+#include "inverse/flat.h"
+#include "operator/resample.h"
+#include "inverse/upsample.h"
 
 #include <string.h>
 

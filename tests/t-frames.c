@@ -2,8 +2,8 @@
 #include "config.h"
 #include "core/rng.h"
 #include "core/vol.h"
-#include "resolution/crop.h"
-#include "resolution/regrid.h"
+#include "operator/crop.h"
+#include "operator/regrid.h"
 #include "tap.h"
 
 #include <stdbool.h>

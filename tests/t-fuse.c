@@ -2,7 +2,7 @@
  * begins, by its formulas, and what it ends with. */
 #include "config.h"
 #include "recon/fuse.h"
-#include "resolution/upsample.h"
+#include "inverse/upsample.h"
 #include "xray/phantom.h"
 #include "xray/geometry.h"
 #include "xray/window.h"

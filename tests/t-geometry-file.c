@@ -430,9 +430,9 @@ static void test_above(void)
 	float x[] = {1, 5, 7.5f, -3};
 	struct ct_vol v = {.n = {2, 2, 1}, .data = x};
 
-	ct_window_warn_above(&v, "v.nii", (const double[]){0, 8}, &env);
+	ct_window_rule_warn(&v, "v.nii", (const double[]){0, 8}, &env);
 	OK(!*said, "nothing is above the window");
-	ct_window_warn_above(&v, "v.nii", (const double[]){0, 4}, &env);
+	ct_window_rule_warn(&v, "v.nii", (const double[]){0, 4}, &env);
 	OK(is_text(said, "0 v.nii: 2 voxels are above 4 HU, up to 7.5, and count as 4 (a wider "
 			 "--window keeps them)"),
 		"some is");

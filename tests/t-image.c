@@ -1,7 +1,7 @@
 /* Pictures through OpenImageIO: what is encoded is read again; damaged files. */
 #include "config.h"
 #include "core/inflate.h"
-#include "shim/image.h"
+#include "shim/picture-file.h"
 #include "tap.h"
 
 #include <ctype.h>

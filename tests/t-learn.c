@@ -4,7 +4,7 @@
 #include "core/par.h"
 #include "numbers.h"
 #include "restore/learn.h"
-#include "unet/dnn.h"
+#include "nn/dnn.h"
 
 #include <stdbool.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* Algebra of both measurement operators, and what the matched one does to known pictures. */
 #include "config.h"
 #include "core/rng.h"
-#include "resolution/degrade.h"
+#include "operator/degrade.h"
 #include "numbers.h"
 #include "pinv.h"
 

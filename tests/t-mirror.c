@@ -1,9 +1,9 @@
 /* A volume and the dual of its variation, mirrored; and the mean of solutions of a scan that is. */
 #include "config.h"
 #include "numbers.h"
-#include "resolution/mirror.h"
-#include "resolution/tv.h"
-#include "resolution/upsample.h"
+#include "operator/mirror.h"
+#include "inverse/tv.h"
+#include "inverse/upsample.h"
 
 #include <string.h>
 

@@ -2,7 +2,7 @@
  * forward in double written from the formula; each fast forward against the same. */
 #include "config.h"
 #include "solve/adam.h"
-#include "unet/layers.h"
+#include "nn/layers.h"
 #include "differences.h"
 
 static double silu(double z)

@@ -2,8 +2,8 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "resolution/consistency.h"
-#include "resolution/noise.h"
+#include "inverse/consistency.h"
+#include "estimate/noise.h"
 #include "tap.h"
 
 #include <math.h>
@@ -346,11 +346,11 @@ static void test_powers(void)
 {
 	double p[16], sum = 0;
 
-	ct_noise_powers(p, 16, 0);
+	ct_consistency_powers(p, 16, 0);
 	for (int k = 0; k < 16; k++)
 		sum += fabs(p[k] - 1);
 	NEAR(sum, 0, 1e-12, "white");
-	ct_noise_powers(p, 16, 0.5);
+	ct_consistency_powers(p, 16, 0.5);
 	sum = 0;
 	for (int k = 0; k < 16; k++)
 		sum += p[k] / 16;
@@ -395,7 +395,7 @@ static void test_constraint(void)
 	double power[3][8];
 
 	for (int a = 0; a < 3; a++)
-		ct_noise_powers(power[a], m, alike[a]);
+		ct_consistency_powers(power[a], m, alike[a]);
 	for (int c = 0; c < 2; c++) {
 		struct ct_consistency dc = {0};
 		struct ct_separable d;

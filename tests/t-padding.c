@@ -3,10 +3,10 @@
 #include "config.h"
 #include "numbers.h"
 #include "quality/data-residual.h"
-#include "refine/assumed.h"
+#include "estimate/assumed.h"
 #include "refine/refine.h"
-#include "resolution/padding.h"
-#include "resolution/profile.h"
+#include "operator/padding.h"
+#include "estimate/profile.h"
 
 #include <stdbool.h>
 #include <string.h>

@@ -4,7 +4,7 @@
  */
 #include "config.h"
 #include "numbers.h"
-#include "resolution/pilot.h"
+#include "inverse/pilot.h"
 
 #include <string.h>
 

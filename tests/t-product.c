@@ -5,8 +5,8 @@
 #include "core/rng.h"
 #include "core/simd.h"
 #include "numbers.h"
-#include "unet/dnn.h"
-#include "unet/product.h"
+#include "nn/dnn.h"
+#include "nn/product.h"
 
 #include <math.h>
 #include <stdlib.h>

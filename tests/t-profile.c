@@ -2,10 +2,10 @@
 #include "config.h"
 #include "core/rng.h"
 #include "numbers.h"
-#include "resolution/degrade.h"
-#include "resolution/edge-lines.h"
-#include "resolution/padding.h"
-#include "resolution/profile.h"
+#include "operator/degrade.h"
+#include "estimate/edge-lines.h"
+#include "operator/padding.h"
+#include "estimate/profile.h"
 
 #include <stdbool.h>
 #include <string.h>

@@ -6,7 +6,7 @@
 #include "scratch.h"
 #include "tap.h"
 #include "tools/lib/prior-opts.h"
-#include "unet/unet.h"
+#include "nn/unet.h"
 
 static struct archive a;
 static struct bytes k;

@@ -3,8 +3,8 @@
 #include "core/mem.h"
 #include "core/rng.h"
 #include "core/vol.h"
-#include "resolution/degrade.h"
-#include "resolution/resample.h"
+#include "operator/degrade.h"
+#include "operator/resample.h"
 #include "numbers.h"
 #include "separable-pair.h"
 

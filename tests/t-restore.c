@@ -2,8 +2,8 @@
 #include "config.h"
 #include "core/rng.h"
 #include "core/vol.h"
-#include "resolution/flat.h"
-#include "resolution/upsample.h"
+#include "inverse/flat.h"
+#include "inverse/upsample.h"
 #include "restore/example.h"
 #include "restore/learn.h"
 #include "restore/predict.h"
@@ -12,7 +12,7 @@
 #include "tests/tap.h"
 #include "slice-network-make.h"
 #include "texture-make.h"
-#include "unet/dnn.h"
+#include "nn/dnn.h"
 
 #include <stdbool.h>
 #include <stdint.h>

@@ -1,7 +1,7 @@
 /* What DICOM says of a scanner: what is expected of it, when it is stale, and how it joins. */
 #include "config.h"
 #include "formats/beside.h"
-#include "refine/scanner.h"
+#include "estimate/scanner.h"
 #include "tap.h"
 
 #include <string.h>

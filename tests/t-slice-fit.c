@@ -1,7 +1,7 @@
 /* The slice profile from thick and thin slices of a phantom whose profile is known. */
 #include "config.h"
 #include "core/rng.h"
-#include "resolution/slice-fit.h"
+#include "estimate/slice-fit.h"
 #include "tap.h"
 
 #include <string.h>

@@ -3,7 +3,7 @@
 #include "core/rng.h"
 #include "tests/tap.h"
 #include "slice-network-make.h"
-#include "unet/dnn.h"
+#include "nn/dnn.h"
 
 #include <math.h>
 #include <string.h>

@@ -3,14 +3,14 @@
 #include "config.h"
 #include "core/vol.h"
 #include "numbers.h"
-#include "resolution/consistency.h"
-#include "resolution/resample.h"
-#include "resolution/upsample.h"
+#include "inverse/consistency.h"
+#include "operator/resample.h"
+#include "inverse/upsample.h"
 #include "restore/example.h"
 #include "restore/predict.h"
 #include "restore/restore.h"
 #include "restore/steps.h"
-#include "unet/dnn.h"
+#include "nn/dnn.h"
 
 #include <stdbool.h>
 #include <string.h>

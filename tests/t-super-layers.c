@@ -1,9 +1,9 @@
 /* Layers of the networks of super-resolution: each fast forward against a plain one in double from
  * the formula, each backward against central differences of that; and a backward that adds. */
 #include "config.h"
-#include "unet/dnn.h"
-#include "unet/pointwise.h"
-#include "unet/spatial.h"
+#include "nn/dnn.h"
+#include "nn/pointwise.h"
+#include "nn/spatial.h"
 #include "differences.h"
 
 static float scratch[100000] __attribute__((aligned(64)));

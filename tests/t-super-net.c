@@ -9,7 +9,7 @@
 #include "diffusion/prior.h"
 #include "formats/format.h"
 #include "formats/io.h"
-#include "unet/unet.h"
+#include "nn/unet.h"
 #include "numbers.h"
 
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 /* Tissues: slabs of one value each, and what is deep, looked for voxel by voxel. */
 #include "config.h"
-#include "resolution/degrade.h"
+#include "operator/degrade.h"
 #include "quality/tissue.h"
 #include "core/rng.h"
 #include "tap.h"

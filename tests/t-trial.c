@@ -5,7 +5,7 @@
 #include "config.h"
 #include "numbers.h"
 #include "refine/refine.h"
-#include "resolution/trial.h"
+#include "inverse/trial.h"
 
 #include <string.h>
 

@@ -2,8 +2,8 @@
  * nearest to x within the noise lies on the line from x to y. */
 #include "config.h"
 #include "numbers.h"
-#include "resolution/tv-row.h"
-#include "resolution/tv.h"
+#include "inverse/tv-row.h"
+#include "inverse/tv.h"
 
 #include <signal.h>
 #include <stdbool.h>

@@ -2,7 +2,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "resolution/tv.h"
+#include "inverse/tv.h"
 #include "tap.h"
 
 #include <stdlib.h>

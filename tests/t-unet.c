@@ -3,7 +3,7 @@
 #include "config.h"
 #include "core/rng.h"
 #include "formats/format.h"
-#include "unet/unet.h"
+#include "nn/unet.h"
 #include "numbers.h"
 
 #include <stdlib.h>

@@ -1,10 +1,10 @@
 /* A finer grid: what each method does against the parts that it is made of, and what is refused. */
 #include "config.h"
 #include "numbers.h"
-#include "resolution/consistency.h"
-#include "resolution/resample.h"
-#include "resolution/tv.h"
-#include "resolution/upsample.h"
+#include "inverse/consistency.h"
+#include "operator/resample.h"
+#include "inverse/tv.h"
+#include "inverse/upsample.h"
 
 #include <stdbool.h>
 #include <string.h>

@@ -3,7 +3,7 @@
 #include "core/par.h"
 #include "core/vol.h"
 #include "numbers.h"
-#include "resolution/upsample.h"
+#include "inverse/upsample.h"
 #include "restore/restore.h"
 #include "restore/volume-network.h"
 #include "slice-network-make.h"

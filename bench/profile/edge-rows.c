@@ -4,7 +4,7 @@
  * int32 rows of each set, and 256 rows of each in float32, of which those past that are 0.
  */
 #include "config.h"
-#include "resolution/profile.h"
+#include "estimate/profile.h"
 
 #include <stdint.h>
 #include <stdio.h>

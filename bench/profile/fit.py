@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""One of the two networks of src/resolution/profile.c, from rows.py.
+"""One of the two networks of src/estimate/profile.c, from rows.py.
 
 fit.py EPOCHS SEED FOLD START.bin NETWORK.bin ROWS.npz...   (Debian: python3-torch, libopenblas0)
 

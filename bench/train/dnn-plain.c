@@ -1,11 +1,11 @@
-/* dnn-plain.c: the matrix products of unet/dnn.h and unet/product.h without oneDNN, for a static
+/* dnn-plain.c: the matrix products of nn/dnn.h and nn/product.h without oneDNN, for a static
  * program. There are no convolutions: the volume network is refused. A matrix is kept in panels of
  * PANEL rows; a tile of ROWS rows of x meets one panel in registers. */
 #include "config.h"
 #include "core/mem.h"
-#include "unet/conv.h"
-#include "unet/dnn.h"
-#include "unet/product.h"
+#include "nn/conv.h"
+#include "nn/dnn.h"
+#include "nn/product.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -3,7 +3,7 @@
 #include "arssr/arssr-train.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "resolution/degrade.h"
+#include "operator/degrade.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -12,7 +12,7 @@
 #include "solve/trainer.h"
 
 /* A piece: a cube of a volume at a random place, the same reduced by a random factor as a
- * band-limited scanner does (P1 of resolution/degrade.h), and random voxels of it. A function of
+ * band-limited scanner does (P1 of operator/degrade.h), and random voxels of it. A function of
  * (seed, number). */
 struct ct_arssr_piece_rule {
 	uint64_t seed;

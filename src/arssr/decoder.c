@@ -2,10 +2,10 @@
 #include "config.h"
 #include "arssr/decoder.h"
 #include "arssr/arssr-kernels.h"
-#include "unet/layers.h"
+#include "nn/layers.h"
 #include "core/mem.h"
 #include "core/vol.h"
-#include "unet/dense.h"
+#include "nn/dense.h"
 
 #include <math.h>
 #include <stdlib.h>

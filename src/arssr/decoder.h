@@ -14,7 +14,7 @@ struct ct_decoder {
 	const struct ct_arssr *net; /* borrowed */
 	float *row;       /* the features of one point; owned, the block of all that follows */
 	float *h[10];     /* inputs of the layers [0, 8), the end of stage one, the values:
-			   * row f holds feature f of CT_DECODER_ROWS points (unet/dense.h) */
+			   * row f holds feature f of CT_DECODER_ROWS points (nn/dense.h) */
 	float *d[2], *in; /* gradients, with `train`; in: of the input */
 	size_t at[CT_DECODER_ROWS][8]; /* eight voxels about a point, in features, and weights */
 	float w[CT_DECODER_ROWS][8];

@@ -1,9 +1,9 @@
 /* encoder.c: see encoder.h; the gradient is at the end. */
 #include "config.h"
 #include "arssr/encoder.h"
-#include "unet/dense.h"
+#include "nn/dense.h"
 #include "arssr/arssr-kernels.h"
-#include "unet/layers.h"
+#include "nn/layers.h"
 #include "core/mem.h"
 
 #include <stdlib.h>

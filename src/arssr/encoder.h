@@ -9,7 +9,7 @@
 #define CT_ARSSR_ENCODER_H
 #include "arssr/arssr.h"
 #include "core/env.h"
-#include "unet/conv.h"
+#include "nn/conv.h"
 
 struct ct_encoder_side; /* of a thread */
 struct ct_encoder {

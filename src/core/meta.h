@@ -8,7 +8,7 @@
  *   nifti.ext.N  a foreign NIfTI extension: "ECODE BASE64"; NIfTI
  *   run.NAME     in a state, what its run depends on (cli/resume.h)
  *   scalar.N     in the state of the joint solver, a number in hexadecimal; ct-fuse
- * and for the architecture of a prior, by the names of guided diffusion (unet/arch.c).
+ * and for the architecture of a prior, by the names of guided diffusion (nn/arch.c).
  */
 #ifndef CT_CORE_META_H
 #define CT_CORE_META_H
@@ -49,7 +49,7 @@ struct ct_env;
 /* word of CT_UPSAMPLE_LIST, prior or field: what brought the data to the fine grid: the factor is
  * used up; ct_upsample, ct-field */
 #define CT_META_UPSAMPLE "upsample"
-/* text: what of the operator was measured, and how surely (refine/assumed.h); ct_refine_run */
+/* text: what of the operator was measured, and how surely (estimate/assumed.h); ct_refine_run */
 #define CT_META_ASSUMED "assumed"
 /* word of CT_PHANTOM_LIST: ct-phantom */
 #define CT_META_PHANTOM "phantom"
@@ -98,7 +98,7 @@ struct ct_env;
 #define CT_META_LICENCE "licence"
 /* text: from values to those that the network sees; ct-train */
 #define CT_META_INTENSITY_MAP "intensity_map"
-/* word of CT_NET_LIST (unet/arch.h): the network of a prior; a U-Net if it is not there */
+/* word of CT_NET_LIST (nn/arch.h): the network of a prior; a U-Net if it is not there */
 #define CT_META_NET "net"
 /* word: of the variances of a prior: linear; ct_train_result */
 #define CT_META_BETA_SCHEDULE "beta_schedule"

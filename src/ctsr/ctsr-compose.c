@@ -1,7 +1,7 @@
 /* ctsr-compose.c: a base and what was fitted to it make a CT. */
 #include "config.h"
 #include "ctsr/ctsr-impl.h"
-#include "steps/compose.h"
+#include "steps/step-compose.h"
 #include "steps/evidence.h"
 
 #include <math.h>

@@ -3,7 +3,7 @@
 #include "core/mem.h"
 #include "ctsr/ctsr-impl.h"
 #include "formats/format.h"
-#include "steps/ddnm.h"
+#include "steps/step-ddnm.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -6,7 +6,7 @@
 #include "core/gauss.h"
 #include "gs/splat.h"
 #include "gs/mixture.h"
-#include "steps/fit.h"
+#include "steps/step-fit.h"
 
 #include <math.h>
 #include <stdlib.h>

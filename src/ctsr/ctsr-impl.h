@@ -7,7 +7,7 @@
 #include "core/stack.h"
 #include "core/vol.h"
 #include "ctsr/ctsr.h"
-#include "resolution/degrade.h"
+#include "operator/degrade.h"
 
 #include <stdbool.h>
 

@@ -1,7 +1,7 @@
 /* ctsr-operator.c: what makes a low-resolution CT. */
 #include "config.h"
 #include "ctsr/ctsr-impl.h"
-#include "refine/operator.h"
+#include "estimate/operator.h"
 
 #include <math.h>
 #include <string.h>

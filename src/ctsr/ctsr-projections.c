@@ -5,7 +5,7 @@
 #include "formats/format.h"
 #include "recon/reconstruct.h"
 #include "steps/evidence.h"
-#include "steps/project.h"
+#include "steps/step-project.h"
 #include "xray/geometry.h"
 #include "xray/window.h"
 
@@ -257,7 +257,7 @@ static int fdk(struct ct_vol *v, const struct ct_stack *s, struct ctsr_call *k)
 	const struct ct_reconstruct_rule how = {.filter = CT_RAMP_RAM_LAK};
 
 	return ct_reconstruct(v, s, &how, &k->env, &k->err) ||
-			       ct_window_reconstructed(v, s, NULL, false, &k->err)
+			       ct_window_rule_reconstructed(v, s, NULL, false, &k->err)
 		       ? -1
 		       : 0;
 }

@@ -1,9 +1,9 @@
-/* account.c: what became of every file; see series.h. */
+/* account.c: what became of every file; see series-set.h. */
 #include "config.h"
 #include "core/mem.h"
 #include "formats/hash.h"
-#include "shim/dicom.h"
-#include "dicom/series.h"
+#include "shim/dicom-file.h"
+#include "dicom/series-set.h"
 
 #include <math.h>
 #include <stdio.h>

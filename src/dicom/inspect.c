@@ -2,9 +2,9 @@
 #include "config.h"
 #include "cli/json.h"
 #include "core/mem.h"
-#include "shim/dicom.h"
+#include "shim/dicom-file.h"
 #include "dicom/module.h"
-#include "dicom/series.h"
+#include "dicom/series-set.h"
 #include "formats/text.h"
 #include "report/report.h"
 

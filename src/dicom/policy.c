@@ -1,6 +1,6 @@
 /* policy.c: see image.h. */
 #include "config.h"
-#include "shim/dicom.h"
+#include "shim/dicom-file.h"
 #include "dicom/image.h"
 
 #include <stdio.h>

@@ -2,9 +2,9 @@
 #include "config.h"
 #include "core/words.h"
 #include "series/header.h"
-#include "shim/dicom.h"
+#include "shim/dicom-file.h"
 #include "dicom/module.h"
-#include "dicom/series.h"
+#include "dicom/series-set.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -5,10 +5,10 @@
 #include "formats/io.h"
 #include "formats/out-folder.h"
 #include "formats/voxels.h"
-#include "shim/dicom.h"
+#include "shim/dicom-file.h"
 #include "dicom/form.h"
 #include "dicom/image.h"
-#include "dicom/series.h"
+#include "dicom/series-set.h"
 #include "dicom/module.h"
 
 #include <stdio.h>

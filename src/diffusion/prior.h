@@ -4,7 +4,7 @@
 #define CT_DIFFUSION_PRIOR_H
 #include "core/tensors.h"
 #include "diffusion/superres.h"
-#include "unet/unet.h"
+#include "nn/unet.h"
 
 /* How values become numbers in [-1, 1]; the metadata "intensity_map" of a prior. */
 #define CT_PRIOR_MAP "2 x / max - 1; max: of the stack, or of the picture's type"

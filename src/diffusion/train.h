@@ -13,7 +13,7 @@
 #include "core/env.h"
 #include "solve/trainer.h"
 #include "diffusion/patches.h"
-#include "unet/unet.h"
+#include "nn/unet.h"
 
 enum { CT_TRAIN_GROUPS = 8 };
 

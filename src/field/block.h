@@ -1,4 +1,4 @@
-/* block.h: the operator D of a low-resolution CT on a block of it (resolution/degrade.h), and the
+/* block.h: the operator D of a low-resolution CT on a block of it (operator/degrade.h), and the
  * total variation of the block: what a step of a fit through the acquisition needs.
  *
  * A block is m low-resolution voxels from lo on. It covers the high-resolution voxels that their
@@ -13,7 +13,7 @@
  */
 #ifndef CT_FIELD_BLOCK_H
 #define CT_FIELD_BLOCK_H
-#include "resolution/degrade.h"
+#include "operator/degrade.h"
 
 #define CT_FIELD_BLOCK_REST 0.02
 enum { CT_FIELD_BLOCK_REACH = 3 };

@@ -2,8 +2,8 @@
 #include "config.h"
 #include "field/field.h"
 #include "core/mem.h"
-#include "unet/dense-kernels.h"
-#include "unet/dnn.h"
+#include "nn/dense-kernels.h"
+#include "nn/dnn.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -3,7 +3,7 @@
  *
  * Threads: a field is read by any number of threads at once; each has a ct_field_work of its own.
  * Results of a call do not depend on other calls. The matrices of wide networks are oneDNN's
- * (unet/dnn.h), on the calling thread.
+ * (nn/dnn.h), on the calling thread.
  *
  * One step of a fit: for all pieces of a batch forward, loss, backward, with gradients of the
  * network in accumulators of the caller's and d loss / d code of the whole batch kept; then

@@ -2,7 +2,7 @@
 #include "config.h"
 #include "field/network.h"
 #include "core/rng.h"
-#include "unet/dense.h"
+#include "nn/dense.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* ray-attention.c: see ray-attention.h. */
 #include "config.h"
 #include "field/ray-attention.h"
-#include "unet/dense.h"
+#include "nn/dense.h"
 
 #include <string.h>
 

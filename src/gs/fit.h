@@ -33,7 +33,7 @@
 #include "gs/gaussian-adam.h"
 #include "gs/densify.h"
 #include "gs/loss.h"
-#include "resolution/degrade.h"
+#include "operator/degrade.h"
 
 #include <stdbool.h>
 

@@ -19,7 +19,7 @@
 #define CT_GS_LOSS_LOWRES_H
 #include "core/vol.h"
 #include "gs/mixture.h"
-#include "resolution/degrade.h"
+#include "operator/degrade.h"
 
 struct ct_loss_lowres {
 	size_t n[3], first[3]; /* the voxels that count, and where they begin */

@@ -2,7 +2,7 @@
 #include "config.h"
 #include "quality/data-residual.h"
 #include "core/mem.h"
-#include "resolution/padding.h"
+#include "operator/padding.h"
 
 #include <math.h>
 #include <stdint.h>

@@ -11,9 +11,9 @@
 #define CT_QUALITY_DATA_RESIDUAL_H
 #include "core/env.h"
 #include "core/vol.h"
-#include "resolution/degrade.h"
+#include "operator/degrade.h"
 
-/* Padding of lr (resolution/padding.h) and the voxels within so many of it do not count: what was
+/* Padding of lr (operator/padding.h) and the voxels within so many of it do not count: what was
  * cut off there is not known. The map has them. */
 enum { CT_DATA_RESIDUAL_RIM = 3 };
 

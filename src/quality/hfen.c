@@ -2,7 +2,7 @@
 #include "config.h"
 #include "quality/hfen.h"
 #include "core/mem.h"
-#include "resolution/degrade.h"
+#include "operator/degrade.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 /* structures.c: see structures.h. */
 #include "config.h"
 #include "core/mem.h"
-#include "resolution/degrade.h"
+#include "operator/degrade.h"
 #include "quality/structures.h"
 
 #include <math.h>

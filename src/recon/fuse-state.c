@@ -3,7 +3,7 @@
 #include "core/words.h"
 #include "core/mem.h"
 #include "recon/fuse.h"
-#include "resolution/tv-row.h"
+#include "inverse/tv-row.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -4,8 +4,8 @@
 #include "core/clock.h"
 #include "core/mem.h"
 #include "core/vec3.h"
-#include "resolution/separable.h"
-#include "resolution/upsample.h"
+#include "operator/separable.h"
+#include "inverse/upsample.h"
 #include "xray/window.h"
 
 #include <math.h>

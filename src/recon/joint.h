@@ -36,9 +36,9 @@
 #ifndef CT_RECON_JOINT_H
 #define CT_RECON_JOINT_H
 #include "core/linear.h"
-#include "resolution/consistency.h"
-#include "resolution/separable.h"
-#include "resolution/tv.h"
+#include "inverse/consistency.h"
+#include "operator/separable.h"
+#include "inverse/tv.h"
 #include "solve/fista.h"
 
 enum { CT_JOINT_SWEEPS = 8 }; /* of tv.h, a proximal point */

@@ -2,7 +2,7 @@
 #include "config.h"
 #include "refine/damp.h"
 #include "core/mem.h"
-#include "resolution/resample.h"
+#include "operator/resample.h"
 
 #include <math.h>
 #include <stdio.h>

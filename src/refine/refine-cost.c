@@ -13,8 +13,8 @@
 #include "refine/rehearsal.h"
 #include "refine/slabs.h"
 #include "refine/texture.h"
-#include "resolution/crop.h"
-#include "resolution/pilot.h"
+#include "operator/crop.h"
+#include "inverse/pilot.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -4,8 +4,8 @@
 #include "core/memory.h"
 #include "refine/rehearsal.h"
 #include "refine/slabs.h"
-#include "resolution/flat.h"
-#include "resolution/trial.h"
+#include "inverse/flat.h"
+#include "inverse/trial.h"
 
 #include <math.h>
 #include <stdarg.h>

@@ -7,17 +7,17 @@
  *
  * The volume in slabs is that of the whole within 0.1 HU RMS (doc/blocks.md): a small part of the
  * CT is refined first and tells both how many iterations to make, and how far a noisy CT may be
- * departed from in each (resolution/pilot.h).
+ * departed from in each (inverse/pilot.h).
  *
  * Reentrant; nothing is kept between calls.
  */
 #ifndef CT_REFINE_REFINE_H
 #define CT_REFINE_REFINE_H
 #include "arssr/arssr-volume.h"
-#include "refine/assumed.h"
+#include "estimate/assumed.h"
 #include "refine/damp.h"
-#include "refine/operator.h"
-#include "resolution/upsample.h"
+#include "estimate/operator.h"
+#include "inverse/upsample.h"
 #include "restore/restore.h"
 
 /* As enum ct_upsample, then the prior on top of auto, and the network of ArSSR. */

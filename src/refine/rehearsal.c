@@ -2,8 +2,8 @@
 #include "config.h"
 #include "core/mem.h"
 #include "refine/rehearsal.h"
-#include "resolution/crop.h"
-#include "resolution/padding.h"
+#include "operator/crop.h"
+#include "operator/padding.h"
 
 #include <math.h>
 #include <stdlib.h>

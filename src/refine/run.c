@@ -1,14 +1,14 @@
 /* run.c: the work of ct_refine_run; see refine.h. */
 #include "config.h"
 #include "core/clock.h"
-#include "refine/assumed.h"
+#include "estimate/assumed.h"
 #include "refine/refine.h"
 #include "refine/rehearsal.h"
 #include "refine/slabs.h"
-#include "resolution/expected.h"
-#include "resolution/flat.h"
-#include "resolution/padding.h"
-#include "resolution/pilot.h"
+#include "estimate/expected.h"
+#include "inverse/flat.h"
+#include "operator/padding.h"
+#include "inverse/pilot.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,8 +1,8 @@
 /* slabs.c: see slabs.h. */
 #include "config.h"
 #include "refine/slabs.h"
-#include "resolution/crop.h"
-#include "resolution/svd.h"
+#include "operator/crop.h"
+#include "operator/svd.h"
 
 #include <math.h>
 #include <string.h>

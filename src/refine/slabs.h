@@ -10,7 +10,7 @@
 #ifndef CT_REFINE_SLABS_H
 #define CT_REFINE_SLABS_H
 #include "core/vol.h"
-#include "resolution/degrade.h"
+#include "operator/degrade.h"
 
 #include <stdbool.h>
 

@@ -1,7 +1,7 @@
 /* page-cards.c: the tables and curves of the page of ct-report; see page.h. */
 #include "config.h"
-#include "resolution/degrade.h"
-#include "resolution/edge-lines.h"
+#include "operator/degrade.h"
+#include "estimate/edge-lines.h"
 #include "report/page.h"
 
 #include <math.h>

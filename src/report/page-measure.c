@@ -1,6 +1,6 @@
 /* page-measure.c: the figures of the page of ct-report; see page.h. */
 #include "config.h"
-#include "resolution/upsample.h"
+#include "inverse/upsample.h"
 #include "report/page.h"
 
 #include <assert.h>

@@ -8,8 +8,8 @@
 #include "quality/data-residual.h"
 #include "quality/edges.h"
 #include "quality/metrics.h"
-#include "resolution/noise.h"
-#include "resolution/profile.h"
+#include "estimate/noise.h"
+#include "estimate/profile.h"
 
 #include <stdbool.h>
 #include <stdio.h>

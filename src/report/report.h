@@ -5,8 +5,8 @@
 #include "core/stack.h"
 #include "core/vol.h"
 #include "formats/any.h"
-#include "resolution/noise.h"
-#include "resolution/profile.h"
+#include "estimate/noise.h"
+#include "estimate/profile.h"
 
 #include <jansson.h>
 #include <stdbool.h>

@@ -1,6 +1,6 @@
 /* confidence.c: the confidence weights of the predicted detail; see restore.h. */
 #include "config.h"
-#include "resolution/upsample.h"
+#include "inverse/upsample.h"
 #include "restore/restore.h"
 
 #include <math.h>

@@ -2,8 +2,8 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "resolution/resample.h"
-#include "resolution/upsample.h"
+#include "operator/resample.h"
+#include "inverse/upsample.h"
 #include "restore/example.h"
 
 #include <math.h>

@@ -5,7 +5,7 @@
 #include "core/rng.h"
 #include "restore/learn.h"
 #include "solve/jacobi.h"
-#include "unet/dnn.h"
+#include "nn/dnn.h"
 
 #include <math.h>
 #include <stdlib.h>

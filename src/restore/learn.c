@@ -4,8 +4,8 @@
 #include "core/rng.h"
 #include "restore/learn.h"
 #include "restore/predict.h"
-#include "unet/dnn.h"
-#include "unet/layers.h"
+#include "nn/dnn.h"
+#include "nn/layers.h"
 
 #include <math.h>
 #include <stdlib.h>

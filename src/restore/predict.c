@@ -2,7 +2,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "restore/predict.h"
-#include "unet/dnn.h"
+#include "nn/dnn.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,9 +1,9 @@
 /* restore.c: see restore.h. */
 #include "config.h"
 #include "core/mem.h"
-#include "resolution/flat.h"
-#include "resolution/resample.h"
-#include "resolution/upsample.h"
+#include "inverse/flat.h"
+#include "operator/resample.h"
+#include "inverse/upsample.h"
 #include "restore/predict.h"
 #include "restore/restore.h"
 #include "restore/steps.h"

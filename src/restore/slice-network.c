@@ -3,7 +3,7 @@
 #include "core/mem.h"
 #include "restore/slice-network.h"
 #include "solve/vector.h"
-#include "unet/layers.h"
+#include "nn/layers.h"
 
 #include <math.h>
 #include <stdlib.h>

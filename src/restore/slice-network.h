@@ -9,16 +9,16 @@
  *
  * It is the mean of (truth - base) / s over what such a cell may hold: a conditional expectation,
  * not a sample; and, last, the logarithm of the mean square that is then still missing, over s^2.
- * Weights are learned by learn.h. Rows are patches; matrices by oneDNN (unet/dnn.h), on the calling
+ * Weights are learned by learn.h. Rows are patches; matrices by oneDNN (nn/dnn.h), on the calling
  * thread: between ct_dnn_enter and ct_dnn_leave.
  */
 #ifndef CT_RESTORE_SLICE_NETWORK_H
 #define CT_RESTORE_SLICE_NETWORK_H
 #include "core/tensors.h"
-#include "resolution/degrade.h"
+#include "operator/degrade.h"
 #include "restore/patch.h"
-#include "unet/dense.h"
-#include "unet/product.h"
+#include "nn/dense.h"
+#include "nn/product.h"
 
 enum { CT_SLICE_NETWORK_FEATURES = 8, CT_SLICE_NETWORK_MORE = 8 };
 

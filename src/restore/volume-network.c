@@ -2,7 +2,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "restore/volume-network.h"
-#include "unet/conv.h"
+#include "nn/conv.h"
 
 #include <math.h>
 #include <stdio.h>

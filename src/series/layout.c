@@ -2,7 +2,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/vec3.h"
-#include "resolution/resample.h"
+#include "operator/resample.h"
 #include "series/layout.h"
 
 #include <math.h>

@@ -2,7 +2,7 @@
 #include "config.h"
 #include "shim/apart.h"
 #include "shim/dicom-tags.h"
-#include "shim/dicom.h"
+#include "shim/dicom-file.h"
 #include "shim/guard.h"
 #include "shim/held.h"
 #include "shim/outline.h"

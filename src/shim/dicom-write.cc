@@ -1,6 +1,6 @@
-/* dicom-write.cc: files out, and elements of others in; see dicom.h. */
+/* dicom-write.cc: files out, and elements of others in; see dicom-file.h. */
 #include "config.h"
-#include "shim/dicom.h"
+#include "shim/dicom-file.h"
 #include "shim/dicom-tags.h"
 #include "shim/guard.h"
 #include "shim/held.h"

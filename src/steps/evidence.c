@@ -62,7 +62,7 @@ static int choose_window(struct ct_evidence *d, struct ct_err *e)
 	const char *base = ct_meta_get(&d->base.meta, CT_META_WINDOW);
 	const char *in = ct_meta_get(&d->in.meta, CT_META_WINDOW);
 
-	if (ct_window_choose(d->window, &d->is.window, base ? &d->base.meta : &d->in.meta, e))
+	if (ct_window_rule_choose(d->window, &d->is.window, base ? &d->base.meta : &d->in.meta, e))
 		return -1;
 	return base && in && strcmp(base, in) != 0
 		       ? ct_fail(e, CT_EINPUT, "%s has the window %s, %s has %s", d->is.base, base,

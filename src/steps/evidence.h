@@ -1,6 +1,6 @@
 /* evidence.h: what a base volume is corrected by: projections, and what is known besides them. The
  * data belong together when they are of one patient in one place, in one window, of the quantity
- * that is wanted. In memory; the readers are tools/lib/evidence.h and src/ctsr.
+ * that is wanted. In memory; the readers are tools/lib/evidence-files.h and src/ctsr.
  *
  * The residual of the paper is what the projections have beyond those of the base,
  *   y - P base,   base = density in the window, cut at its ends;
@@ -10,8 +10,8 @@
 #include "core/env.h"
 #include "core/stack.h"
 #include "core/vol.h"
-#include "resolution/degrade.h"
-#include "steps/window.h"
+#include "operator/degrade.h"
+#include "steps/window-rule.h"
 
 #include <stdbool.h>
 

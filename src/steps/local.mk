@@ -1,7 +1,7 @@
 # The steps of the paper, each once, in memory: what the commands and the library run. They read and write no file.
-libct_a_SOURCES += src/steps/window.c src/steps/window.h
+libct_a_SOURCES += src/steps/window-rule.c src/steps/window-rule.h
 libct_a_SOURCES += src/steps/evidence.c src/steps/evidence.h
-libct_a_SOURCES += src/steps/fit.c src/steps/fit.h
-libct_a_SOURCES += src/steps/compose.c src/steps/compose.h
-libct_a_SOURCES += src/steps/project.c src/steps/project.h
-libct_a_SOURCES += src/steps/ddnm.c src/steps/ddnm.h
+libct_a_SOURCES += src/steps/step-fit.c src/steps/step-fit.h
+libct_a_SOURCES += src/steps/step-compose.c src/steps/step-compose.h
+libct_a_SOURCES += src/steps/step-project.c src/steps/step-project.h
+libct_a_SOURCES += src/steps/step-ddnm.c src/steps/step-ddnm.h

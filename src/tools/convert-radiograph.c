@@ -114,8 +114,8 @@ static int start(pid_t *pid, FILE **f, char *program, const char *path, struct c
 	return ct_fail(e, CT_ENOMEM, "%s: cannot start %s: %s", path, program, strerror(errno));
 }
 
-/* As ct_image_read (shim/image.h), without the libraries that read pictures: by ct-picture, beside
- * this program or installed, through a pipe. CT_EINPUT also if the picture kills its reader;
+/* As ct_image_read (shim/picture-file.h), without the libraries that read pictures: by ct-picture,
+ * beside this program or installed, through a pipe. CT_EINPUT also if the picture kills its reader;
  * CT_EFAIL if that is not installed. */
 static int read_picture(const char *path, struct ct_vol *v, struct ct_err *e)
 {

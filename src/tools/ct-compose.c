@@ -6,7 +6,7 @@
 #include "formats/format.h"
 #include "formats/io.h"
 #include "formats/units.h"
-#include "steps/compose.h"
+#include "steps/step-compose.h"
 #include "tools/lib/geometry-opts.h"
 
 #include <math.h>

@@ -14,7 +14,7 @@
 #include "formats/nifti.h"
 #include "formats/raw.h"
 #include "recon/scan-grid.h"
-#include "resolution/regrid.h"
+#include "operator/regrid.h"
 #include "tools/convert.h"
 #include "tools/lib/geometry-json.h"
 #include "tools/lib/geometry-opts.h"

@@ -7,8 +7,8 @@
 #include "core/memory.h"
 #include "formats/format.h"
 #include "formats/io.h"
-#include "steps/ddnm.h"
-#include "tools/ddnm.h"
+#include "steps/step-ddnm.h"
+#include "tools/ddnm-parts.h"
 #include "tools/lib/prior-opts.h"
 
 #include <math.h>

@@ -5,7 +5,7 @@
 #include "formats/format.h"
 #include "formats/io.h"
 #include "formats/units.h"
-#include "resolution/slice-profile.h"
+#include "operator/slice-profile.h"
 #include "tools/lib/said.h"
 
 #include <math.h>

@@ -8,7 +8,7 @@
 #include "xray/window.h"
 #include "recon/scan-grid.h"
 #include "recon/reconstruct.h"
-#include "tools/lib/evidence.h"
+#include "tools/lib/evidence-files.h"
 #include "tools/lib/geometry-opts.h"
 
 #include <math.h>
@@ -136,7 +136,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct ct_cost cost;
 	int rc = -1;
 
-	if (ct_evidence_stack(&in, p->in, NULL, e) || check_options(p, &in, e) ||
+	if (ct_evidence_files_stack(&in, p->in, NULL, e) || check_options(p, &in, e) ||
 		choose(&how, p, &in, e) || ct_geometry_opts_grid(&grid, p->grid, &in, e))
 		goto out;
 	if (env->dry_run ? ct_reconstruct_cost(&cost, &grid, &in, &how, env, e) ||

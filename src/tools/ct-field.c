@@ -11,8 +11,8 @@
 #include "formats/format.h"
 #include "formats/io.h"
 #include "formats/units.h"
-#include "refine/operator.h"
-#include "tools/lib/evidence.h"
+#include "estimate/operator.h"
+#include "tools/lib/evidence-files.h"
 #include "tools/lib/geometry-opts.h"
 #include "xray/window.h"
 
@@ -120,7 +120,7 @@ static int read_stack(struct field_input *i, const struct field_files *f, struct
 	if (f->factor)
 		return ct_fail(
 			e, CT_EUSAGE, "--factor: %s is a stack, whose grid --grid says", f->in);
-	if (ct_evidence_stack(&i->rays, f->in, CT_QUANTITY_LINE_INTEGRAL, e) ||
+	if (ct_evidence_files_stack(&i->rays, f->in, CT_QUANTITY_LINE_INTEGRAL, e) ||
 		ct_geometry_opts_window(i->window, f->window, &i->rays.meta, e) ||
 		ct_geometry_opts_grid(&i->fine, f->grid, &i->rays, e))
 		return -1;
@@ -176,7 +176,7 @@ static int read_volume(struct field_input *i, const struct field_files *f, const
 {
 	struct ct_vol *v = &i->lr;
 
-	if (ct_evidence_base(v, f->in, env, e) ||
+	if (ct_evidence_files_base(v, f->in, env, e) ||
 		ct_geometry_opts_window(i->window, f->window, &v->meta, e) ||
 		find_grids(i, f, env, e))
 		return -1;

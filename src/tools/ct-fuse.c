@@ -8,7 +8,7 @@
 #include "formats/format.h"
 #include "formats/io.h"
 #include "recon/fuse.h"
-#include "tools/lib/evidence.h"
+#include "tools/lib/evidence-files.h"
 #include "xray/window.h"
 
 #include <stdio.h>
@@ -173,7 +173,7 @@ static int write_all(struct fuse_job *j, struct ct_err *e)
 	own.together = j->p->residual ? &both : NULL;
 	if (j->p->residual && write_residual(j, n, in, &own, e))
 		goto out;
-	ct_window_warn_above(&d->base, j->p->files.base, d->window, j->env);
+	ct_window_rule_warn(&d->base, j->p->files.base, d->window, j->env);
 	ct_window_add(
 		ct_vol_count(&d->base), d->base.data, j->fuse.residual, 1, d->window[0], d->window);
 	if (ct_meta_step(&d->base.meta, j->env, n, in, e) == 0 &&
@@ -223,7 +223,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct fuse_job j = {.p = p, .env = env};
 	int rc = -1;
 
-	if (check(&j, e) == 0 && ct_evidence_read(&j.data, &p->files, env, e) == 0 &&
+	if (check(&j, e) == 0 && ct_evidence_files_read(&j.data, &p->files, env, e) == 0 &&
 		prepare(&j, e) == 0)
 		rc = (env->dry_run ? estimate : fuse)(&j, e);
 	ct_fuse_free(&j.fuse);

@@ -7,7 +7,7 @@
 #include "formats/io.h"
 #include "formats/units.h"
 #include "quality/compare.h"
-#include "resolution/padding.h"
+#include "operator/padding.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -7,8 +7,8 @@
 #include "core/memory.h"
 #include "formats/format.h"
 #include "formats/io.h"
-#include "steps/fit.h"
-#include "tools/lib/evidence.h"
+#include "steps/step-fit.h"
+#include "tools/lib/evidence-files.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -218,7 +218,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	const struct params *p = params;
 	int rc = -1;
 
-	if (check(&j, e) == 0 && ct_evidence_read(&j.data, &p->files, env, e) == 0)
+	if (check(&j, e) == 0 && ct_evidence_files_read(&j.data, &p->files, env, e) == 0)
 		rc = fit(&j, e);
 	ct_evidence_free(&j.data);
 	ct_resume_close(&j.resume);

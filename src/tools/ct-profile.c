@@ -2,7 +2,7 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "formats/io.h"
-#include "resolution/slice-fit.h"
+#include "estimate/slice-fit.h"
 #include "tools/scan-read.h"
 
 #include <ctype.h>

@@ -8,7 +8,7 @@
 #include "formats/format.h"
 #include "formats/io.h"
 #include "formats/units.h"
-#include "steps/project.h"
+#include "steps/step-project.h"
 #include "tools/lib/geometry-opts.h"
 
 #include <math.h>

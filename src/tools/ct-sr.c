@@ -10,7 +10,7 @@
 #include "formats/format.h"
 #include "formats/headed.h"
 #include "formats/units.h"
-#include "refine/assumed.h"
+#include "estimate/assumed.h"
 #include "tools/convert.h"
 #include "dicom/form.h"
 #include "dicom/sidecar.h"

@@ -7,7 +7,7 @@
 #include "formats/any.h"
 #include "formats/io.h"
 #include "report/sheet.h"
-#include "shim/image.h"
+#include "shim/picture-file.h"
 
 #include <ctype.h>
 #include <math.h>

@@ -1,6 +1,6 @@
-/* ddnm-input.c: see ddnm.h. */
+/* ddnm-input.c: see ddnm-parts.h. */
 #include "config.h"
-#include "tools/ddnm.h"
+#include "tools/ddnm-parts.h"
 #include "core/mem.h"
 #include "formats/any.h"
 #include "formats/ends.h"
@@ -8,7 +8,7 @@
 #include "formats/hash.h"
 #include "formats/io.h"
 #ifdef HAVE_OIIO
-#include "shim/image.h"
+#include "shim/picture-file.h"
 #endif
 
 #include <math.h>

@@ -1,6 +1,6 @@
-/* ddnm-state.c: see ddnm.h. */
+/* ddnm-state.c: see ddnm-parts.h. */
 #include "config.h"
-#include "tools/ddnm.h"
+#include "tools/ddnm-parts.h"
 #include "core/clock.h"
 #include "core/mem.h"
 

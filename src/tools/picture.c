@@ -3,7 +3,7 @@
  * damaged pictures are decoded in a process of their own. TIMES is as for ct_inflate_allow. */
 #include "config.h"
 #include "core/inflate.h"
-#include "shim/image.h"
+#include "shim/picture-file.h"
 
 #include <stdio.h>
 #include <stdlib.h>

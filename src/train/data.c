@@ -9,7 +9,7 @@
 #include "formats/io.h"
 #include "formats/units.h"
 #ifdef HAVE_OIIO
-#include "shim/image.h"
+#include "shim/picture-file.h"
 #endif
 
 #include <dirent.h>

@@ -2,7 +2,7 @@
 #include "config.h"
 #include "driver.h"
 #include "formats/beside.h"
-#include "refine/scanner.h"
+#include "estimate/scanner.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -3,7 +3,7 @@
 #include "driver.h"
 #include "mem-file.h"
 #include "series/series.h"
-#include "shim/dicom.h"
+#include "shim/dicom-file.h"
 
 const int fuzz_rounds = 0;
 

@@ -3,7 +3,7 @@
 #include "config.h"
 #include "driver.h"
 #include "mem-file.h"
-#include "shim/image.h"
+#include "shim/picture-file.h"
 
 #include <stdbool.h>
 

@@ -2,8 +2,8 @@
 #include "config.h"
 #include "core/acquired.h"
 #include "driver.h"
-#include "resolution/degrade.h"
-#include "unet/arch.h"
+#include "operator/degrade.h"
+#include "nn/arch.h"
 #include "tools/lib/geometry-opts.h"
 
 #include <math.h>

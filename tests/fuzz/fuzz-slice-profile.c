@@ -1,7 +1,7 @@
 /* Hostile slice profiles: refused, or an operator whose rows sum up to 1 and that travels. */
 #include "config.h"
 #include "driver.h"
-#include "resolution/slice-profile.h"
+#include "operator/slice-profile.h"
 
 #include <math.h>
 #include <stdlib.h>

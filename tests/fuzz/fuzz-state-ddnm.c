@@ -2,7 +2,7 @@
 #include "config.h"
 #include "driver.h"
 #include "state-run.h"
-#include "tools/ddnm.h"
+#include "tools/ddnm-parts.h"
 
 const int fuzz_rounds = 1500;
 

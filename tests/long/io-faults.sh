@@ -11,7 +11,7 @@ mkdir tmp older
 TMPDIR=$work/tmp; export TMPDIR
 ct-phantom -q --size 8x8x8 --spacing 4 cube old.nii
 faulty() { # faulty ENVIRONMENT... COMMAND...
-	timeout 20 env LD_PRELOAD="$work/io-fault.so" "$@" >stdout 2>err
+	timeout 60 env LD_PRELOAD="$work/io-fault.so" "$@" >stdout 2>err
 }
 beside() { # what a person may have beside it
 	for f in out/o.ct-thorax out/.ctsr-tmp-abcdef out/o.nii.ct-abcdef out/o.exr.ct-pelvis; do mkdir $f && echo a >$f/ctsr0001.dcm && echo b >$f/mark; done

@@ -112,7 +112,7 @@ int ct_geometry_opts_window(
 
 	return ct_window_get(window, m, e) || ct_geometry_opts_asked(&r, option, e)
 		       ? -1
-		       : ct_window_choose(window, &r, m, e);
+		       : ct_window_rule_choose(window, &r, m, e);
 }
 
 int ct_geometry_opts_grid(
@@ -140,7 +140,7 @@ int ct_geometry_opts_volume(struct ct_vol *out, const struct ct_stack *in, const
 	struct ct_window_rule r;
 
 	return ct_geometry_opts_asked(&r, option, e) ||
-			       ct_window_reconstructed(out, in, &r, density, e)
+			       ct_window_rule_reconstructed(out, in, &r, density, e)
 		       ? -1
 		       : 0;
 }

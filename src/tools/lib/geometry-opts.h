@@ -5,7 +5,7 @@
 #include "cli/cli.h"
 #include "core/stack.h"
 #include "core/vol.h"
-#include "steps/window.h"
+#include "steps/window-rule.h"
 #include "xray/geometry.h"
 
 #include <math.h>

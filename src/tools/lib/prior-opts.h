@@ -3,7 +3,7 @@
 #ifndef CT_TOOLS_LIB_PRIOR_OPTS_H
 #define CT_TOOLS_LIB_PRIOR_OPTS_H
 #include "restore/restore.h"
-#include "unet/arch.h"
+#include "nn/arch.h"
 
 /* Of pictures, for ct-ddnm, and of slices. */
 #define PRIOR_PICTURES "prior.safetensors"

@@ -2,7 +2,7 @@
 #ifndef CT_TOOLS_LIB_SAID_H
 #define CT_TOOLS_LIB_SAID_H
 #include "cli/cli.h"
-#include "refine/operator.h"
+#include "estimate/operator.h"
 
 #include <math.h>
 

@@ -1,0 +1,149 @@
+/* assumed.c: see assumed.h. */
+#include "config.h"
+#include "estimate/assumed.h"
+#include "estimate/scanner.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#define OVERSHOOT 0.15 /* scans of 1 to 1.5 mm showed less than .12 */
+#define FWHM 2.3548    /* of a Gaussian, in standard deviations */
+
+__attribute__((format(printf, 2, 3))) static void add(char *to, const char *fmt, ...)
+{
+	const size_t n = strlen(to);
+	va_list ap;
+
+	va_start(ap, fmt);
+	vsnprintf(to + n, CT_ASSUMED_WORDS - n, fmt, ap);
+	va_end(ap);
+}
+
+static bool shows(const struct ct_operator *is, const struct ct_profile p[3], int axis)
+{
+	return is->by.factor[axis] > 1 && !isnan(p[axis].spread);
+}
+
+/* The largest of the axes that are refined, a share of the spread. */
+static double deviation_of(const struct ct_operator *is, const struct ct_profile p[3])
+{
+	double most = 0;
+
+	for (int a = 0; a < 3; a++)
+		if (shows(is, p, a))
+			most = fmax(most, p[a].deviation);
+	return most;
+}
+
+/* The largest of the axes that are refined and show edges. */
+static double overshoot_of(const struct ct_operator *is)
+{
+	double most = 0;
+
+	for (int a = 0; a < 3; a++)
+		if (shows(is, is->seen, a) && ct_edge_lines_is_edge(is->seen[a].edge))
+			most = fmax(most, ct_edge_lines_overshoot(is->seen[a].edge));
+	return most;
+}
+
+/* Widths along the axes that are refined, but `said`: "4.57", "1.2,1.2,unknown"; their names. */
+static void add_widths(char *to, char axes[8], const struct ct_operator *is,
+	const struct ct_profile p[3], const double spacing[3], int said)
+{
+	const char *between = "";
+
+	*axes = '\0';
+	for (int a = 0; a < 3; a++) {
+		if (!(is->by.factor[a] > 1) || a == said)
+			continue;
+		if (shows(is, p, a))
+			add(to, "%s%.3g", between, FWHM * p[a].spread * spacing[a]);
+		else
+			add(to, "%sunknown", between);
+		snprintf(axes + strlen(axes), 8 - strlen(axes), "%s%c", between, "xyz"[a]);
+		between = ",";
+	}
+}
+
+/* "; DICOM (Philips, 5 mm, kernel UB) expects 4.39, edges show 4.57". */
+static void add_sources(char *to, const struct ct_operator *is, const double spacing[3], int said)
+{
+	const struct ct_acquired *s = &is->scanner;
+	char axes[8];
+
+	add(to, "; DICOM (%s", *s->maker ? s->maker : "unknown maker");
+	if (ct_scanner_thickness(s) > 0)
+		add(to, ", %.4g mm", ct_scanner_thickness(s));
+	add(to, "%s%s) expects ", *s->kernel ? ", kernel " : "", s->kernel);
+	add_widths(to, axes, is, is->told, spacing, said);
+	add(to, " mm within %.0f %%", 100 * deviation_of(is, is->told));
+	if (is->from == CT_BY_SCANNER) {
+		add(to, ", too few edges");
+		return;
+	}
+	add(to, ", edges show ");
+	add_widths(to, axes, is, is->seen, spacing, said);
+	add(to, " within %.0f %%", 100 * deviation_of(is, is->seen));
+	if (is->apart[0] || is->apart[1] || is->apart[2])
+		add(to, ": they contradict each other, and edges count");
+}
+
+/* "; along x,y interpolated ...". */
+static void add_cubic(char *to, const struct ct_operator *is)
+{
+	const char *between = "";
+
+	if (!is->cubic[0] && !is->cubic[1] && !is->cubic[2])
+		return;
+	add(to, "%salong ", *to ? "; " : "");
+	for (int a = 0; a < 3; a++)
+		if (is->cubic[a]) {
+			add(to, "%s%c", between, "xyz"[a]);
+			between = ",";
+		}
+	add(to, " only interpolated (cubic), as the factor is below %g", CT_SMALL);
+}
+
+#define POOR 0.15 /* then the least loss is noticeably narrower */
+
+void ct_assumed_words(char to[static CT_ASSUMED_WORDS], const struct ct_operator *is,
+	const double spacing[static 3])
+{
+	static const char *const sampling[] = {
+		[CT_DECIMATE_SINC] = "band-limited",
+		[CT_DECIMATE_POINT] = "point-sampled",
+		[CT_DECIMATE_MEAN] = "averaged over a voxel",
+	};
+	const int said = is->by_slices ? ct_slice_profile_axis(is->by.factor) : -1;
+	const double deviation = deviation_of(is, is->joint);
+	bool any = false, told = false;
+	char axes[8];
+
+	*to = '\0';
+	for (int a = 0; a < 3; a++) {
+		any = any || shows(is, is->joint, a);
+		told = told || shows(is, is->told, a);
+	}
+	if (!any) {
+		add_cubic(to, is);
+		return;
+	}
+	add(to, "profile ");
+	add_widths(to, axes, is, is->joint, spacing, said);
+	add(to, " mm wide (FWHM) along %s", axes);
+	add(to, ", uncertain by %.0f %%%s, %s (%.0f %% sure)", 100 * deviation,
+		deviation > POOR ? ", therefore sharpened less" : "", sampling[is->by.decimate],
+		fmin(100 * is->sure, 99));
+	if (told)
+		add_sources(to, is, spacing, said);
+	else
+		add(to, is->from == CT_BY_NOBODY
+				? "; too few edges: slices are assumed as thick as far apart"
+				: "; measured on edges");
+	if (overshoot_of(is) > OVERSHOOT)
+		add(to, "; edges overshoot by %.0f %% (a sharp kernel, or thin bone)",
+			100 * overshoot_of(is));
+	add_cubic(to, is);
+}

@@ -1,0 +1,114 @@
+/* trial.c: see trial.h. */
+#include "config.h"
+#include "inverse/trial.h"
+#include "operator/crop.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { ITERATIONS = 300 };
+#define TOLERANCE 0.1 /* HU RMS: as a refinement ends */
+
+/* Mean square of the differences along the refined axes, of n voxels from start on. */
+static double roughness(
+	const struct ct_vol *lo, const size_t n[3], const ptrdiff_t start[3], const bool refined[3])
+{
+	const size_t step[3] = {1, lo->n[0], lo->n[0] * lo->n[1]};
+	double sum = 0;
+
+	for (size_t k = 0; k + 1 < n[2]; k++)
+		for (size_t j = 0; j + 1 < n[1]; j++)
+			for (size_t i = 0; i + 1 < n[0]; i++) {
+				const float *v = lo->data + (i + (size_t)start[0]) +
+						 (j + (size_t)start[1]) * step[1] +
+						 (k + (size_t)start[2]) * step[2];
+
+				for (int a = 0; a < 3; a++) {
+					const double d = (double)(v[step[a]] - v[0]);
+
+					sum += refined[a] ? d * d : 0;
+				}
+			}
+	return sum;
+}
+
+/* Where the part begins: the roughest of 27 places. */
+static void choose(
+	ptrdiff_t start[3], const struct ct_vol *lo, const size_t n[3], const bool refined[3])
+{
+	double most = -1;
+
+	for (int p = 0; p < CT_CROP_PLACES; p++) {
+		ptrdiff_t here[3];
+		double rough;
+
+		ct_crop_place(here, lo->n, n, p);
+		rough = roughness(lo, n, here, refined);
+		if (rough > most) {
+			most = rough;
+			memcpy(start, here, sizeof here);
+		}
+	}
+}
+
+/* Mean square of what a method misses of the part that became `coarse`. */
+static int miss(double *square, enum ct_upsample method, const struct ct_vol *part,
+	const struct ct_vol *coarse, const struct ct_degrade *by, const struct ct_env *env,
+	struct ct_err *e)
+{
+	const struct ct_upsample_rule rule = {.method = method,
+		.known = true,
+		.by = *by,
+		.iterations = ITERATIONS,
+		.tolerance = TOLERANCE};
+	struct ct_upsample_report did;
+	const size_t n = ct_vol_count(part);
+	struct ct_vol made = {0};
+	int rc = ct_upsample(&made, coarse, &rule, &did, env, e);
+
+	*square = 0;
+	for (size_t i = 0; rc == 0 && i < n; i++) {
+		const double d = (double)(made.data[i] - part->data[i]);
+
+		*square += d * d / (double)n;
+	}
+	ct_vol_free(&made);
+	return rc;
+}
+
+int ct_trial_gain(double *db, const struct ct_vol *lo, const struct ct_degrade *by,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_env quiet = *env;
+	struct ct_vol part = {0}, coarse = {0};
+	struct ct_degrade own = *by; /* of the part: twice as coarse where that is to be refined */
+	bool refined[3];
+	ptrdiff_t start[3];
+	double tv, dc;
+	size_t n[3];
+	int rc = -1;
+
+	*db = (double)INFINITY;
+	for (int a = 0; a < 3; a++) {
+		refined[a] = by->factor[a] > 1;
+		own.factor[a] = refined[a] ? 2 : 1;
+		own.sigma[a] = by->sigma[a] * own.factor[a] / by->factor[a];
+		n[a] = lo->n[a] < CT_TRIAL_MOST ? lo->n[a] : CT_TRIAL_MOST;
+		n[a] -= refined[a] ? n[a] % 2 : 0;
+		if (n[a] < (refined[a] ? CT_TRIAL_LEAST : 2))
+			return 0;
+	}
+	quiet.log = NULL; /* it is not what was asked for */
+	quiet.progress = NULL;
+	choose(start, lo, n, refined);
+	if (ct_crop(&part, lo, n, start, 0, e) == 0 &&
+		ct_degrade_volume(&coarse, &part, &own, 0, 0, env->par, e) == 0 &&
+		miss(&tv, CT_UPSAMPLE_TV, &part, &coarse, &own, &quiet, e) == 0 &&
+		miss(&dc, CT_UPSAMPLE_DC, &part, &coarse, &own, &quiet, e) == 0)
+		rc = 0;
+	if (rc == 0 && tv > 0 && dc > 0)
+		*db = 10 * log10(dc / tv);
+	ct_vol_free(&part);
+	ct_vol_free(&coarse);
+	return rc;
+}

@@ -1,0 +1,24 @@
+/* trial.h: does total variation suit a scan? It suits edges between plateaus. Texture near the
+ * limit of resolution, such as trabeculae, it breaks into plateaus: least squares are better there,
+ * and least second-order variation is as good as these, or better.
+ *
+ * The scan itself is asked. A part of it, where neighbours differ most, is made twice as coarse by
+ * the operator that made the scan, in units of its voxels, and refined again: with TV, and without.
+ * The part is the truth. doc/results.md has what this finds.
+ */
+#ifndef CT_INVERSE_TRIAL_H
+#define CT_INVERSE_TRIAL_H
+#include "inverse/upsample.h"
+
+/* Coarse voxels of the part along an axis at most, and along one that is refined at the least. */
+enum { CT_TRIAL_MOST = 48, CT_TRIAL_LEAST = 24 };
+/* dB that TV may lose. Of six scans of patients and phantoms, reduced by a band-limited operator,
+ * none lost any; made-up spongy bone lost .19 and more (bench/texture.py). */
+#define CT_TRIAL_LOSS 0.15
+
+/* *db <- what TV gains over least squares (DC) in the part, of peak signal to noise; INFINITY if lo
+ * is too small to tell. Allocates. As ct_upsample. */
+int ct_trial_gain(double *db, const struct ct_vol *lo, const struct ct_degrade *by,
+	const struct ct_env *env, struct ct_err *e);
+
+#endif

@@ -1,0 +1,103 @@
+/* degrade.h: the operator D that makes a low-resolution CT from a high-resolution one.
+ *
+ * Along each axis, with factor s >= 1, whole or not: m = floor(n/s) cells of s voxels are laid
+ * about the middle of the N = ceil(m s) voxels that are left when floor((n - N)/2) are left out at
+ * the beginning and the rest at the end; a Gaussian of standard deviation sigma (HR voxels), cut
+ * at 4 sigma and normalised, filters those N; and m samples are taken at the centres of the cells:
+ *
+ *   sinc   after the ideal low-pass at the LR Nyquist frequency: the first m coefficients of the
+ *          N-point DCT-II, summed at the centres. In space a Dirichlet kernel, a sinc that has
+ *          reached the borders.
+ *   point  as they are, linearly between two: for a whole s the middle sample, or the mean of the
+ *          two if s is even. Aliases.
+ *   mean   the mean over the cell of the voxels, which are boxes. A scanner's thick slice.
+ *
+ * Beyond the border the volume is continued by reflection about the border's face (d c b a | a b
+ * c d), for the Gaussian and the sinc alike. The rows of D sum to one. Three such operators are
+ * reported side by side, since none is known to be what a scanner does:
+ *
+ *   P1  sigma = s/2.3548 (full width at half maximum s), sinc: well sampled
+ *   P2  sigma = s/4, sinc
+ *   P3  sigma = s/8, point: nearly aliased
+ *
+ * An axis with s = 1 is not touched unless its sigma is positive.
+ *
+ * One axis may have a slice profile instead: samples of any shape (slice-profile.h makes them).
+ * Each sample is the weight of its step. Along that axis D is the profile about the centre of each
+ * cell, summed over the voxels and normalised. It counts together with its mirror image, as one
+ * half each: D stays symmetric, as its decomposition asks (svd.h). sigma, and decimate where no
+ * other axis is reduced, are then those of the same spread. What needs no more than the spread
+ * takes them: prior, choice of method, expected errors.
+ */
+#ifndef CT_OPERATOR_DEGRADE_H
+#define CT_OPERATOR_DEGRADE_H
+#include "core/meta.h"
+#include "core/vol.h"
+#include "core/words.h"
+#include "operator/separable.h"
+
+#include <stdint.h>
+
+#define CT_DECIMATE_LIST(X)                                                                        \
+	X(CT_DECIMATE_SINC, "sinc")                                                                \
+	X(CT_DECIMATE_POINT, "point")                                                              \
+	X(CT_DECIMATE_MEAN, "mean")
+enum ct_decimate { CT_DECIMATE_LIST(CT_WORD_VALUE) };
+
+enum { CT_SLICE_PROFILE_MOST = 128 };
+struct ct_slice_profile {
+	size_t n;           /* samples; 0: there is no profile */
+	int axis;           /* that has it */
+	double first, step; /* centre of the first sample, and from one to the next: LR voxels */
+	double w[CT_SLICE_PROFILE_MOST]; /* their sum is 1 */
+};
+
+struct ct_degrade {
+	double factor[3]; /* >= 1 */
+	double sigma[3];  /* HR voxels, >= 0 */
+	enum ct_decimate decimate;
+	struct ct_slice_profile profile;
+};
+
+/* Set sigma and decimate from the factors: protocol 1, 2 or 3. sigma is 0 where the factor is 1. */
+void ct_degrade_protocol(struct ct_degrade *d, int protocol);
+/* LR voxels that n HR voxels give, floor(n/factor), and HR voxels N that m LR voxels cover. */
+size_t ct_degrade_size(size_t n, double factor);
+size_t ct_degrade_cover(size_t m, double factor);
+/* *m <- LR voxels of an axis. CT_EINPUT for a factor that is none, CT_EGEOM if the axis is shorter
+ * than it. */
+int ct_degrade_cells(size_t *m, size_t n, double factor, struct ct_err *e);
+/* Table of one axis. Allocates. CT_EGEOM if the axis is shorter than the factor. */
+int ct_degrade_taps(struct ct_taps *t, size_t n, double factor, double sigma,
+	enum ct_decimate decimate, struct ct_err *e);
+/* The same of an axis of D, with its profile if it has one. */
+int ct_degrade_axis_taps(
+	struct ct_taps *t, const struct ct_degrade *d, int axis, size_t n, struct ct_err *e);
+/* D for a volume of n samples. Allocates. */
+int ct_degrade_plan(struct ct_separable *s, const struct ct_degrade *d, const size_t n[static 3],
+	const struct ct_par *par, struct ct_err *e);
+/* out <- x, n voxels, under a Gaussian cut at 4 sigma, continued by reflection about its faces (d c
+ * b a | a b c d); sigma along each axis in voxels, 0 leaves it as it is. Memory: two volumes while
+ * it runs. CT_EINPUT for an absurd sigma, CT_ENOMEM. */
+int ct_degrade_smooth(float *out, const float *x, const size_t n[static 3],
+	const double sigma[static 3], struct ct_par *par, struct ct_err *e);
+/* Affine of the LR grid of the n HR voxels. lo may be hi. */
+void ct_degrade_affine(double lo[3][4], const double hi[3][4], const size_t n[static 3],
+	const struct ct_degrade *d);
+/* Affine of the HR grid that covers m LR voxels: N of each axis. hi may be lo. */
+void ct_degrade_refine(double hi[3][4], const double lo[3][4], const size_t m[static 3],
+	const double factor[static 3]);
+/* Add normal noise of standard deviation sd; value i draws number i of (seed, stream 0). */
+void ct_degrade_noise(float *data, size_t n, double sd, uint64_t seed, struct ct_par *par);
+/* lo (zeroed struct) <- D of hi, and noise of standard deviation `noise`, HU, if above 0. Its
+ * metadata name the operator. CT_EGEOM, CT_EINPUT, CT_ENOMEM. */
+int ct_degrade_volume(struct ct_vol *lo, const struct ct_vol *hi, const struct ct_degrade *d,
+	double noise, uint64_t seed, struct ct_par *par, struct ct_err *e);
+
+/* The metadata keys factor, sigma, decimate, profile. */
+int ct_degrade_put(struct ct_meta *m, const struct ct_degrade *d, struct ct_err *e);
+/* 0; 1 if there is no key "factor" (d untouched); -1 with CT_EINPUT naming the key that is wrong. A
+ * missing sigma is 0, a missing decimate sinc. */
+int ct_degrade_get(const struct ct_meta *m, struct ct_degrade *d, struct ct_err *e);
+
+#endif

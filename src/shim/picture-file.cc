@@ -1,0 +1,133 @@
+/* picture-file.cc: see picture-file.h. */
+#include "config.h"
+#include "shim/picture-file.h"
+#include "shim/guard.h"
+extern "C" {
+#include "core/inflate.h"
+#include "core/mem.h"
+}
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
+#include <climits>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace
+{
+
+const size_t most_pixels = (size_t)1 << 28; /* what a header may ask the library to allocate */
+
+/* First line of the message. It must be fetched: OpenImageIO prints what is left at exit. */
+std::string words(const std::string &own)
+{
+	std::string all = OIIO::geterror();
+
+	if (!own.empty())
+		all = own;
+	return all.substr(0, all.find('\n'));
+}
+
+/* Number of colour channels in front: alpha and depth are not looked at. */
+int colours(const OIIO::ImageSpec &s)
+{
+	int n = s.nchannels < 3 ? s.nchannels : 3;
+
+	return s.alpha_channel >= 0 && s.alpha_channel < n ? s.alpha_channel : n;
+}
+
+int read_gray(const char *path, size_t *w, size_t *h, float **gray, ct_err *e)
+{
+	OIIO::ImageSpec hints;
+
+	hints.attribute("oiio:UnassociatedAlpha", 1); /* no multiplication by alpha */
+	auto in = OIIO::ImageInput::open(path, &hints);
+	if (!in)
+		return ct_fail(e, CT_EINPUT, "%s: %s", path, words("").c_str());
+	const OIIO::ImageSpec &s = in->spec();
+	int used = colours(s);
+	if (s.width < 1 || s.height < 1 || s.depth != 1 || used < 1 || s.deep)
+		return ct_fail(e, CT_EINPUT, "%s: not a flat picture", path);
+	const size_t nw = (size_t)s.width, nh = (size_t)s.height;
+	float *px = nullptr;
+	if (nw > most_pixels / nh)
+		return ct_fail(e, CT_EINPUT, "%s: a picture of %zux%zu is too large", path, nw, nh);
+	if (ct_inflate_check(OIIO::Filesystem::file_size(path),
+		    (uint64_t)nw * nh * (uint64_t)s.nchannels * sizeof *px, e))
+		return ct_blame(e, path);
+	if (ct_alloc(&px, nw * nh, sizeof *px, e))
+		return ct_blame(e, path);
+	std::unique_ptr<float, void (*)(void *)> owned(px, std::free);
+	std::vector<float> row(nw * (size_t)s.nchannels);
+	for (size_t y = 0; y < nh; y++) {
+		if (!in->read_scanlines(0, 0, s.y + (int)y, s.y + (int)y + 1, 0, 0, s.nchannels,
+			    OIIO::TypeFloat, row.data()))
+			return ct_fail(e, CT_EINPUT, "%s: %s", path, words(in->geterror()).c_str());
+		for (size_t x = 0; x < nw; x++) {
+			double sum = 0;
+
+			for (int c = 0; c < used; c++)
+				sum += (double)row[x * (size_t)s.nchannels + (size_t)c];
+			px[y * nw + x] = (float)(sum / used);
+		}
+	}
+	if (in->seek_subimage(1, 0))
+		return ct_fail(e, CT_EINPUT, "%s: holds several pictures, not one", path);
+	in->geterror(); /* that there is none */
+	*w = nw;
+	*h = nh;
+	*gray = owned.release();
+	return 0;
+}
+
+int encode(unsigned char **png, size_t *n, size_t w, size_t h, size_t channels,
+	const unsigned char *px, ct_err *e)
+{
+	std::vector<unsigned char> bytes;
+	OIIO::Filesystem::IOVecOutput to(bytes);
+	auto out = OIIO::ImageOutput::create("x.png", &to);
+
+	if (!out)
+		return ct_fail(e, CT_EFAIL, "PNG: %s", words("").c_str());
+	if (w < 1 || h < 1 || w > INT_MAX || h > INT_MAX || (channels != 1 && channels != 3))
+		return ct_fail(e, CT_EFAIL, "PNG: %zux%zu with %zu channels", w, h, channels);
+	OIIO::ImageSpec s((int)w, (int)h, (int)channels, OIIO::TypeUInt8);
+	s.attribute("oiio:ColorSpace", "sRGB");
+	s.attribute("png:compressionLevel", 6);
+	if (!out->open("x.png", s) || !out->write_scanlines(0, (int)h, 0, OIIO::TypeUInt8, px) ||
+		!out->close())
+		return ct_fail(e, CT_EFAIL, "PNG: %s", words(out->geterror()).c_str());
+	*png = static_cast<unsigned char *>(std::malloc(bytes.size() ? bytes.size() : 1));
+	if (!*png)
+		throw std::bad_alloc();
+	std::memcpy(*png, bytes.data(), bytes.size());
+	*n = bytes.size();
+	return 0;
+}
+
+} // namespace
+
+int ct_image_read(const char *path, size_t *w, size_t *h, float **gray, struct ct_err *e)
+{
+	return guard(e, path, [&] { return read_gray(path, w, h, gray, e); });
+}
+
+int ct_image_check(const char *path, size_t w, size_t h, const float *gray, struct ct_err *e)
+{
+	for (size_t i = 0; i < w * h; i++)
+		if (!(gray[i] >= 0 && gray[i] <= 1))
+			return ct_fail(e, CT_EINPUT, "%s: column %zu, row %zu: %g is not in [0,1]",
+				path, i % w, i / w, (double)gray[i]);
+	return 0;
+}
+
+int ct_image_encode_png(unsigned char **png, size_t *n, size_t w, size_t h, size_t channels,
+	const unsigned char *px, struct ct_err *e)
+{
+	return guard(e, "PNG", [&] { return encode(png, n, w, h, channels, px, e); });
+}

@@ -1,0 +1,248 @@
+/* step-ddnm.c: see step-ddnm.h. */
+#include "config.h"
+#include "inverse/upsample.h"
+#include "steps/step-ddnm.h"
+
+#include <string.h>
+
+/* Blur of the matched operator: that of the volume, seen on the detector at the isocentre. A
+ * little less is assumed, since too much blur assumed costs more than too little; where no blur
+ * is known, that of a quarter of a coarse voxel. */
+static int blur_of(double *sigma, const struct ct_stack *in, size_t scale, struct ct_err *e)
+{
+	const struct ct_view *w = &in->view[0];
+	const struct ct_meta *m = &in->meta;
+	const char *up = ct_meta_get(m, CT_META_UPSAMPLE);
+	double voxels[3] = {(double)scale / 4, 0, 0}, dso = 1, dsd = 1, a[12], mm = 0, pitch;
+
+	*sigma = 0;
+	if (up && ct_words_find(CT_WORDS(CT_UPSAMPLE_LIST), up) >= CT_UPSAMPLE_DC)
+		return 0; /* the blur is undone */
+	*sigma = 0.8 * (double)scale / 4;
+	voxels[1] = voxels[2] = voxels[0];
+	if (ct_meta_numbers(m, CT_META_SIGMA, 3, voxels, e) < 0 ||
+		ct_meta_numbers(m, CT_META_SCAN_DSO, 1, &dso, e) < 0 ||
+		ct_meta_numbers(m, CT_META_SCAN_DSD, 1, &dsd, e) < 0)
+		return -1;
+	switch (ct_meta_numbers(m, CT_META_VOLUME_AFFINE, 12, a, e)) {
+	case 0: break;
+	case 1: return 0;
+	default: return -1;
+	}
+	for (int c = 0; c < 3; c++)
+		mm += voxels[c] * hypot(hypot(a[c], a[c + 4]), a[c + 8]) / 3;
+	pitch = hypot(hypot(w->u[0], w->u[1]), w->u[2]) / (double)scale;
+	*sigma = 0.8 * mm * (in->beam == CT_PARALLEL ? 1 : dsd / dso) / pitch;
+	return 0;
+}
+
+/* What the network sees as 1: what is asked for, or what suits the stack. */
+static int norm_of(double *norm, double asked, const struct ct_stack *in, struct ct_err *e)
+{
+	const char *quantity = ct_meta_get(&in->meta, CT_META_QUANTITY);
+
+	if (quantity && strcmp(quantity, CT_QUANTITY_LINE_INTEGRAL) != 0 &&
+		strcmp(quantity, CT_QUANTITY_INTENSITY) != 0)
+		return ct_fail(
+			e, CT_EINPUT, "is a stack of %.40s, not of line integrals", quantity);
+	*norm = asked;
+	if (asked > 0)
+		return 0;
+	if (ct_superres_norm(in, norm, e))
+		return -1;
+	if (quantity && strcmp(quantity, CT_QUANTITY_INTENSITY) == 0)
+		*norm = fmax(*norm, 1.0);
+	return 0;
+}
+
+/* By how much it was coarsened: what the stack says; what is asked, or the network is for; else 4.
+ */
+static int scale_of(size_t *scale, const struct ct_step_ddnm_rule *r, const struct ct_stack *in,
+	const struct ct_prior *prior, struct ct_err *e)
+{
+	const int network = prior ? (int)prior->factor : 0;
+	const int asked = r->factor ? r->factor : network;
+	double coarsen = asked ? asked : 4;
+
+	if (ct_meta_numbers(&in->meta, CT_META_COARSEN, 1, &coarsen, e) < 0)
+		return ct_blame(e, r->in);
+	if (!(coarsen >= 2 && coarsen <= 64) || coarsen != floor(coarsen))
+		return ct_fail(e, CT_EINPUT, "%s: %s is %g, not a whole number from 2 to 64", r->in,
+			CT_META_COARSEN, coarsen);
+	if (asked && asked != (int)coarsen)
+		return ct_fail(e, CT_EUSAGE,
+			"%sfactor %d contradicts %s, which was coarsened %g times",
+			r->dashed ? "--" : "", asked, r->in, coarsen);
+	*scale = (size_t)coarsen;
+	return !network || network == (int)*scale
+		       ? 0
+		       : ct_fail(e, CT_EUSAGE,
+				 "%sfactor %zu: the network of %s makes %d times finer",
+				 r->dashed ? "--" : "", *scale, r->prior, network);
+}
+
+/* What a pixel measures: what the stack says of its pixels; what is asked, or else the mean, where
+ * it says nothing, or that it was a ray, which neither of them is. */
+static int operator_of(enum ct_measurement_kind *op, const struct ct_step_ddnm_rule *r,
+	const struct ct_stack *in, struct ct_err *e)
+{
+	const char *pixel = ct_meta_get(&in->meta, CT_META_PIXEL);
+	int known = pixel ? ct_words_find(CT_WORDS(CT_PIXEL_LIST), pixel) : CT_PIXEL_POINT;
+
+	if (known < 0)
+		return ct_fail(e, CT_EINPUT, "%s: %s is '%.40s', not one of %s", r->in,
+			CT_META_PIXEL, pixel, CT_WORDS(CT_PIXEL_LIST));
+	*op = r->op < 0 ? CT_MEASUREMENT_MEAN : (enum ct_measurement_kind)r->op;
+	if (known == CT_PIXEL_POINT)
+		return 0;
+	if (r->op >= 0 && *op != ct_pixel_measures((enum ct_pixel)known))
+		return ct_fail(e, CT_EUSAGE, "%soperator: %s contradicts %s, whose pixels are %s",
+			r->dashed ? "--expert " : "", CT_WORD(CT_MEASUREMENT_LIST, *op), r->in,
+			pixel);
+	*op = ct_pixel_measures((enum ct_pixel)known);
+	return 0;
+}
+
+/* The sampler is one for the network. */
+static int check_sampler(
+	const struct ct_prior *prior, const struct ct_step_ddnm_rule *r, struct ct_err *e)
+{
+	const char *dash = r->dashed ? "--" : "";
+
+	if (!prior->factor && r->sampler == CT_SAMPLER_ONCE)
+		return ct_fail(e, CT_EUSAGE,
+			"%ssampler once: it is a diffusion prior, not a network of ct-train --kind superres",
+			dash);
+	if (prior->factor && r->insists && r->sampler != CT_SAMPLER_ONCE)
+		return ct_fail(e, CT_EUSAGE,
+			"%ssampler %s: it is a network of super-resolution, not a diffusion prior: "
+			"give %ssampler once",
+			dash, CT_WORD(CT_SAMPLER_LIST, r->sampler), dash);
+	return 0;
+}
+
+static int classify(struct ct_prior *prior, const struct ct_step_ddnm_rule *r, struct ct_err *e)
+{
+	const size_t n = prior->unet->arch.num_classes;
+
+	if (r->label >= 0)
+		return ct_prior_classify(prior, (size_t)r->label, e);
+	return n ? ct_fail(e, CT_EUSAGE, "is conditioned on %zu classes: %sclass states one", n,
+			   r->dashed ? "--" : "")
+		 : 0;
+}
+
+int ct_step_ddnm_prior(struct ct_prior *prior, struct ct_tensors *w,
+	const struct ct_step_ddnm_rule *r, struct ct_err *e)
+{
+	return ct_prior_alloc(prior, w, e) || check_sampler(prior, r, e) || classify(prior, r, e)
+		       ? ct_blame(e, r->prior)
+		       : 0;
+}
+
+/* The sampler, its settings, and how the stack was made. */
+static int decide(struct ct_superres *s, const struct ct_step_ddnm_rule *r,
+	const struct ct_stack *in, const struct ct_prior *prior, struct ct_err *e)
+{
+	const enum ct_sampler_rule rule =
+		prior && prior->factor ? CT_SAMPLER_ONCE : (enum ct_sampler_rule)r->sampler;
+	enum ct_measurement_kind op = CT_MEASUREMENT_MEAN;
+	size_t scale = 0;
+
+	if (scale_of(&scale, r, in, prior, e) ||
+		(rule != CT_SAMPLER_ONCE && operator_of(&op, r, in, e)))
+		return -1;
+	*s = ct_superres_default(scale);
+	s->how = ct_sampler_default(rule);
+	s->steps = r->steps ? (size_t)r->steps : ct_sampler_steps(rule);
+	s->samples = (size_t)r->samples;
+	s->start = r->init ? (r->start < 0 ? 60 : r->start) : -1;
+	s->how.guidance = r->guidance;
+	s->how.iterations = (size_t)r->iterations;
+	s->how.rate = r->rate;
+	s->how.frozen = r->frozen;
+	s->op = op;
+	s->first = r->first;
+	if (!isnan(r->eta))
+		s->how.eta = r->eta;
+	if (!isnan(r->sigma_y))
+		s->how.sigma_y = r->sigma_y;
+	if (op == CT_MEASUREMENT_MATCHED && blur_of(&s->sigma_det, in, scale, e))
+		return ct_blame(e, r->in);
+	if (r->travel_length) {
+		s->travel_length = r->travel_length;
+		s->travel_repeat = r->travel_repeat;
+	}
+	if (rule != CT_SAMPLER_NONE && norm_of(&s->norm, r->norm, in, e))
+		return ct_blame(e, r->in);
+	return 0;
+}
+
+int ct_step_ddnm_plan(struct ct_step_ddnm *p, const struct ct_step_ddnm_rule *r,
+	const struct ct_step_ddnm_data *d, struct ct_err *e)
+{
+	const struct ct_stack *in = d->in;
+	const struct ct_prior *prior = r->sampler == CT_SAMPLER_NONE ? NULL : d->prior;
+
+	*p = (struct ct_step_ddnm){.asks = prior != NULL};
+	if (ct_stack_check(in, e) || ct_stack_check_finite(in, e))
+		return ct_blame(e, r->in);
+	if (decide(&p->s, r, in, prior, e))
+		return -1;
+	if (prior)
+		ct_superres_size(&p->s, prior->multiple, in->h, in->w, &p->high, &p->wide);
+	if (ct_stack_like(d->out, in, (double)p->s.scale, e) ||
+		(d->std && ct_stack_like(d->std, in, (double)p->s.scale, e)))
+		return ct_blame(e, r->in);
+	if (d->init && (ct_stack_check_finite(d->init, e) || ct_stack_same(d->init, d->out, e)))
+		return ct_blame(e, r->init);
+	return 0;
+}
+
+int ct_step_ddnm_reserve(
+	const struct ct_step_ddnm *p, struct ct_prior *prior, size_t workers, struct ct_err *e)
+{
+	const struct ct_sampler_how *how = &p->s.how;
+
+	return p->asks ? ct_prior_plan(prior, workers, p->high, p->wide,
+				 how->rule == CT_SAMPLER_BIRD && !how->frozen, e)
+		       : 0;
+}
+
+static int describe(const struct ct_step_ddnm *p, const struct ct_step_ddnm_data *d, uint64_t seed,
+	struct ct_err *e)
+{
+	struct ct_meta *m = &d->out->meta;
+
+	ct_meta_drop(m, CT_META_COARSEN);
+	ct_meta_drop(m, CT_META_PIXEL);
+	if ((p->asks && ct_meta_setf(m, e, CT_META_NORM, "%.9g", p->s.norm)) ||
+		(p->asks && p->s.how.rule != CT_SAMPLER_ONCE &&
+			(ct_meta_set(
+				 m, CT_META_OPERATOR, CT_WORD(CT_MEASUREMENT_LIST, p->s.op), e) ||
+				ct_meta_setf(
+					m, e, CT_META_SEED, "%llu", (unsigned long long)seed))))
+		return -1;
+	return d->std && (ct_meta_copy(&d->std->meta, m, e) ||
+				 ct_meta_set(
+					 &d->std->meta, CT_META_QUANTITY, CT_QUANTITY_DEVIATION, e))
+		       ? -1
+		       : 0;
+}
+
+int ct_step_ddnm_run(const struct ct_step_ddnm *p, const struct ct_step_ddnm_data *d, bool *done,
+	int (*save)(void *ctx, bool last, struct ct_err *e), void *save_ctx,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_superres s = p->s;
+	struct ct_denoiser net = {0};
+
+	s.save = save;
+	s.save_ctx = save_ctx;
+	if (p->asks)
+		net = ct_prior_denoiser(d->prior);
+	return ct_superres(&s, &net, d->in, d->init, d->out, d->std, done, env, e) ||
+			       describe(p, d, env->seed, e)
+		       ? -1
+		       : 0;
+}

@@ -1,0 +1,23 @@
+/* evidence-files.h: what a base volume is corrected by (steps/evidence.h), from the files of
+ * ct-nabgs and ct-fuse. */
+#ifndef CT_TOOLS_LIB_EVIDENCE_FILES_H
+#define CT_TOOLS_LIB_EVIDENCE_FILES_H
+#include "steps/evidence.h"
+
+/* Paths; NULL: not given. */
+struct ct_evidence_files {
+	const char *in, *base, *projections, *std, *lr, *window;
+};
+
+/* Read and check all that is given; *d must be zero. Codes of the readers, of --window and of
+ * ct_evidence_check, naming the file. */
+int ct_evidence_files_read(struct ct_evidence *d, const struct ct_evidence_files *f,
+	const struct ct_env *env, struct ct_err *e);
+/* Projections of a geometry that makes sense, all finite; quantity NULL: any. *s must be zero. */
+int ct_evidence_files_stack(
+	struct ct_stack *s, const char *path, const char *quantity, struct ct_err *e);
+/* A base volume in HU: finite, with axes at right angles. */
+int ct_evidence_files_base(
+	struct ct_vol *base, const char *path, const struct ct_env *env, struct ct_err *e);
+
+#endif
