@@ -1,6 +1,7 @@
 /* format.c: files of formats that the caller names; see any.h. */
 #include "config.h"
 #include "formats/any.h"
+#include "formats/ends.h"
 #include "formats/io.h"
 
 #include <ctype.h>
@@ -201,6 +202,10 @@ static int read_first(
 	rc = what ? ct_fail(e, CT_EINPUT, "%s: not a volume (NIfTI, MetaImage or NRRD), but %s",
 			    path, what)
 		  : ct_format_read_stream(list[isalpha(first) != 0], f, path, a, e);
+	if (rc && !what && strstr(e->msg, "not a NIfTI file") && ct_ends_match(path, "img|img.gz"))
+		ct_fail(e, CT_EINPUT,
+			"%s: the voxels of a .hdr/.img pair; only single-file NIfTI (.nii) is read",
+			path);
 	ct_io_close(f);
 	return rc;
 }

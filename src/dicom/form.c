@@ -56,8 +56,8 @@ enum dicom_form dicom_form_of(const char *path)
 		(n >= 8 && head[0] == 0 && head[1] == 8 && !head[2] && isupper(head[4]) &&
 			isupper(head[5]))) /* big-endian */
 		return FILE_OF_SERIES;     /* with or without its preamble */
-	if (is_archive(head, n) ||
-		(n > 2 && head[0] == 0x1f && head[1] == 0x8b && is_other_gzip(path)))
+	if (is_archive(head, n) || (n > 2 && head[0] == 0x1f && head[1] == 0x8b &&
+					   !ct_ends_match(path, "img.gz") && is_other_gzip(path)))
 		return ARCHIVE;
 	return NOT_DICOM;
 }
