@@ -5,43 +5,9 @@
 #include <stdio.h>
 #include <sys/stat.h>
 
-static int sniff_dicom(const unsigned char *data, size_t n)
-{
-	return n >= 132 && memcmp(data + 128, "DICM", 4) == 0 ? CT_SNIFF_PLACE : CT_SNIFF_NO;
-}
-
-static int sniff_picture(const unsigned char *data, size_t n)
-{
-	static const struct {
-		const char *magic;
-		size_t n;
-	} known[] = {{"\x89PNG", 4}, {"II*", 4}, {"MM\0*", 4}, {"\xff\xd8\xff", 3}};
-
-	if (sniff_dicom(data, n)) /* its first 128 bytes are anything, often a TIFF header */
-		return CT_SNIFF_NO;
-	for (size_t i = 0; i < sizeof known / sizeof *known; i++)
-		if (n >= known[i].n && memcmp(data, known[i].magic, known[i].n) == 0)
-			return CT_SNIFF_MAGIC;
-	return CT_SNIFF_NO;
-}
-
-static const struct ct_format dicom = {.name = "DICOM",
-	.kind = CT_KIND_DICOM,
-	.refuse = "DICOM; ct-convert makes a volume of a series",
-	.sniff = sniff_dicom};
-static const struct ct_format picture = {
-	.name = "picture", .kind = CT_KIND_PICTURE, .refuse = "a picture", .sniff = sniff_picture};
-
-static const struct ct_format *const formats[] = {&dicom, &picture, &ct_format_nifti,
-	&ct_format_metaimage, &ct_format_nrrd, &ct_format_exr, &ct_format_ply,
-	&ct_format_safetensors, &ct_format_pytorch, NULL};
-
-enum ct_kind ct_any_sniff(const unsigned char *data, size_t n)
-{
-	const struct ct_format *is = ct_format_find(formats, data, n);
-
-	return is ? is->kind : CT_KIND_UNKNOWN;
-}
+static const struct ct_format *const formats[] = {&ct_format_nifti, &ct_format_metaimage,
+	&ct_format_nrrd, &ct_format_exr, &ct_format_ply, &ct_format_safetensors, &ct_format_pytorch,
+	NULL};
 
 size_t ct_any_head(unsigned char head[static CT_SNIFF], const char *path)
 {
@@ -64,14 +30,14 @@ bool ct_any_is_stack(const char *path)
 		return true;
 	n = ct_any_head(head, path);
 	if (n)
-		return ct_format_exr.sniff(head, n) != CT_SNIFF_NO;
+		return ct_signature_has("EXR", head, n);
 	return stat(path, &st) != 0 || !S_ISREG(st.st_mode) || st.st_size > 0; /* no empty file */
 }
 
 int ct_any_check_picture(const char *path, struct ct_err *e)
 {
 	unsigned char head[CT_SNIFF];
-	const enum ct_kind kind = ct_any_sniff(head, ct_any_head(head, path));
+	const enum ct_kind kind = ct_signature_kind(head, ct_any_head(head, path));
 
 	return kind == CT_KIND_UNKNOWN || kind == CT_KIND_PICTURE
 		       ? 0

@@ -10,25 +10,11 @@
 #include "core/stack.h"
 #include "core/tensors.h"
 #include "core/vol.h"
-#include "core/words.h"
+#include "formats/signature.h"
 
 #include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
-
-#define CT_KIND_LIST(X)                                                                            \
-	X(CT_KIND_UNKNOWN, "unknown")                                                              \
-	X(CT_KIND_VOLUME, "volume")   /* NIfTI, also in gzip, MetaImage, NRRD */                   \
-	X(CT_KIND_STACK, "stack")     /* OpenEXR */                                                \
-	X(CT_KIND_GAUSS, "Gaussians") /* PLY */                                                    \
-	X(CT_KIND_TENSORS, "tensors") /* safetensors, PyTorch */                                   \
-	X(CT_KIND_DICOM, "DICOM")     /* recognised only to name it in the message */              \
-	X(CT_KIND_PICTURE, "picture") /* PNG, TIFF, JPEG: likewise */
-enum ct_kind { CT_KIND_LIST(CT_WORD_VALUE) };
-/* Its word. */
-const char *ct_kind_name(enum ct_kind kind);
-/* So many first bytes of a file are enough to recognise every format. */
-enum { CT_SNIFF = 352 };
 
 /* What a file holds: the member of its kind is filled. */
 struct ct_any {
@@ -42,15 +28,10 @@ void ct_any_free(struct ct_any *a);
 /* The metadata of what is there. */
 const struct ct_meta *ct_any_meta(const struct ct_any *a);
 
-/* How certain the first bytes are: of several formats the most certain one is taken. */
-enum { CT_SNIFF_NO, CT_SNIFF_NUMBER, CT_SNIFF_PLACE, CT_SNIFF_MAGIC };
-
 struct ct_format {
-	const char *name;
+	const char *name; /* that of its signatures */
 	enum ct_kind kind;
-	const char *refuse; /* NULL, or what to say of a format without a reader */
-	int (*sniff)(const unsigned char *data, size_t n); /* CT_SNIFF_... */
-	/* One of the two, or none: of a stream, or of all that is in memory. *a is zero; what it
+	/* One of the two: of a stream, or of all that is in memory. *a is zero; what it
 	 * holds on failure is freed, and the message gets the name, by the caller below. */
 	int (*read)(FILE *f, const char *name, struct ct_any *a, struct ct_err *e);
 	int (*read_bytes)(const unsigned char *data, size_t n, const char *name, struct ct_any *a,
@@ -81,14 +62,6 @@ int ct_format_read(
  * Nothing seeks. */
 int ct_format_read_first(const struct ct_format *const list[static 2], const char *path,
 	struct ct_any *a, struct ct_err *e);
-
-/* Of all that we read, and DICOM and pictures. */
-enum ct_kind ct_any_sniff(const unsigned char *data, size_t n);
-/* A tar archive. */
-static inline bool ct_any_is_tar(const unsigned char *data, size_t n)
-{
-	return n >= 262 && memcmp(data + 257, "ustar", 5) == 0;
-}
 
 /* The first bytes of a regular file, how many; 0 of what is none or cannot be read. */
 size_t ct_any_head(unsigned char head[static CT_SNIFF], const char *path);

@@ -454,11 +454,6 @@ static int sign(struct ct_stack *s, const char *path, struct ct_err *e)
 	return ct_meta_input(&s->meta, path, 3, piece, e);
 }
 
-static int sniff(const unsigned char *data, size_t n)
-{
-	return n >= 4 && memcmp(data, "\x76\x2f\x31\x01", 4) == 0 ? CT_SNIFF_MAGIC : CT_SNIFF_NO;
-}
-
 static int read_stack(
 	const unsigned char *data, size_t n, const char *name, struct ct_any *a, struct ct_err *e)
 {
@@ -473,7 +468,7 @@ static int read_stack(
 }
 
 const struct ct_format ct_format_exr = {
-	.name = "EXR", .kind = CT_KIND_STACK, .sniff = sniff, .read_bytes = read_stack};
+	.name = "EXR", .kind = CT_KIND_STACK, .read_bytes = read_stack};
 
 int ct_stack_read(const char *path, struct ct_stack *s, struct ct_err *e)
 {

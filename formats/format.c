@@ -10,56 +10,27 @@
 #include <string.h>
 #include <sys/stat.h>
 
-const char *ct_kind_name(enum ct_kind kind)
-{
-	return CT_WORD(CT_KIND_LIST, kind);
-}
-
 const struct ct_format *ct_format_find(
 	const struct ct_format *const *list, const unsigned char *data, size_t n)
 {
-	const struct ct_format *best = NULL;
-	int most = CT_SNIFF_NO;
+	const struct ct_signature *s = NULL;
 
-	for (; *list; list++) {
-		const int sure = (*list)->sniff(data, n);
-
-		if (sure > most) {
-			most = sure;
-			best = *list;
-		}
-	}
-	return best;
+	while ((s = ct_signature_next(s, data, n)))
+		for (size_t i = 0; list[i]; i++)
+			if (strcmp(list[i]->name, s->format) == 0)
+				return list[i];
+	return NULL;
 }
 
-/* What people give in the place of one of our files, by its first bytes. */
+/* What people give in the place of a file of this kind, by its first bytes, or NULL. */
 static const char *known_as(const unsigned char *data, size_t n, enum ct_kind wanted)
 {
-	static const struct {
-		size_t at, n;
-		const char *magic;
-		enum ct_kind kind;
-		const char *what;
-	} all[] = {
-		{0, 4, "\x76\x2f\x31\x01", CT_KIND_STACK, "projections (EXR)"},
-		{0, 4, "ply\n", CT_KIND_GAUSS, "Gaussians (PLY)"},
-		{4, 5, "\0\0\0\0{", CT_KIND_TENSORS, "a network (safetensors)"},
-		{344, 3, "n+1", CT_KIND_VOLUME, "a volume (NIfTI)"},
-		{0, 2, "\x1f\x8b", CT_KIND_VOLUME, "compressed (gzip), as volumes are"},
-		{128, 4, "DICM", CT_KIND_DICOM, "DICOM, of which ct-convert makes a volume"},
-		{0, 4, "\x89PNG", CT_KIND_PICTURE, "a picture (PNG)"},
-		{0, 3, "\xff\xd8\xff", CT_KIND_PICTURE, "a picture (JPEG)"},
-		{0, 6, "\x93NUMPY", CT_KIND_UNKNOWN, "an array of numpy"},
-	};
+	const struct ct_signature *s = ct_signature_next(NULL, data, n);
 
-	for (size_t i = 0; i < sizeof all / sizeof *all; i++)
-		if (all[i].kind != wanted && n >= all[i].at + all[i].n &&
-			memcmp(data + all[i].at, all[i].magic, all[i].n) == 0)
-			return all[i].what;
-	return n == 0 ? "empty" : NULL;
+	return n == 0 ? "empty" : s && s->kind != wanted ? s->what : NULL;
 }
 
-/* The same that can be read; if there is none the error is "not a NIfTI, NRRD or EXR file", in
+/* The format; if there is none the error is "not a NIfTI, NRRD or EXR file", in
  * words of the list. */
 static const struct ct_format *recognise(const struct ct_format *const *list,
 	const unsigned char *data, size_t n, const char *path, struct ct_err *e)
@@ -69,21 +40,16 @@ static const struct ct_format *recognise(const struct ct_format *const *list,
 	char names[200] = "";
 	size_t at = 0, left = 0;
 
-	if (is && !is->refuse)
+	if (is)
 		return is;
 	for (size_t i = 0; list[i]; i++)
-		left += !list[i]->refuse;
+		left++;
 	for (size_t i = 0; list[i] && at < sizeof names; i++) {
-		if (list[i]->refuse)
-			continue;
 		at += (size_t)snprintf(names + at, sizeof names - at, "%s%s", join, list[i]->name);
 		join = --left == 1 ? " or " : ", ";
 	}
-	if (is)
-		ct_fail(e, CT_EINPUT, "%s: %s", path, is->refuse);
-	else
-		ct_fail(e, CT_EINPUT, "%s: not a%s %s file%s%s", path, *names == 'E' ? "n" : "",
-			names, what ? ", but " : "", what ? what : "");
+	ct_fail(e, CT_EINPUT, "%s: not a%s %s file%s%s", path, *names == 'E' ? "n" : "", names,
+		what ? ", but " : "", what ? what : "");
 	return NULL;
 }
 

@@ -25,29 +25,6 @@ enum {
 	FIELDS = 4096
 }; /* bytes of a line, of all; fields */
 
-static int sniff_nrrd(const unsigned char *data, size_t n)
-{
-	return n > 7 && memcmp(data, "NRRD000", 7) == 0 ? CT_SNIFF_MAGIC : CT_SNIFF_NO;
-}
-
-/* A field that a MetaImage may begin with, and "=". */
-static int sniff_metaimage(const unsigned char *data, size_t n)
-{
-	static const char *const first[] = {"ObjectType", "NDims", "Comment"};
-
-	for (size_t i = 0; i < sizeof first / sizeof *first; i++) {
-		size_t at = strlen(first[i]);
-
-		if (n <= at || memcmp(data, first[i], at) != 0)
-			continue;
-		while (at < n && (data[at] == ' ' || data[at] == '\t'))
-			at++;
-		if (at < n && data[at] == '=')
-			return CT_SNIFF_MAGIC;
-	}
-	return CT_SNIFF_NO;
-}
-
 int ct_headed_line(FILE *f, char **line, struct ct_err *e)
 {
 	size_t n = 0, cap = 0;
@@ -268,10 +245,9 @@ static int read_header(FILE *f, struct ct_headed *h, struct ct_err *e)
 
 	if (rc == 0)
 		rc = ct_fail(e, CT_EINPUT, "is empty");
-	else if (rc > 0 && sniff_nrrd((const unsigned char *)line, strlen(line)) != CT_SNIFF_NO)
+	else if (rc > 0 && ct_signature_has("NRRD", (const unsigned char *)line, strlen(line)))
 		rc = ct_headed_nrrd(f, h, e);
-	else if (rc > 0 &&
-		 sniff_metaimage((const unsigned char *)line, strlen(line)) != CT_SNIFF_NO)
+	else if (rc > 0 && ct_signature_has("MetaImage", (const unsigned char *)line, strlen(line)))
 		rc = ct_headed_mha(f, line, h, e);
 	else if (rc > 0 || (e->code == CT_EINPUT && !ferror(f)))
 		rc = ct_fail(e, CT_EINPUT, "not a NIfTI file, nor MetaImage or NRRD");
@@ -329,13 +305,11 @@ static int write_volume(
 
 const struct ct_format ct_format_metaimage = {.name = "MetaImage",
 	.kind = CT_KIND_VOLUME,
-	.sniff = sniff_metaimage,
 	.read = read_volume,
 	.write = write_volume,
 	.ends = CT_ENDS_METAIMAGE};
 const struct ct_format ct_format_nrrd = {.name = "NRRD",
 	.kind = CT_KIND_VOLUME,
-	.sniff = sniff_nrrd,
 	.read = read_volume,
 	.write = write_volume,
 	.ends = CT_ENDS_NRRD};

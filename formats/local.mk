@@ -3,6 +3,7 @@ libct_a_SOURCES += formats/out-folder.c formats/out-folder.h
 libct_a_SOURCES += formats/ends.c formats/ends.h
 libct_a_SOURCES += formats/temp.c formats/temp.h formats/proof.c formats/proof.h
 libct_a_SOURCES += formats/hash.c formats/hash.h
+libct_a_SOURCES += formats/signature.c formats/signature.h
 libct_a_SOURCES += formats/format.c formats/format.h
 libct_a_SOURCES += formats/units.c formats/units-read.c formats/units.h
 libct_a_SOURCES += formats/beside.c formats/beside.h

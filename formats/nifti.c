@@ -447,20 +447,8 @@ int ct_vol_write(
 	return ct_nifti_write(path, v, CT_NIFTI_AUTO, false, env, e);
 }
 
-/* sizeof_hdr of either version and byte order, or gzip. */
-static int sniff(const unsigned char *p, size_t n)
-{
-	struct ct_nii h;
-	struct ct_err why;
-
-	if (n >= 2 && memcmp(p, "\x1f\x8b", 2) == 0)
-		return CT_SNIFF_MAGIC;
-	return n >= 4 && ct_nii_sniff(&h, p, &why) == 0 ? CT_SNIFF_NUMBER : CT_SNIFF_NO;
-}
-
 const struct ct_format ct_format_nifti = {.name = "NIfTI",
 	.kind = CT_KIND_VOLUME,
-	.sniff = sniff,
 	.read = read_volume,
 	.write = ct_vol_write,
 	.ends = CT_ENDS_VOLUME};

@@ -289,15 +289,8 @@ static int read_gauss(
 	return rc;
 }
 
-static int sniff(const unsigned char *data, size_t n)
-{
-	return n >= 4 && (memcmp(data, "ply\n", 4) == 0 || memcmp(data, "ply\r", 4) == 0)
-		       ? CT_SNIFF_MAGIC
-		       : CT_SNIFF_NO;
-}
-
 const struct ct_format ct_format_ply = {
-	.name = "PLY", .kind = CT_KIND_GAUSS, .sniff = sniff, .read_bytes = read_gauss};
+	.name = "PLY", .kind = CT_KIND_GAUSS, .read_bytes = read_gauss};
 
 int ct_gauss_read(const char *path, struct ct_gauss *g, struct ct_err *e)
 {

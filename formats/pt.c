@@ -377,27 +377,16 @@ out:
 	return rc;
 }
 
-/* A checkpoint of PyTorch before 1.6. */
-static bool is_old(const unsigned char *head, size_t n)
-{
-	return (n >= 4 && memcmp(head, "\x80\2\x8a\n", 4) == 0) || ct_any_is_tar(head, n);
-}
-
-static int sniff(const unsigned char *data, size_t n)
-{
-	return n >= 4 && memcmp(data, "PK\3\4", 4) == 0 ? CT_SNIFF_MAGIC
-	       : is_old(data, n)                        ? CT_SNIFF_PLACE
-							: CT_SNIFF_NO;
-}
-
 static int read_tensors(FILE *f, const char *name, struct ct_any *a, struct ct_err *e)
 {
 	struct ct_tensors *w = &a->tensors;
 	struct reader d = {.e = e};
 	unsigned char head[CT_SNIFF];
+	const struct ct_signature *is =
+		ct_signature_next(NULL, head, fread(head, 1, sizeof head, f));
 	int rc;
 
-	if (is_old(head, fread(head, 1, sizeof head, f)))
+	if (is && strcmp(is->format, "PyTorch") == 0 && head[0] != 'P')
 		return ct_fail(e, CT_EINPUT,
 			"a checkpoint of PyTorch before 1.6, no zip: load it there and save it anew");
 	rc = ct_zip_open(&d.zip, f, e) || find_folder(&d) || check_order(&d) || read_pickle(&d) ||
@@ -416,7 +405,7 @@ static int read_tensors(FILE *f, const char *name, struct ct_any *a, struct ct_e
 }
 
 const struct ct_format ct_format_pytorch = {
-	.name = "PyTorch", .kind = CT_KIND_TENSORS, .sniff = sniff, .read = read_tensors};
+	.name = "PyTorch", .kind = CT_KIND_TENSORS, .read = read_tensors};
 
 int ct_tensors_read(const char *path, struct ct_tensors *w, struct ct_err *e)
 {

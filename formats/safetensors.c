@@ -369,17 +369,5 @@ int ct_tensors_write_private(const char *path, const struct ct_tensors *w, struc
 	return ct_out_open_private(&out, path, e) ? -1 : put_all(&out, path, w, false, e);
 }
 
-/* The length of a JSON object. */
-static int sniff(const unsigned char *data, size_t n)
-{
-	uint64_t length = 0;
-
-	for (size_t i = 0; i < 8 && n >= 9; i++)
-		length |= (uint64_t)data[i] << 8 * i;
-	return n >= 9 && data[8] == '{' && length >= 2 && length < UINT64_C(1) << 32
-		       ? CT_SNIFF_PLACE
-		       : CT_SNIFF_NO;
-}
-
 const struct ct_format ct_format_safetensors = {
-	.name = "safetensors", .kind = CT_KIND_TENSORS, .sniff = sniff, .read = read_tensors};
+	.name = "safetensors", .kind = CT_KIND_TENSORS, .read = read_tensors};

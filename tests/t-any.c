@@ -27,11 +27,11 @@ static int exactly(const unsigned char *p, size_t n, enum ct_kind kind)
 
 	memset(b, 0xff, sizeof b);
 	memcpy(b, p, n);
-	bad += ct_any_sniff(b, n) != kind || ct_any_sniff(b, sizeof b) != kind;
-	bad += ct_any_sniff(b, n - 1) != CT_KIND_UNKNOWN;
+	bad += ct_signature_kind(b, n) != kind || ct_signature_kind(b, sizeof b) != kind;
+	bad += ct_signature_kind(b, n - 1) != CT_KIND_UNKNOWN;
 	for (size_t i = 0; i < 8 * n; i++) {
 		b[i / 8] ^= (unsigned char)(1u << i % 8);
-		bad += ct_any_sniff(b, n) != CT_KIND_UNKNOWN;
+		bad += ct_signature_kind(b, n) != CT_KIND_UNKNOWN;
 		b[i / 8] ^= (unsigned char)(1u << i % 8);
 	}
 	return bad == 0;
@@ -63,7 +63,7 @@ static enum ct_kind with_header(uint64_t length, char first, size_t n)
 	for (int i = 0; i < 8; i++)
 		b[i] = (unsigned char)(length >> 8 * i);
 	b[8] = (unsigned char)first;
-	return ct_any_sniff(b, n);
+	return ct_signature_kind(b, n);
 }
 
 static void test_sniff(void)
@@ -72,8 +72,9 @@ static void test_sniff(void)
 	int bad = 0;
 
 	memcpy(b + 128, "DICM", 4);
-	OK(ct_any_sniff(b, 132) == CT_KIND_DICOM && ct_any_sniff(b, 140) == CT_KIND_DICOM, "DICOM");
-	OK(ct_any_sniff(b, 131) == CT_KIND_UNKNOWN, "not without its last letter");
+	OK(ct_signature_kind(b, 132) == CT_KIND_DICOM && ct_signature_kind(b, 140) == CT_KIND_DICOM,
+		"DICOM");
+	OK(ct_signature_kind(b, 131) == CT_KIND_UNKNOWN, "not without its last letter");
 	OK(with_header(2, '{', 9) == CT_KIND_TENSORS, "tensors");
 	OK(with_header(UINT32_MAX, '{', 16) == CT_KIND_TENSORS, "with a long header");
 	OK(with_header(348, '{', 9) == CT_KIND_TENSORS, "or of a length like NIfTI's");
@@ -173,7 +174,7 @@ static void refused(const char *path, const char *words)
 {
 	const char *const ways[] = {path, "-"};
 	struct ct_any a = {0};
-	char want[100];
+	char want[160];
 
 	if (!freopen(path, "rb", stdin))
 		exit(99);
@@ -193,9 +194,11 @@ static void test_refusals(void)
 
 	memcpy(dicom + 128, "DICM", 4);
 	save("x", dicom, sizeof dicom);
-	refused("x", "DICOM; ct-convert makes a volume of a series");
+	refused("x",
+		"not a NIfTI, MetaImage, NRRD, EXR, PLY, safetensors or PyTorch file, but DICOM, of which ct-convert makes a volume");
 	save("x", "\x89PNG\r\n", 6);
-	refused("x", "a picture");
+	refused("x",
+		"not a NIfTI, MetaImage, NRRD, EXR, PLY, safetensors or PyTorch file, but a picture (PNG)");
 	save("x", "hello", 5);
 	refused("x", "not a NIfTI, MetaImage, NRRD, EXR, PLY, safetensors or PyTorch file");
 	save("x", "", 0);

@@ -54,7 +54,8 @@ static void test_types(void)
 				struct ct_vol v = {0};
 
 				ok = ok && parse(p, n, "x", &v) == 0 && is_right(&v) &&
-				     ct_any_sniff(p, n < CT_SNIFF ? n : CT_SNIFF) == CT_KIND_VOLUME;
+				     ct_signature_kind(p, n < CT_SNIFF ? n : CT_SNIFF) ==
+					     CT_KIND_VOLUME;
 				if (v.data && !*first)
 					snprintf(first, sizeof first, "%s",
 						ct_meta_get(&v.meta, "input"));

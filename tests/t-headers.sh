@@ -76,7 +76,7 @@ kind:ct-convert makes one
 END
 head -c 4000 /dev/zero >pair.img; gzip -c pair.img >pair.img.gz
 for f in pair.img pair.img.gz; do
-	exits 3 "$f is refused as a volume" ct-convert $f no.nii; has err "^ct-convert: $f: the voxels of a .hdr/.img pair" "the error of $f says what it is"
+	exits 3 "voxels of a pair, $f, are refused" ct-convert $f no.nii; has err "^ct-convert: $f: the voxels of a .hdr/.img pair" "the error of $f says what it is"
 done
 exits 3 'projections from a pipe are refused as a volume' sh -c 'cat kind.exr | ct-degrade -x 2 - no.nii'; has err 'not a NIfTI file, nor MetaImage or NRRD' 'the error of projections from a pipe names the formats'
 exits 3 'a volume is refused as projections' ct-fdk a.nii no.nii; has err 'a.nii: not an EXR file, but a volume (NIfTI)' 'the error of a volume for projections says what it is'

@@ -14,20 +14,6 @@
 #include <unistd.h>
 #include <zlib.h>
 
-/* What a zip, tar or compressed file begins with, but for gzip. */
-static bool is_archive(const unsigned char *p, size_t n)
-{
-	static const struct {
-		const char *magic;
-		size_t n;
-	} known[] = {{"PK\3\4", 4}, {"BZh", 3}, {"\3757zXZ", 5}, {"\x28\xb5\x2f\xfd", 4}};
-
-	for (size_t i = 0; i < sizeof known / sizeof *known; i++)
-		if (n >= known[i].n && memcmp(p, known[i].magic, known[i].n) == 0)
-			return true;
-	return ct_any_is_tar(p, n);
-}
-
 /* Does the gzip file hold something else than NIfTI? */
 static bool is_other_gzip(const char *path)
 {
@@ -37,11 +23,12 @@ static bool is_other_gzip(const char *path)
 
 	if (f)
 		gzclose(f);
-	return n == sizeof head && ct_any_sniff(head, sizeof head) != CT_KIND_VOLUME;
+	return n == sizeof head && ct_signature_kind(head, sizeof head) != CT_KIND_VOLUME;
 }
 
 enum dicom_form dicom_form_of(const char *path)
 {
+	const struct ct_signature *s;
 	unsigned char head[CT_SNIFF];
 	struct stat st;
 	size_t n;
@@ -51,13 +38,14 @@ enum dicom_form dicom_form_of(const char *path)
 	if (S_ISDIR(st.st_mode))
 		return FOLDER;
 	n = ct_any_head(head, path);
-	if (ct_any_sniff(head, n) == CT_KIND_DICOM ||
+	if (ct_signature_kind(head, n) == CT_KIND_DICOM ||
 		(n >= 8 && (head[0] == 2 || head[0] == 8) && !head[1] && !head[3]) ||
 		(n >= 8 && head[0] == 0 && head[1] == 8 && !head[2] && isupper(head[4]) &&
 			isupper(head[5]))) /* big-endian */
 		return FILE_OF_SERIES;     /* with or without its preamble */
-	if (is_archive(head, n) || (n > 2 && head[0] == 0x1f && head[1] == 0x8b &&
-					   !ct_ends_match(path, "img.gz") && is_other_gzip(path)))
+	s = ct_signature_next(NULL, head, n);
+	if (s && (s->archive || (head[0] == 0x1f && head[1] == 0x8b &&
+					!ct_ends_match(path, "img.gz") && is_other_gzip(path))))
 		return ARCHIVE;
 	return NOT_DICOM;
 }

@@ -217,7 +217,8 @@ json_t *ct_report_make(const struct ct_any *a, const char *path, bool all, struc
 	case CT_KIND_TENSORS: put_tensors(&m, &a->tensors, all); break;
 	case CT_KIND_UNKNOWN:
 	case CT_KIND_DICOM:
-	case CT_KIND_PICTURE: break;
+	case CT_KIND_PICTURE:
+	case CT_KIND_OTHER: break;
 	}
 	put_meta(&m, ct_any_meta(a));
 	if (hash)

@@ -81,7 +81,7 @@ bool convert_is_picture(const char *path)
 	unsigned char head[CT_SNIFF];
 
 	return strcmp(path, "-") != 0 &&
-	       ct_any_sniff(head, ct_any_head(head, path)) == CT_KIND_PICTURE;
+	       ct_signature_kind(head, ct_any_head(head, path)) == CT_KIND_PICTURE;
 }
 
 static int read_other(const struct convert *p, struct ct_vol *v, struct ct_err *e)

@@ -1,0 +1,91 @@
+/* signature.c: see signature.h. */
+#include "config.h"
+#include "formats/signature.h"
+
+#include <string.h>
+
+/* A header of JSON, of a length that its first eight bytes say. */
+static bool is_json(const unsigned char *data, size_t n, size_t at)
+{
+	(void)n;
+	(void)at;
+	return data[0] >= 2 || data[1] || data[2] || data[3];
+}
+
+/* "=" behind the field that a MetaImage begins with. */
+static bool is_field(const unsigned char *data, size_t n, size_t at)
+{
+	while (at < n && (data[at] == ' ' || data[at] == '\t'))
+		at++;
+	return at < n && data[at] == '=';
+}
+
+#define TORCH "PyTorch", CT_KIND_TENSORS, true
+#define VOLUME(format) format, CT_KIND_VOLUME, false, "a volume (" format ")"
+#define PICTURE(format) format, CT_KIND_PICTURE, false, "a picture (" format ")"
+#define ARCHIVE(format) format, CT_KIND_OTHER, true, "an archive (" format ")"
+static const struct ct_signature all[] = {
+	{"EXR", CT_KIND_STACK, false, "projections (EXR)", 0, 4, "\x76\x2f\x31\x01", NULL},
+	{"PLY", CT_KIND_GAUSS, false, "Gaussians (PLY)", 0, 4, "ply\n", NULL},
+	{"PLY", CT_KIND_GAUSS, false, "Gaussians (PLY)", 0, 4, "ply\r", NULL},
+	{"NIfTI", CT_KIND_VOLUME, false, "compressed (gzip), as volumes are", 0, 2, "\x1f\x8b",
+		NULL},
+	{VOLUME("NRRD"), 0, 7, "NRRD000", NULL},
+	{VOLUME("MetaImage"), 0, 10, "ObjectType", is_field},
+	{VOLUME("MetaImage"), 0, 5, "NDims", is_field},
+	{VOLUME("MetaImage"), 0, 7, "Comment", is_field},
+	{TORCH, "a zip, as networks of PyTorch are", 0, 4, "PK\3\4", NULL},
+	{"numpy", CT_KIND_OTHER, false, "an array of numpy", 0, 6, "\x93NUMPY", NULL},
+	{ARCHIVE("bzip2"), 0, 3, "BZh", NULL},
+	{ARCHIVE("xz"), 0, 5, "\3757zXZ", NULL},
+	{ARCHIVE("zstd"), 0, 4, "\x28\xb5\x2f\xfd", NULL},
+	/* its first 128 bytes are anything, often a TIFF header */
+	{"DICOM", CT_KIND_DICOM, false, "DICOM, of which ct-convert makes a volume", 128, 4, "DICM",
+		NULL},
+	{PICTURE("PNG"), 0, 4, "\x89PNG", NULL},
+	{PICTURE("TIFF"), 0, 4, "II*\0", NULL},
+	{PICTURE("TIFF"), 0, 4, "MM\0*", NULL},
+	{PICTURE("JPEG"), 0, 3, "\xff\xd8\xff", NULL},
+	{"safetensors", CT_KIND_TENSORS, false, "a network (safetensors)", 4, 5, "\0\0\0\0{",
+		is_json},
+	{TORCH, "a network of PyTorch before 1.6", 0, 4, "\x80\2\x8a\n", NULL},
+	{TORCH, "an archive (tar)", 257, 5, "ustar", NULL},
+	/* sizeof_hdr of either version and byte order */
+	{VOLUME("NIfTI"), 0, 4, "\x5c\x01\0\0", NULL},
+	{VOLUME("NIfTI"), 0, 4, "\x1c\x02\0\0", NULL},
+	{VOLUME("NIfTI"), 0, 4, "\0\0\x01\x5c", NULL},
+	{VOLUME("NIfTI"), 0, 4, "\0\0\x02\x1c", NULL},
+};
+
+const char *ct_kind_name(enum ct_kind kind)
+{
+	return CT_WORD(CT_KIND_LIST, kind);
+}
+
+const struct ct_signature *ct_signature_next(
+	const struct ct_signature *last, const unsigned char *data, size_t n)
+{
+	for (const struct ct_signature *s = last ? last + 1 : all;
+		s < all + sizeof all / sizeof *all; s++)
+		if (n >= s->at + s->n && memcmp(data + s->at, s->magic, s->n) == 0 &&
+			(!s->also || s->also(data, n, s->at + s->n)))
+			return s;
+	return NULL;
+}
+
+bool ct_signature_has(const char *format, const unsigned char *data, size_t n)
+{
+	const struct ct_signature *s = NULL;
+
+	while ((s = ct_signature_next(s, data, n)))
+		if (strcmp(s->format, format) == 0)
+			return true;
+	return false;
+}
+
+enum ct_kind ct_signature_kind(const unsigned char *data, size_t n)
+{
+	const struct ct_signature *s = ct_signature_next(NULL, data, n);
+
+	return s ? s->kind : CT_KIND_UNKNOWN;
+}
