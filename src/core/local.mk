@@ -11,6 +11,7 @@ libct_a_SOURCES += src/core/par.c src/core/par.h
 libct_a_SOURCES += src/core/rng.c src/core/rng.h
 libct_a_SOURCES += src/core/vol.c src/core/vol.h
 libct_a_SOURCES += src/core/stack.c src/core/stack.h
+libct_a_SOURCES += src/core/activation.c src/core/activation.h
 libct_a_SOURCES += src/core/gauss.c src/core/gauss.h
 libct_a_SOURCES += src/core/tensors.c src/core/tensors.h
 libct_a_SOURCES += src/core/number.c src/core/number.h

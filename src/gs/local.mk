@@ -12,7 +12,7 @@ libct_a_SOURCES += src/gs/splat.c src/gs/splat.h
 SIMD_SOURCES += src/gs/rasterise.c src/gs/rasterise.h
 libct_a_SOURCES += src/gs/mixture.c src/gs/mixture.h
 # The loss.
-libct_a_SOURCES += src/gs/loss.c src/gs/loss.h
+libct_a_SOURCES += src/gs/loss.c src/gs/loss-tv.c src/gs/loss.h
 libct_a_SOURCES += src/gs/loss-total.c src/gs/loss-total.h
 libct_a_SOURCES += src/gs/loss-lowres.c src/gs/loss-lowres.h
 SIMD_SOURCES += src/gs/loss-row.c

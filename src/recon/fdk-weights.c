@@ -1,6 +1,7 @@
 /* fdk-weights.c: see fdk-weights.h. */
 #include "config.h"
 #include "recon/fdk-weights.h"
+#include "recon/parker.h"
 #include "core/vec3.h"
 #include "core/mem.h"
 
@@ -348,20 +349,6 @@ void ct_fdk_weights_free(struct ct_fdk_weights *o)
 	*o = (struct ct_fdk_weights){0};
 }
 
-/* beta from where the arc begins, g the ray's angle so that (beta + pi + 2 g, -g) is the same line.
- */
-static double parker_weight(double beta, double g, double delta)
-{
-	double s = 1;
-
-	g = fmin(fmax(g, -delta), delta);
-	if (beta < 2 * delta - 2 * g)
-		s = sin(M_PI / 4 * beta / (delta - g));
-	else if (beta > M_PI - 2 * g)
-		s = sin(M_PI / 4 * fmax(M_PI + 2 * delta - beta, 0) / (delta + g));
-	return s * s;
-}
-
 /* The share of a ray at x mm from the foot, `side` of the detector that reaches far: so that both
  * rays of a line count 1. */
 static double share(
@@ -373,7 +360,7 @@ static double share(
 		double beta = v->angle - o->first;
 
 		beta += beta < 0 ? 2 * M_PI : 0;
-		return parker_weight(beta, -o->sign * atan(x / v->distance), o->delta);
+		return ct_parker_weight(beta, -o->sign * atan(x / v->distance), o->delta);
 	}
 	if (o->redundancy == CT_RAYS_OFFSET) {
 		double at =

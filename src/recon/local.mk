@@ -7,6 +7,7 @@ libct_a_SOURCES += src/recon/backproject.c src/recon/backproject.h
 SIMD_SOURCES += src/recon/backproject-line.c
 SIMD_SOURCES += src/recon/backproject-row.c
 libct_a_SOURCES += src/recon/fdk-weights.c src/recon/fdk-weights.h
+libct_a_SOURCES += src/recon/parker.c src/recon/parker.h
 libct_a_SOURCES += src/recon/fdk.c src/recon/fdk.h
 libct_a_SOURCES += src/recon/iterative.c src/recon/iterative.h
 libct_a_SOURCES += src/recon/rof.c src/recon/rof.h
