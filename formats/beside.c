@@ -159,7 +159,7 @@ int ct_beside_read(struct ct_vol *v, const char *path, const struct ct_env *env,
 		ct_log(env, CT_INFO, "%s: says the scanner", name);
 	if (rc < 0 && e->code == CT_EINPUT) {
 		ct_log(env, CT_WARN, "%s: nothing of it is used",
-			env->deid ? "the JSON beside IN" : e->msg);
+			ct_io_rule_of(env).deid ? "the JSON beside IN" : e->msg);
 		*e = (struct ct_err){0};
 		rc = 0;
 	}

@@ -38,6 +38,11 @@ void ct_io_close(FILE *f)
 		fclose(f);
 }
 
+struct ct_io_rule ct_io_rule_of(const struct ct_env *env)
+{
+	return env && env->files ? *env->files : (struct ct_io_rule){0};
+}
+
 int ct_slurp(const char *path, unsigned char **data, size_t *n, struct ct_err *e)
 {
 	size_t cap = 0, got;
@@ -95,7 +100,7 @@ static int allowed(const char *path, const struct ct_env *env, struct ct_err *e)
 		return ct_out_leads(path, e);
 	if (S_ISDIR(st.st_mode))
 		return ct_fail(e, CT_EOUTPUT, "%s: is a folder", path);
-	if (S_ISREG(st.st_mode) && !(env && env->force))
+	if (S_ISREG(st.st_mode) && !ct_io_rule_of(env).force)
 		return ct_fail(e, CT_EOUTPUT, "%s: exists; %s overwrites it", path,
 			env && env->tool ? "--force" : "overwrite = 1");
 	return 0;
@@ -222,7 +227,7 @@ int ct_out_open(struct ct_out *o, const char *path, const struct ct_env *env, st
 	*o = (struct ct_out){0};
 	if (allowed(path, env, e) || open_out(o, path, false, e))
 		return -1;
-	o->together = env ? env->together : NULL;
+	o->together = ct_io_rule_of(env).together;
 	return 0;
 }
 

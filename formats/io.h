@@ -34,6 +34,16 @@ int ct_out_set_commit(struct ct_out_set *s, struct ct_err *e);
 /* Drop those that wait; legal after commit and on a zeroed struct. */
 void ct_out_set_drop(struct ct_out_set *s);
 
+/* What is asked of the files that are read and written: env->files. */
+struct ct_io_rule {
+	bool force; /* overwrite existing outputs */
+	bool deid;  /* warnings name no file beside those of the command line */
+	int units;  /* enum ct_units: what the user says of the volumes that are read */
+	struct ct_out_set *together; /* outputs that are there when all are whole; or NULL */
+};
+/* That of env, or nothing; env may be NULL. */
+struct ct_io_rule ct_io_rule_of(const struct ct_env *env);
+
 struct ct_out {
 	FILE *f;
 	char *path;         /* NULL for standard output */
@@ -43,7 +53,7 @@ struct ct_out {
 	struct ct_out_set *together;
 };
 
-/* CT_EOUTPUT if the file exists and env->force is not set, or if standard output is a terminal. A
+/* CT_EOUTPUT if the file exists and the rule has no `force`, or if standard output is a terminal. A
  * symbolic link is followed; the file that is overwritten hands on its rights. */
 int ct_out_open(struct ct_out *o, const char *path, const struct ct_env *env, struct ct_err *e);
 /* The same for a file that its owner alone may read (mode 0600), in the place of what is there. */

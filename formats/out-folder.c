@@ -82,7 +82,7 @@ static int allowed(
 		return ct_fail(e, CT_EOUTPUT,
 			"%s: a file system begins here; name a folder in it, which is made",
 			f->name);
-	return replaceable(f, f->path, own, env->force, e);
+	return replaceable(f, f->path, own, ct_io_rule_of(env).force, e);
 }
 
 int ct_out_folder_open(struct ct_out_folder *f, const char *path, const char *own,

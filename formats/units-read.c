@@ -1,6 +1,7 @@
 /* units-read.c: volumes that are to be HU, of any format: see units.h. */
 #include "config.h"
 #include "formats/format.h"
+#include "formats/io.h"
 #include "formats/units.h"
 
 void ct_vol_doubt(const struct ct_vol *v, const char *path, const struct ct_env *env)
@@ -13,7 +14,7 @@ void ct_vol_doubt(const struct ct_vol *v, const char *path, const struct ct_env 
 
 int ct_vol_read_hu(const char *path, struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
 {
-	const enum ct_units units = (enum ct_units)env->units;
+	const enum ct_units units = (enum ct_units)ct_io_rule_of(env).units;
 
 	if (ct_vol_read(path, v, e))
 		return -1;

@@ -4,6 +4,7 @@
 #include "config.h"
 #include "formats/any.h"
 #include "formats/format.h"
+#include "formats/io.h"
 #include "tap.h"
 
 #include <string.h>
@@ -11,7 +12,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-static const struct ct_env force = {.force = true};
+static const struct ct_env force = {.files = &(const struct ct_io_rule){.force = true}};
 static const char *const names[] = {
 	[CT_KIND_VOLUME] = "v.nii",
 	[CT_KIND_STACK] = "s.exr",

@@ -6,6 +6,7 @@
 #include "arssr/arssr-volume.h"
 #include "core/mem.h"
 #include "formats/format.h"
+#include "formats/io.h"
 #include "numbers.h"
 
 #include <string.h>
@@ -444,7 +445,7 @@ static void dump(const char *path, const struct ct_arssr_shape *shape, size_t si
 	struct ct_arssr_piece p = {0};
 	struct ct_arssr_train *t;
 	struct ct_tensors w = {0}, g = {0};
-	const struct ct_env env = {.force = true};
+	const struct ct_env env = {.files = &(const struct ct_io_rule){.force = true}};
 	const size_t cube[3] = {side, side, side};
 	size_t three[2] = {0, 3};
 	float *grad, *at, *values;

@@ -2,6 +2,7 @@
  * commands are scripts. */
 #include "config.h"
 #include "cli/chain.h"
+#include "cli/command.h"
 #include "capture.h"
 #include "core/clock.h"
 #include "scratch.h"
@@ -23,7 +24,14 @@ static void note(const struct ct_env *env, enum ct_level level, const char *text
 	snprintf(said + strlen(said), sizeof said - strlen(said), "%d %s\n", (int)level, text);
 }
 
-static struct ct_env env = {.tool = "ct-t", .log = note, .verbose = 1, .stop = &stop};
+static struct ct_io_rule files;
+static struct ct_command command;
+static struct ct_env env = {.tool = "ct-t",
+	.files = &files,
+	.command = &command,
+	.log = note,
+	.verbose = 1,
+	.stop = &stop};
 
 static void put_script(const char *name, const char *body)
 {
@@ -186,7 +194,7 @@ static void test_failures(void)
 	OK(one_step("f", "die", "x") == -1 && e.code == CT_EFAIL &&
 			is_text(e.msg, "die was killed by signal 9"),
 		"a command that is killed");
-	env.force = true;
+	files.force = true;
 	OK(one_step("f", "nope", "x") == -1 && e.code == CT_EFAIL &&
 			is_text(e.msg, "nope failed") &&
 			is_text(shown.err, "ct-t: nope: No such file or directory\n"),

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "capture.h"
 #include "formats/format.h"
+#include "formats/io.h"
 #include "scratch.h"
 #include "tools/lib/evidence-files.h"
 #include "xray/geometry.h"
@@ -9,7 +10,8 @@
 /* The base is 8 mm of one value, the LR of it another, on a grid twice as coarse. */
 #define BASE_HU 1023.5f /* density 0.5 of -1024:3071 */
 static struct ct_err e;
-static const struct ct_env force = {.force = true}, quiet = {0};
+static const struct ct_env force = {.files = &(const struct ct_io_rule){.force = true}},
+			   quiet = {0};
 static const size_t sizes[3] = {4, 4, 4};
 
 static void put_volume(

@@ -3,6 +3,7 @@
 #include "config.h"
 #include "formats/exr.h"
 #include "formats/format.h"
+#include "formats/io.h"
 #include "tap.h"
 
 #include <openexr.h>
@@ -14,7 +15,7 @@
 #include <zlib.h>
 
 enum { W = 9, H = 21, PARTS = 4 };
-static const struct ct_env force = {.force = true};
+static const struct ct_env force = {.files = &(const struct ct_io_rule){.force = true}};
 
 /* What a file is made of; zero is what our writer makes. */
 struct how {
@@ -515,7 +516,9 @@ static void count_views(
 static void test_progress(const char *path)
 {
 	size_t seen = 0;
-	const struct ct_env env = {.force = true, .progress = count_views, .ctx = &seen};
+	const struct ct_env env = {.files = &(const struct ct_io_rule){.force = true},
+		.progress = count_views,
+		.ctx = &seen};
 	struct ct_stack s;
 
 	fill(&s);

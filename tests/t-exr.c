@@ -7,6 +7,7 @@
 #include "formats/any.h"
 #include "formats/exr.h"
 #include "formats/format.h"
+#include "formats/io.h"
 #include "tap.h"
 
 #include <openexr.h>
@@ -18,7 +19,7 @@
 #include <unistd.h>
 #include <zlib.h>
 
-static const struct ct_env force = {.force = true};
+static const struct ct_env force = {.files = &(const struct ct_io_rule){.force = true}};
 
 static void fill(struct ct_stack *s, size_t views, size_t h, size_t w)
 {

@@ -10,6 +10,7 @@
 #include "core/meta.h"
 #include "formats/hash.h"
 #include "formats/temp.h"
+#include "formats/io.h"
 #include "scratch.h"
 
 #include <fcntl.h>
@@ -34,13 +35,15 @@ static const struct ct_opt opts[] = {
 	CT_OPT_END,
 };
 static struct ct_err e;
+static const struct ct_command command, dry_command = {.dry_run = true};
+static const struct ct_io_rule force = {.force = true};
+static const struct ct_env plain = {.command = &command}, dry = {.command = &dry_command},
+			   forced = {.command = &command, .files = &force};
 
 static bool clear(struct params p)
 {
-	const struct ct_env env = {0};
-
 	e = (struct ct_err){0};
-	return ct_files_check(opts, &p, &env, &e) == 0;
+	return ct_files_check(opts, &p, &plain, &e) == 0;
 }
 
 /* Refused with these words? */
@@ -82,11 +85,9 @@ static void test_apart(void)
 	OK(refused((P){.out = "b", .resume = true}, CT_EOUTPUT, "b: exists"), "also with --resume");
 	OK(refused((P){.again = "b"}, CT_EOUTPUT, "b: exists"), "a run's own one too");
 	OK(clear((P){.again = "b", .resume = true}), "but for --resume");
-	OK(ct_files_check(
-		   opts, &(P){.in = "a", .out = "a"}, &(struct ct_env){.dry_run = true}, &e) == 0,
+	OK(ct_files_check(opts, &(P){.in = "a", .out = "a"}, &dry, &e) == 0,
 		"nothing is asked of a dry run");
-	OK(ct_files_check(opts, &(P){.out = "b"}, &(struct ct_env){.force = true}, &e) == 0,
-		"it may be there if forced");
+	OK(ct_files_check(opts, &(P){.out = "b"}, &forced, &e) == 0, "it may be there if forced");
 }
 
 static void test_list(void)
@@ -109,13 +110,10 @@ static void test_list(void)
 	OK(refused((P){.in = "-", .list = LIST("-", "x")}, CT_EUSAGE,
 		   "only one input can be standard input"),
 		"and one input");
-	OK(ct_files_check(opts, &(P){.list = LIST("-", "-", "x")},
-		   &(struct ct_env){.dry_run = true}, &e) == -1 &&
+	OK(ct_files_check(opts, &(P){.list = LIST("-", "-", "x")}, &dry, &e) == -1 &&
 			strstr(e.msg, "only one input"),
 		"also of a dry run");
-	OK(ct_files_check(
-		   opts, &(P){.in = "-", .out = "-"}, &(struct ct_env){.dry_run = true}, &e) == 0,
-		"one of each serves");
+	OK(ct_files_check(opts, &(P){.in = "-", .out = "-"}, &dry, &e) == 0, "one of each serves");
 }
 
 static bool named(P p, const char *refused)

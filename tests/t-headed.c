@@ -3,6 +3,7 @@
 #include "formats/any.h"
 #include "formats/format.h"
 #include "formats/headed.h"
+#include "formats/io.h"
 #include "headed-make.h"
 #include "scratch.h"
 
@@ -12,7 +13,8 @@
 #include <unistd.h>
 
 static struct ct_err e;
-static const struct ct_env force = {.tool = "ct-test", .force = true};
+static const struct ct_env force = {
+	.tool = "ct-test", .files = &(const struct ct_io_rule){.force = true}};
 
 static int parse(const void *p, size_t n, const char *name, struct ct_vol *v)
 {

@@ -139,7 +139,8 @@ static void test_modes(void)
 
 static bool costs(struct ct_cost c, bool json, const char *want)
 {
-	const struct ct_env env = {.json = json};
+	const struct ct_command command = {.json = json};
+	const struct ct_env env = {.command = &command};
 	struct ct_err e = {0};
 	int rc;
 
@@ -204,7 +205,8 @@ static void test_text(void)
 static const char *draws_until(
 	struct ct_progress *p, const char *what, size_t done, size_t total, size_t likely)
 {
-	const struct ct_env env = {.tool = "ct-t", .ctx = p};
+	const struct ct_command command = {0};
+	const struct ct_env env = {.tool = "ct-t", .command = &command, .ctx = p};
 
 	capture_begin(&shown);
 	ct_progress_draw(&env, what, done, total, likely);

@@ -9,6 +9,7 @@
 #include "formats/format.h"
 #include "formats/any.h"
 #include "core/inflate.h"
+#include "formats/io.h"
 #include "nifti-make.h"
 #include "tap.h"
 
@@ -156,7 +157,7 @@ static void test_little(void)
 static void test_keys(void)
 {
 	struct ct_stack s = {0}, t = {0};
-	struct ct_env env = {.force = true};
+	struct ct_env env = {.files = &(const struct ct_io_rule){.force = true}};
 	char *ply = NULL, key[100];
 	size_t size;
 	FILE *f;

@@ -20,7 +20,7 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
-static const struct ct_env force = {.force = true};
+static const struct ct_env force = {.files = &(const struct ct_io_rule){.force = true}};
 
 static void save(const char *path, const void *p, size_t n)
 {

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "cli/keep.h"
 #include "formats/format.h"
+#include "formats/io.h"
 #include "tap.h"
 
 #include <glob.h>
@@ -56,7 +57,9 @@ static void volume(const struct ct_env *env)
 		"nor can it be kept: %s", err.msg);
 	setenv("TMPDIR", "tmp", 1);
 	v.data[59] = INFINITY;
-	OK(ct_keep_vol("there.nii", &v, &(struct ct_env){.force = true}, &err) == -1 &&
+	OK(ct_keep_vol("there.nii", &v,
+		   &(struct ct_env){.files = &(const struct ct_io_rule){.force = true}},
+		   &err) == -1 &&
 			err.code == CT_ENUMERIC && strstr(err.msg, "voxel (2,3,4) is infinite"),
 		"what is not finite is no result: %s", err.msg);
 	unlink("there.nii");

@@ -4,13 +4,15 @@
 #include "formats/format.h"
 #include "formats/any.h"
 #include "formats/nifti.h"
+#include "formats/io.h"
 #include "nifti-make.h"
 #include "tap.h"
 
 #include <unistd.h>
 #include <zlib.h>
 
-static const struct ct_env force = {.tool = "ct-test", .force = true};
+static const struct ct_env force = {
+	.tool = "ct-test", .files = &(const struct ct_io_rule){.force = true}};
 enum { BLOCK = 1 << 18 }; /* of nifti.c */
 
 static int parse(const void *p, size_t n, struct ct_vol *v)
@@ -203,7 +205,8 @@ static void test_version(void)
 static void test_stop(void)
 {
 	const volatile sig_atomic_t stop = 1;
-	const struct ct_env env = {.force = true, .stop = &stop};
+	const struct ct_env env = {
+		.files = &(const struct ct_io_rule){.force = true}, .stop = &stop};
 	struct ct_vol v;
 
 	make_volume(&v, 2, 2, 2);

@@ -10,7 +10,8 @@
 
 #include <unistd.h>
 
-static const struct ct_env force = {.tool = "ct-test", .force = true};
+static const struct ct_env force = {
+	.tool = "ct-test", .files = &(const struct ct_io_rule){.force = true}};
 static const int small[3] = {3, 4, 5};
 
 static int parse(const void *p, size_t n, struct ct_vol *v)

@@ -5,6 +5,7 @@
 #include "formats/any.h"
 #include "formats/hash.h"
 #include "formats/nifti.h"
+#include "formats/io.h"
 #include "nifti-make.h"
 #include "tap.h"
 
@@ -281,7 +282,8 @@ static void test_truncation(void)
 static void test_extensions(void)
 {
 	static const char *names[] = {"e.nii", "e.nii.gz"};
-	const struct ct_env env = {.tool = "ct-test", .force = true};
+	const struct ct_env env = {
+		.tool = "ct-test", .files = &(const struct ct_io_rule){.force = true}};
 	struct made m;
 	struct ct_vol v = {0}, w = {0};
 	const char *kept;
@@ -331,7 +333,8 @@ static void test_extensions(void)
 /* A random rotation of a right- or left-handed grid, written and read. */
 static int agrees(const double q[4], double flip, double *qform_off)
 {
-	const struct ct_env env = {.tool = "ct-test", .force = true};
+	const struct ct_env env = {
+		.tool = "ct-test", .files = &(const struct ct_io_rule){.force = true}};
 	const double mm[3] = {0.7, 0.8 * flip, 1.25},
 		     n2 = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
 	const size_t n[3] = {40, 30, 20};
@@ -405,7 +408,8 @@ static void test_writing(void)
 
 static void test_choice(void)
 {
-	const struct ct_env env = {.tool = "ct-test", .force = true};
+	const struct ct_env env = {
+		.tool = "ct-test", .files = &(const struct ct_io_rule){.force = true}};
 	const size_t n[3] = {33000, 1, 2}, few[3] = {2, 2, 2};
 	static const struct {
 		float x;

@@ -40,6 +40,8 @@ static struct capture shown;
 /* What the last run was given. */
 static struct params got;
 static struct ct_env env;
+static struct ct_io_rule files;
+static struct ct_command command;
 static char history[400], rest[400], rates[40];
 static bool given_n, given_none;
 static size_t threads;
@@ -50,9 +52,11 @@ static int note(const void *params, const struct ct_env *e, struct ct_err *why)
 	(void)why;
 	got = *(const struct params *)params;
 	env = *e;
+	files = *e->files;
+	command = *e->command;
 	threads = ct_par_threads(e->par);
-	given_n = ct_modes_given(e->given, "number");
-	given_none = ct_modes_given(e->given, "none");
+	given_n = ct_modes_given(&e->command->given, "number");
+	given_none = ct_modes_given(&e->command->given, "none");
 	snprintf(history, sizeof history, "%s", e->history);
 	snprintf(rates, sizeof rates, "%s", got.rates ? got.rates : "");
 	rest[0] = '\0';
@@ -207,17 +211,17 @@ static void test_seed(void)
 /* What all commands have. */
 static void test_common(void)
 {
-	TAKEN("in r", env.verbose == 0 && !env.force && !env.json && !env.dry_run);
+	TAKEN("in r", env.verbose == 0 && !files.force && !command.json && !command.dry_run);
 	OK(is_text(shown.err, "ct-t: warning: beware\n") && !*shown.out, "a warning is told");
 	TAKEN("-v in r", env.verbose == 1);
 	OK(is_text(shown.err, "ct-t: warning: beware\nct-t: step\n"), "and what is done, if asked");
 	TAKEN("-qv in r", env.verbose == -1);
 	OK(is_text(shown.err, ""), "nothing if that is asked");
-	TAKEN("-f in r", env.force);
-	TAKEN("--json in r", env.json);
-	TAKEN("--dry-run in r", env.dry_run);
+	TAKEN("-f in r", files.force);
+	TAKEN("--json in r", command.json);
+	TAKEN("--dry-run in r", command.dry_run);
 	setenv("MAKELEVEL", "1", 1);
-	TAKEN("in r", env.force);
+	TAKEN("in r", files.force);
 	unsetenv("MAKELEVEL");
 	TAKEN("in r", ct_inflate_allowed() == CT_INFLATE_TIMES);
 	TAKEN("--expand=7 in r", ct_inflate_allowed() == 7);

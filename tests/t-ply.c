@@ -2,6 +2,7 @@
 #include "config.h"
 #include "core/rng.h"
 #include "formats/format.h"
+#include "formats/io.h"
 #include "tap.h"
 
 #include <stdbool.h>
@@ -10,7 +11,7 @@
 #include <string.h>
 #include <unistd.h>
 
-static const struct ct_env force = {.force = true};
+static const struct ct_env force = {.files = &(const struct ct_io_rule){.force = true}};
 static char path[] = "/tmp/t-ply-XXXXXX";
 
 static void fill(struct ct_gauss *g, size_t n)

@@ -4,6 +4,7 @@
 #include "formats/format.h"
 #include "formats/any.h"
 #include "formats/voxels.h"
+#include "formats/io.h"
 #include "tap.h"
 
 #include <math.h>
@@ -14,7 +15,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-static const struct ct_env force = {.force = true};
+static const struct ct_env force = {.files = &(const struct ct_io_rule){.force = true}};
 static char path[] = "/tmp/t-safetensors-XXXXXX";
 
 static void save(const char *header, const void *data, size_t bytes)

@@ -34,7 +34,9 @@ static const struct ct_opt opts[] = {
 	CT_OPT_END,
 };
 static const P params = {.in = "in", .out = "o", .n = 3, .word = 1, .x = 0.1};
-static struct ct_env env = {.tool = "ct-t"};
+static struct ct_io_rule files;
+static struct ct_command command;
+static struct ct_env env = {.tool = "ct-t", .files = &files, .command = &command};
 static struct ct_err e;
 
 static int pack(struct ct_tensors *t, const void *work, struct ct_err *why)
@@ -204,7 +206,7 @@ static void test_owner(void)
 		"a state is not written over");
 	ct_resume_close(&r);
 	OK(!is_there("o.state.ct-locked"), "who is refused holds nothing");
-	env.force = true;
+	files.force = true;
 	OK(open_run(&r, &params, false, NULL) == 0 && r.own && is_there("o.state.ct-locked") &&
 			ct_resume_load(&r, count, NULL, &e) == 1 &&
 			ct_resume_save(&r, pack, &work, &e) == 0,
@@ -221,7 +223,7 @@ static void test_owner(void)
 	OK(open_run(&r, &params, false, NULL) && strstr(e.msg, "is not the state of a run"),
 		"nor are tensors of another kind");
 	ct_resume_close(&r);
-	env.force = false;
+	files.force = false;
 	OK(refused(params, NULL, "o.state: is not the state of a run"), "from which none goes on");
 	put_text("o.state", "text");
 	OK(!goes_on(&params, NULL) && e.code == CT_EINPUT && strncmp(e.msg, "o.state: ", 9) == 0,
@@ -250,7 +252,7 @@ static void test_none(void)
 		"a stream is not resumed");
 	ct_resume_close(&r);
 	for (int dry = 0; dry < 2; dry++) {
-		env.dry_run = dry;
+		command.dry_run = dry;
 		OK(ct_resume_open(&r, dry ? "o" : "-", dry, opts, &params, &env, &e) == 0 &&
 				!r.path && ct_resume_input(&r, "--mask", NULL, &e) == 0 &&
 				ct_resume_load(&r, count, NULL, &e) == 1 &&
@@ -263,7 +265,7 @@ static void test_none(void)
 		ct_resume_close(&r);
 		OK(!is_there("o.state") && !is_there("-.state"), "and there is none");
 	}
-	env.dry_run = false;
+	command.dry_run = false;
 }
 
 static bool some(const char *pattern)

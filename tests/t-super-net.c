@@ -168,7 +168,7 @@ static void test_once(void)
 
 static int answer(const char *in, const char *path)
 {
-	struct ct_env env = {.force = true};
+	struct ct_env env = {.files = &(const struct ct_io_rule){.force = true}};
 	struct ct_tensors w = {0}, out = {0};
 	struct ct_tensor *x, *want, *y;
 	struct ct_unet_plan *p;

@@ -241,7 +241,7 @@ static int check_folder(const struct ct_chain *c, const struct ct_env *env, stru
 			foreign = out;
 		free(state);
 	}
-	if (foreign && !env->force)
+	if (foreign && !ct_io_rule_of(env).force)
 		rc = ct_fail(e, CT_EOUTPUT,
 			"%s: exists, and no run in this folder made it; name another folder, or "
 			"--force overwrites it",

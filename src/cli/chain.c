@@ -183,12 +183,13 @@ static int put_cd(const struct ct_chain *c, FILE *f, struct ct_err *e)
 
 int ct_chain_write(const struct ct_chain *c, const struct ct_env *env, struct ct_err *e)
 {
+	const struct ct_io_rule rule = {.force = true};
 	struct ct_env own = *env;
 	struct ct_out o = {0};
 	char *path = ct_chain_path(c, "commands.sh");
 	int rc = -1;
 
-	own.force = true;
+	own.files = &rule;
 	if (!path)
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
 	if (ct_out_open(&o, path, &own, e) == 0) {

@@ -254,7 +254,7 @@ static void put_log(const struct ct_env *env, const char *what, const char *text
 	size_t n;
 	int fd;
 
-	if (!path || !*path || env->dry_run ||
+	if (!path || !*path || env->command->dry_run ||
 		snprintf(line, sizeof line - 1, "%s: %s%s", env->tool, what, text) < 0)
 		return;
 	for (char *c = line; *c; c++)
@@ -284,18 +284,18 @@ static void say(const struct ct_env *env, enum ct_level level, const char *said)
 	char text[SAID];
 
 	put_said(text, said);
-	if (level == CT_BEHIND && env->behind) {
-		fprintf(env->behind, "%s: %s\n", env->tool, text);
+	if (level == CT_BEHIND && env->command->behind) {
+		fprintf(env->command->behind, "%s: %s\n", env->tool, text);
 		return;
 	}
 	if (level == CT_WARN)
 		put_log(env, "warning: ", text);
-	if (level == CT_WARN && env->notes)
-		fprintf(env->notes, "%s: warning: %s\n", env->tool, text);
+	if (level == CT_WARN && env->command->notes)
+		fprintf(env->command->notes, "%s: warning: %s\n", env->tool, text);
 	if (level == CT_TOLD)
 		put_log(env, "", text);
-	if (level == CT_TOLD && env->notes)
-		fprintf(env->notes, "%s: %s\n", env->tool, text);
+	if (level == CT_TOLD && env->command->notes)
+		fprintf(env->command->notes, "%s: %s\n", env->tool, text);
 	if ((level == CT_TOLD ? 0 : (int)level) > env->verbose)
 		return;
 	ct_progress_clear(env->ctx);
@@ -367,16 +367,17 @@ static int run(const struct parser *s, int argc, char **argv, struct ct_err *e)
 	struct ct_progress bar = {.on = !c->quiet && isatty(STDERR_FILENO),
 		.slicer = getenv("SLICER_HOME") && !(t->flags & CT_REPORTS) && !c->dry_run &&
 			  !ct_files_write_stdout(t->opts, params)};
-	struct ct_env env = {.given = &s->given,
-		.verbose = c->quiet ? -1 : c->verbose,
+	const struct ct_io_rule files = {
 		.force = c->force || getenv("MAKELEVEL"), /* make asks for what is out of date */
-		.json = c->json,
-		.dry_run = c->dry_run,
-		.units = c->units,
+		.units = c->units};
+	const struct ct_command command = {
+		.given = s->given, .json = c->json, .dry_run = c->dry_run, .behind = s->behind};
+	struct ct_env env = {.files = &files,
+		.command = &command,
+		.verbose = c->quiet ? -1 : c->verbose,
 		.tool = t->name,
 		.stop = ct_stop_flag(),
 		.log = say,
-		.behind = s->behind,
 		.progress = progress,
 		.ctx = &bar};
 	const double start = ct_clock_wall();

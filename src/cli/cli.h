@@ -7,6 +7,7 @@
  */
 #ifndef CT_CLI_CLI_H
 #define CT_CLI_CLI_H
+#include "cli/command.h"
 #include "core/env.h"
 #include "core/err.h"
 #include "core/words.h"

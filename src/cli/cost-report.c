@@ -1,6 +1,7 @@
 /* cost-report.c: see cost-report.h. */
 #include "config.h"
 #include "cli/cost-report.h"
+#include "cli/command.h"
 #include "cli/json.h"
 #include "cli/progress.h"
 
@@ -36,7 +37,7 @@ static double mib(double bytes)
 
 int ct_cost_print(const struct ct_cost *c, const struct ct_env *env, struct ct_err *e)
 {
-	if (env->json)
+	if (env->command->json)
 		return print_json(c, env, e);
 	if (*c->work)
 		printf("work      %s\n", c->work);

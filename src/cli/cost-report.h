@@ -5,8 +5,8 @@
 #include "core/cost.h"
 #include "core/env.h"
 
-/* To standard output: lines "work", "time", "memory" and "disk", or with env->json an object of
- * "work", "seconds", "threads", "memory-bytes", "disk-bytes" and "state-bytes".
+/* To standard output: lines "work", "time", "memory" and "disk", or with env->command->json an
+ * object of "work", "seconds", "threads", "memory-bytes", "disk-bytes" and "state-bytes".
  * CT_ENOMEM. */
 int ct_cost_print(const struct ct_cost *c, const struct ct_env *env, struct ct_err *e);
 /* The same in a line on standard error, where progress is shown; nothing elsewhere. */

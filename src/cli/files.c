@@ -204,13 +204,15 @@ int ct_files_check(
 {
 	if (check_streams(opts, params, e))
 		return -1;
-	if (env->dry_run)
+	if (env->command->dry_run)
 		return 0;
 	for (struct walk w = begin(opts, params); step(&w);) {
+		struct ct_io_rule rule = ct_io_rule_of(env);
 		struct ct_env own = *env;
 
-		own.force |= w.opt->role == CT_REWRITES &&
-			     (given(opts, params, "resume") || given(opts, params, "keep"));
+		own.files = &rule;
+		rule.force |= w.opt->role == CT_REWRITES &&
+			      (given(opts, params, "resume") || given(opts, params, "keep"));
 		if (w.output && check_output(opts, &w, &own, e))
 			return -1;
 	}

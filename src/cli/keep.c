@@ -50,12 +50,12 @@ struct part {
 /* A copy in the folder for temporary files: its name, to be freed, or NULL. */
 static char *copy(const struct part *p, const struct ct_env *env)
 {
+	const struct ct_io_rule rule = {.force = true, .units = ct_io_rule_of(env).units};
 	struct ct_env over = *env;
 	struct ct_err other;
 	char *name = ct_keep_name(p->path);
 
-	over.force = true;
-	over.together = NULL;
+	over.files = &rule;
 	if (name && put(name, p->v, p->s, &over, &other)) {
 		unlink(name);
 		free(name);
@@ -75,13 +75,15 @@ static int finite(const struct part *p, struct ct_err *e)
 static int keep(const struct part *p, size_t n, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_out_set all = {0};
+	struct ct_io_rule rule = ct_io_rule_of(env);
 	struct ct_env own = *env;
 	struct ct_err why;
 	int rc = finite(p, e);
 
 	if (rc)
 		return rc;
-	own.together = n > 1 ? &all : NULL;
+	rule.together = n > 1 ? &all : NULL;
+	own.files = &rule;
 	for (size_t i = n; i-- > 0 && rc == 0;)
 		rc = put(p[i].path, p[i].v, p[i].s, &own, e);
 	if (rc == 0)

@@ -1,4 +1,4 @@
-libct_a_SOURCES += src/cli/cli.c src/cli/cli.h
+libct_a_SOURCES += src/cli/cli.c src/cli/cli.h src/cli/command.h
 libct_a_SOURCES += src/cli/table.c src/cli/table.h src/cli/help.c
 libct_a_SOURCES += src/cli/json.c src/cli/json.h src/cli/describe.c
 libct_a_SOURCES += src/cli/complete.c

@@ -6,12 +6,6 @@
 #define CT_CLI_MODES_H
 #include "cli/cli.h"
 
-/* The options of a command line; env->given of a run. */
-struct ct_given {
-	const struct ct_tool *tool;
-	const bool *row; /* of each row of tool->opts: is it there? */
-};
-
 /* CT_EUSAGE naming the first option that is given where it would do nothing, and what it needs. A
  * command whose mode is known only from its files calls it again, with the mode filled in. */
 int ct_modes_check(const struct ct_given *given, const void *params, struct ct_err *e);

@@ -76,10 +76,10 @@ static int may_replace(struct ct_resume *r, const struct ct_env *env, struct ct_
 {
 	if (access(r->path, F_OK) != 0)
 		return 0;
-	r->own = env->force && is_state(r->path);
+	r->own = ct_io_rule_of(env).force && is_state(r->path);
 	if (r->wanted || r->own)
 		return 0;
-	return env->force
+	return ct_io_rule_of(env).force
 		       ? ct_fail(e, CT_EOUTPUT,
 				 "%s: is not the state of a run, so is not written over", r->path)
 		       : ct_fail(e, CT_EOUTPUT,
@@ -93,10 +93,10 @@ int ct_resume_open(struct ct_resume *r, const char *out, bool wanted, const stru
 	const bool stream = strcmp(out, "-") == 0;
 
 	*r = (struct ct_resume){.wanted = wanted, .opts = opts, .params = params};
-	if (stream && (wanted || (env->json && !env->dry_run)))
+	if (stream && (wanted || (env->command->json && !env->command->dry_run)))
 		return ct_fail(
 			e, CT_EUSAGE, "--%s wants OUT to be a file", wanted ? "resume" : "json");
-	if (!stream && !env->dry_run && asprintf(&r->path, "%s.state", out) < 0) {
+	if (!stream && !env->command->dry_run && asprintf(&r->path, "%s.state", out) < 0) {
 		r->path = NULL;
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
 	}

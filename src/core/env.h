@@ -15,24 +15,17 @@
 enum ct_level { CT_TOLD = -2, CT_BEHIND = -1, CT_WARN = 0, CT_INFO = 1, CT_DEBUG = 2 };
 
 /* A zeroed struct is a valid quiet, single-threaded environment. */
-struct ct_given;   /* cli/modes.h */
-struct ct_out_set; /* formats/io.h */
+struct ct_io_rule; /* formats/io.h */
+struct ct_command; /* cli/command.h */
 struct ct_env {
 	struct ct_par *par; /* thread pool; NULL runs on the calling thread */
 	uint64_t seed;
-	int verbose;                 /* -1 quiet, 0 normal, 1.. more */
-	bool force;                  /* overwrite existing outputs */
-	struct ct_out_set *together; /* outputs that are there when all are whole; or NULL */
-	int units; /* enum ct_units: what the user says of the volumes that are read */
-	bool json, dry_run;
-	bool deid;        /* warnings name no file beside those of the command line: see --deid */
-	const char *tool; /* name for messages */
+	int verbose;                       /* -1 quiet, 0 normal, 1.. more */
+	const char *tool;                  /* name for messages */
 	const char *history;               /* tool, version and arguments, for provenance */
-	const struct ct_given *given;      /* the options of the command line */
 	const volatile sig_atomic_t *stop; /* non-zero: stop soon, state saved; may be NULL */
-	FILE *notes;  /* `log` of the commands puts the warnings and what is CT_TOLD there too; or
-			 NULL */
-	FILE *behind; /* `log` of the commands puts what is CT_BEHIND there; or NULL */
+	const struct ct_io_rule *files;    /* what is asked of files; NULL: nothing */
+	const struct ct_command *command;  /* of a command line, or NULL */
 	/* warnings, however quiet, and what `verbose` asks for */
 	void (*log)(const struct ct_env *env, enum ct_level level, const char *text);
 	/* done of total units of the work `what`, which ends there; or, with likely > 0, there at

@@ -114,9 +114,10 @@ int ctsr_call_begin(struct ctsr_call *k, bool given, const ctsr_context *c)
 	if (!ct_simd_level())
 		return ct_fail(&k->err, CT_EFAIL,
 			"this processor is older than x86-64-v2: it has no SSE4.2 or no POPCNT");
+	k->files.force = k->c.overwrite != 0;
 	k->env = (struct ct_env){.seed = k->c.seed,
 		.verbose = k->c.verbose,
-		.force = k->c.overwrite != 0,
+		.files = &k->files,
 		.history = k->c.history,
 		.stop = &k->stop,
 		.log = tell,

@@ -7,6 +7,7 @@
 #include "core/stack.h"
 #include "core/vol.h"
 #include "ctsr/ctsr.h"
+#include "formats/io.h"
 #include "operator/degrade.h"
 
 #include <stdbool.h>
@@ -29,6 +30,7 @@ struct ctsr_call {
 	const char *name; /* of the function */
 	locale_t theirs;  /* of the thread, until the call ends */
 	ctsr_context c;
+	struct ct_io_rule files;
 	struct ct_env env;
 	struct ct_err err;
 	volatile sig_atomic_t stop;

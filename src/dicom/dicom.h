@@ -53,9 +53,9 @@ int ct_dicom_read(
  * CT_EINPUT: a template that cannot be used; CT_ENUMERIC, CT_EOUTPUT. */
 int ct_dicom_write(const char *path, const struct ct_vol *v, const struct ct_dicom_out *out,
 	const struct ct_env *env, struct ct_err *e);
-/* Print the files and series of the paths, as text or, with env->json, as one JSON document, which
- * goes to the end of the array `into` instead if that is not NULL. 0 if ct_dicom_read would take
- * the series; else its failure, behind the report. */
+/* Print the files and series of the paths, as text or, with env->command->json, as one JSON
+ * document, which goes to the end of the array `into` instead if that is not NULL. 0 if
+ * ct_dicom_read would take the series; else its failure, behind the report. */
 int ct_dicom_inspect(
 	const struct ct_dicom_in *in, json_t *into, const struct ct_env *env, struct ct_err *e);
 /* The one picture of X rays on a detector that a file holds: grey values from 0, black, to 1,

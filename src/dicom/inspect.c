@@ -1,5 +1,6 @@
 /* inspect.c: what is in a folder of DICOM files, before anything is made of it; see dicom.h. */
 #include "config.h"
+#include "cli/command.h"
 #include "cli/json.h"
 #include "core/mem.h"
 #include "shim/dicom-file.h"
@@ -196,11 +197,11 @@ static int print(const struct series_set *set, const struct ct_dicom_in *in, jso
 	for (k = 0; k < set->n; k++)
 		json_array_append_new(list, series_of(set, k, in, env, &why[k]));
 	put_files(all, &set->census);
-	if (env->json)
+	if (env->command->json)
 		json_object_set(all, "series", list);
 	if (into)
 		json_array_append(into, all);
-	else if (env->json)
+	else if (env->command->json)
 		rc = ct_json_print(all, 15, e);
 	else {
 		ct_report_print(stdout, all);

@@ -4,6 +4,7 @@
 #include "core/inflate.h"
 #include "core/mem.h"
 #include "formats/hash.h"
+#include "formats/io.h"
 #include "shim/dicom-file.h"
 #include "dicom/image.h"
 #include "dicom/module.h"
@@ -115,8 +116,10 @@ static void warn_numbers(
 			ct_log(env, CT_WARN,
 				"InstanceNumber %d is followed by %d%s%s%s: slices may be missing, "
 				"though no place is",
-				s[k - 1].instance, s[k].instance, env->deid ? "" : " (",
-				env->deid ? "" : s[k].path, env->deid ? "" : ")");
+				s[k - 1].instance, s[k].instance,
+				ct_io_rule_of(env).deid ? "" : " (",
+				ct_io_rule_of(env).deid ? "" : s[k].path,
+				ct_io_rule_of(env).deid ? "" : ")");
 	}
 	if (s->announced > 0 && (size_t)s->announced > n && s->acquisition == s[n - 1].acquisition)
 		ct_log(env, CT_WARN, "ImagesInAcquisition is %d, but %zu slices are here",

@@ -217,7 +217,7 @@ static int check_beside(const struct convert *p, const struct ct_env *env, struc
 	for (size_t i = 0; data && rc == 0 && i + 1 < p->files.n; i++)
 		rc = check_source(data, p->files.v[i], e);
 	if (data && rc == 0)
-		rc = ct_files_apart(env->given->tool->opts, p, data, e) ||
+		rc = ct_files_apart(env->command->given.tool->opts, p, data, e) ||
 				     ct_out_check(data, env, e)
 			     ? -1
 			     : 0;

@@ -163,7 +163,8 @@ static int finish(struct ct_vol *v, const struct convert *p, const char *path, c
 		return ct_fail(e, CT_EUSAGE, "--pitch: %s states its own pixel size, %g,%g mm",
 			path, mm[0], mm[1]);
 	if ((p->pitch && ct_cli_numbers("pitch", p->pitch, ',', 2, true, how.spacing, e)) ||
-		ct_raw_axes("orient", ct_modes_given(env->given, "orient") ? p->orient : UPRIGHT,
+		ct_raw_axes("orient",
+			ct_modes_given(&env->command->given, "orient") ? p->orient : UPRIGHT,
 			how.world, how.sign, e))
 		return -1;
 	if (!(how.spacing[0] > 0 && how.spacing[1] > 0))
@@ -205,7 +206,7 @@ static int read_volume(const struct convert *p, const char *path, struct ct_vol 
 	struct convert one = *p;
 
 	for (size_t i = 0; i < (p->raw ? 1 : sizeof said / sizeof *said); i++)
-		if (ct_modes_given(env->given, said[i]))
+		if (ct_modes_given(&env->command->given, said[i]))
 			return ct_fail(e, CT_EUSAGE,
 				"--%s: not with %s, a volume that states it itself", said[i], path);
 	one.in = path;

@@ -257,9 +257,10 @@ static int check_mode(const struct convert *p, const struct ct_env *env, struct 
 	if (p->deid && !dicom)
 		return ct_fail(e, CT_EUSAGE, "--deid: needs OUT to be DICOM");
 	for (size_t i = 0; i < sizeof of_dicom / sizeof *of_dicom; i++)
-		if (ct_modes_given(env->given, of_dicom[i]) && dicom_form_of(p->in) == NOT_DICOM)
+		if (ct_modes_given(&env->command->given, of_dicom[i]) &&
+			dicom_form_of(p->in) == NOT_DICOM)
 			return ct_fail(e, CT_EUSAGE, "--%s: needs IN to be DICOM", of_dicom[i]);
-	if (dicom && ct_modes_given(env->given, "type"))
+	if (dicom && ct_modes_given(&env->command->given, "type"))
 		return ct_fail(e, CT_EUSAGE, "--type: not with OUT in DICOM, which has 16 bits");
 	return p->radiograph ? 0 : dicom_check_name(p->out, p->in, e);
 }

@@ -163,7 +163,7 @@ static int make_rule(struct ddnm_job *j, struct ct_err *e)
 		.init = p->init,
 		.dashed = true,
 		.sampler = p->sampler,
-		.insists = ct_modes_given(j->env->given, "sampler"),
+		.insists = ct_modes_given(&j->env->command->given, "sampler"),
 		.factor = p->scale,
 		.steps = p->steps,
 		.label = p->label,
@@ -208,7 +208,8 @@ static int read_prior(struct ddnm_job *j, struct ct_err *e)
 		ct_blame(e, j->prior_path);
 	else if (ct_meta_copy(&j->prior_meta, &w.meta, e) == 0 &&
 		 ct_step_ddnm_prior(&j->prior, &w, &j->rule, e) == 0)
-		rc = j->prior.channels == 1 && ct_modes_given(j->env->given, "channel-reduce")
+		rc = j->prior.channels == 1 &&
+				     ct_modes_given(&j->env->command->given, "channel-reduce")
 			     ? ct_fail(e, CT_EUSAGE, "--expert channel-reduce: %s has no colours",
 				       j->prior_path)
 			     : 0;
@@ -229,7 +230,7 @@ static int settle(struct ddnm_job *j, struct ct_err *e)
 		return -1;
 	now.op = FIRST_OPERATOR + (int)j->plan.s.op;
 	now.sampler = (int)j->plan.s.how.rule;
-	return ct_modes_check(j->env->given, &now, e) ? ct_blame(e, j->p->in) : 0;
+	return ct_modes_check(&j->env->command->given, &now, e) ? ct_blame(e, j->p->in) : 0;
 }
 
 /* Of what was done before, and of so many calls of the network, and of its derivative, a view. */
@@ -334,7 +335,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		ct_log(env, CT_INFO, "%zu views of %zux%zu, norm %g, operator of blur %g px",
 			j.out.views, j.out.w, j.out.h, j.plan.s.norm,
 			j.plan.s.op == CT_MEASUREMENT_MATCHED ? j.plan.s.sigma_det : 0.0);
-	rc = env->dry_run ? estimate(&j, e) : sample(&j, e);
+	rc = env->command->dry_run ? estimate(&j, e) : sample(&j, e);
 out:
 	ddnm_state_close(&j.state);
 	ct_resume_close(&j.resume);

@@ -128,14 +128,14 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	const struct params *p = params;
 	struct ct_degrade d = {{1, 1, 1}, {0}, CT_DECIMATE_SINC, {0}};
 	struct ct_vol in = {0}, out = {0};
-	double noise =
-		ct_modes_given(env->given, "noise") ? p->noise : protocols[p->protocol].noise;
+	double noise = ct_modes_given(&env->command->given, "noise") ? p->noise
+								     : protocols[p->protocol].noise;
 	int rc = -1;
 
 	if (env->seed && !(noise > 0))
 		return ct_fail(e, CT_EUSAGE, "--seed: needs --noise, or a protocol with noise");
-	if (operator_of(&d, p, env->given, e) || ct_vol_read_hu(p->in, &in, env, e) ||
-		add_profile(&d, p, &in, env->given, e) || clip(&in, p->clip, e))
+	if (operator_of(&d, p, &env->command->given, e) || ct_vol_read_hu(p->in, &in, env, e) ||
+		add_profile(&d, p, &in, &env->command->given, e) || clip(&in, p->clip, e))
 		goto out;
 	if (ct_degrade_volume(&out, &in, &d, noise, env->seed, env->par, e)) {
 		ct_blame(e, p->in);

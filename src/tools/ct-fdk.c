@@ -139,15 +139,15 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (ct_evidence_files_stack(&in, p->in, NULL, e) || check_options(p, &in, e) ||
 		choose(&how, p, &in, e) || ct_geometry_opts_grid(&grid, p->grid, &in, e))
 		goto out;
-	if (env->dry_run ? ct_reconstruct_cost(&cost, &grid, &in, &how, env, e) ||
-				   ct_cost_print(&cost, env, e)
-			 : reconstruct(&out, &grid, &in, &how, env, e)) {
+	if (env->command->dry_run ? ct_reconstruct_cost(&cost, &grid, &in, &how, env, e) ||
+					    ct_cost_print(&cost, env, e)
+				  : reconstruct(&out, &grid, &in, &how, env, e)) {
 		if (e->code != CT_ESTOP)
 			ct_blame(e, p->in);
 		goto out;
 	}
 	rc = 0;
-	if (!env->dry_run)
+	if (!env->command->dry_run)
 		rc = ct_geometry_opts_volume(&out, &in, p->window, p->quantity == DENSITY, e) ||
 				     ct_meta_step(&out.meta, env, 1,
 					     (const struct ct_meta *const[]){&in.meta}, e) ||

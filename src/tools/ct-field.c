@@ -452,7 +452,9 @@ static int fit(struct field_job *j, struct ct_field_fit *f, struct ct_err *e)
 	if (ct_vol_write(j->p->out, &j->in.out, j->env, e))
 		return ct_resume_rescue(&j->resume, pack, f, e);
 	ct_resume_done(&j->resume);
-	return j->env->json || (kept && j->env->verbose >= 0) ? report(f, j->env->json, e) : 0;
+	return j->env->command->json || (kept && j->env->verbose >= 0)
+		       ? report(f, j->env->command->json, e)
+		       : 0;
 }
 
 static int work(struct field_job *j, struct ct_err *e)
@@ -470,7 +472,7 @@ static int work(struct field_job *j, struct ct_err *e)
 		ct_blame(e, j->p->files.in);
 		goto out;
 	}
-	if (!j->env->dry_run)
+	if (!j->env->command->dry_run)
 		rc = fit(j, &f, e);
 	else if (ct_field_fit_cost(&cost, &f, &j->data, &j->in.out, j->env, e) == 0)
 		rc = ct_cost_print(&cost, j->env, e);

@@ -71,7 +71,7 @@ static int check(struct fuse_job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
 
-	if (to_stdout(p) && j->env->json && !j->env->dry_run)
+	if (to_stdout(p) && j->env->command->json && !j->env->command->dry_run)
 		return ct_fail(e, CT_EUSAGE, "--json wants OUT and --residual-out to be files");
 	return ct_resume_open(&j->resume, p->out, p->resume, opts, p, j->env, e);
 }
@@ -167,10 +167,12 @@ static int write_all(struct fuse_job *j, struct ct_err *e)
 		&d->base.meta, &d->lr.meta, &d->in.meta, &d->base_proj.meta, &d->weight.meta};
 	const size_t n = sizeof in / sizeof *in;
 	struct ct_out_set both = {0};
+	struct ct_io_rule rule = ct_io_rule_of(j->env);
 	struct ct_env own = *j->env;
 	int rc = -1;
 
-	own.together = j->p->residual ? &both : NULL;
+	rule.together = j->p->residual ? &both : NULL;
+	own.files = &rule;
 	if (j->p->residual && write_residual(j, n, in, &own, e))
 		goto out;
 	ct_window_rule_warn(&d->base, j->p->files.base, d->window, j->env);
@@ -212,8 +214,8 @@ static int fuse(struct fuse_job *j, struct ct_err *e)
 	if (write_all(j, e))
 		return ct_resume_rescue(&j->resume, pack, &j->fuse, e);
 	ct_resume_done(&j->resume);
-	return !to_stdout(j->p) && (j->env->json || j->env->verbose >= 0)
-		       ? report(&r, j->env->json, e)
+	return !to_stdout(j->p) && (j->env->command->json || j->env->verbose >= 0)
+		       ? report(&r, j->env->command->json, e)
 		       : 0;
 }
 
@@ -225,7 +227,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 
 	if (check(&j, e) == 0 && ct_evidence_files_read(&j.data, &p->files, env, e) == 0 &&
 		prepare(&j, e) == 0)
-		rc = (env->dry_run ? estimate : fuse)(&j, e);
+		rc = (env->command->dry_run ? estimate : fuse)(&j, e);
 	ct_fuse_free(&j.fuse);
 	ct_evidence_free(&j.data);
 	ct_resume_close(&j.resume);

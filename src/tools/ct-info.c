@@ -114,7 +114,7 @@ static int report(const struct params *p, const char *path, bool first, json_t *
 	if (said_parse(&said, &says, CT_SAID_TIMES, e))
 		return -1;
 	said.estimate = true;
-	if (!first && !env->json)
+	if (!first && !env->command->json)
 		putchar('\n');
 	if (!p->measures && (form == FOLDER || form == FILE_OF_SERIES))
 		return ct_dicom_inspect(&in, into, env, e);
@@ -131,7 +131,7 @@ static int report(const struct params *p, const char *path, bool first, json_t *
 	rc = o ? 0 : -1;
 	if (o && into)
 		json_array_append(into, o);
-	else if (o && env->json)
+	else if (o && env->command->json)
 		rc = ct_json_print(o, DIGITS, e);
 	else if (o)
 		ct_report_print(stdout, o);
@@ -143,7 +143,7 @@ static int report(const struct params *p, const char *path, bool first, json_t *
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct params *p = params;
-	json_t *all = env->json && p->files.n > 1 ? json_array() : NULL;
+	json_t *all = env->command->json && p->files.n > 1 ? json_array() : NULL;
 	struct ct_err other;
 	int rc = 0;
 

@@ -458,7 +458,7 @@ static int report(const struct ct_figures *f, const struct params *p, const stru
 {
 	if (is_taken(p))
 		return 0;
-	if (env->json)
+	if (env->command->json)
 		return put_json(f, e);
 	if (p->csv)
 		put_csv(f, p->test);
@@ -476,7 +476,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 
 	p.ref = p.second ? p.first : NULL;
 	p.test = p.second ? p.second : p.first;
-	if (check(&p, env->json, e) || parse_rule(&p, e) ||
+	if (check(&p, env->command->json, e) || parse_rule(&p, e) ||
 		(p.ref ? ct_vol_read(p.test, &test, e) : read_checked(&test, p.test, e)))
 		goto out;
 	if ((p.ref && compare(&f, &p, &test, env, e)) ||

@@ -175,7 +175,7 @@ static int fit(struct nabgs_job *j, struct ct_err *e)
 	if (ct_step_fit_plan(&plan, &rule, &j->data, j->env, e) || name_run(j, e) ||
 		ct_step_fit_begin(&f, &plan, j->env, e))
 		goto out;
-	if (j->env->dry_run) {
+	if (j->env->command->dry_run) {
 		rc = estimate(&f, &plan.data, j, e);
 		goto out;
 	}
@@ -193,7 +193,9 @@ static int fit(struct nabgs_job *j, struct ct_err *e)
 		goto out;
 	}
 	ct_resume_done(r);
-	rc = j->env->json || (kept && j->env->verbose >= 0) ? report(&did, j->env->json, e) : 0;
+	rc = j->env->command->json || (kept && j->env->verbose >= 0)
+		     ? report(&did, j->env->command->json, e)
+		     : 0;
 out:
 	ct_fit_free(&f);
 	return rc;

@@ -159,7 +159,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (read_input(&in, &scan, p, e) == 0 &&
 		ct_geometry_opts_asked(&rule.window, p->window, e) == 0 &&
 		ct_step_project_plan(&j, &rule, &in, &scan, env, e) == 0)
-		rc = env->dry_run ? estimate(&j, env, e) : project(&j, p, env, e);
+		rc = env->command->dry_run ? estimate(&j, env, e) : project(&j, p, env, e);
 	ct_step_project_free(&j);
 	ct_vol_free(&in);
 	ct_stack_free(&scan);

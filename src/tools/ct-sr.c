@@ -127,7 +127,7 @@ static void begin(struct files *f, const struct sr *p, const struct ct_env *env)
 		.iso = (double)NAN,
 		.series = p->series,
 		.deid = p->deid,
-		.units = env->units,
+		.units = ct_io_rule_of(env).units,
 		.planes = &f->planes};
 }
 
@@ -234,6 +234,7 @@ static void hide(char *text, const char *name, const char *by)
 static int write_report(struct files *f, double seconds, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_page page = {.lr = {f->name[0], f->in}, .hr = {f->name[1], f->out}};
+	struct ct_command command = *env->command;
 	struct ct_env own = *env;
 	int rc;
 
@@ -244,7 +245,8 @@ static int write_report(struct files *f, double seconds, const struct ct_env *en
 	for (int i = 0; i < 2 && f->p->deid; i++)
 		hide(f->said, f->hidden[i], f->name[i]);
 	page.log = f->said;
-	own.notes = NULL; /* so that it stays as it is */
+	command.notes = NULL; /* so that it stays as it is */
+	own.command = &command;
 	if (f->p->confidence)
 		page.std = (struct ct_page_volume){basename(f->p->confidence), f->error};
 	rc = ct_page_measure(&page, &own, e) || page_file_write(f->p->report, &page, &own, e) ? -1
@@ -354,7 +356,7 @@ static int refine(struct files *f, const struct ct_env *env, struct ct_err *e)
 		return ct_fail(e, CT_EUSAGE, "%s: a factor of 1 refines nothing", f->p->in);
 	if (ahead_tell(&r, &f->in, f->p->in, f->p->out, f->p->confidence, env, e))
 		return -1;
-	if (env->dry_run)
+	if (env->command->dry_run)
 		return 0;
 	if (ct_refine_run(&r, &f->out, f->p->confidence ? &f->error : NULL, &f->in, env, e))
 		return ct_blame(e, f->p->in);
@@ -370,6 +372,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct sr *p = params;
 	struct files f = {0};
+	struct ct_command command = *env->command;
+	struct ct_io_rule rule = ct_io_rule_of(env);
 	struct ct_env own = *env;
 	size_t said;
 	int rc = -1;
@@ -384,8 +388,10 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (p->sidecar && !(f.about = json_object()))
 		return ct_fail(e, CT_ENOMEM, "no memory for a sidecar");
 	if (!p->report || ct_stream_open(&f.notes, &f.said, &said, e) == 0) {
-		own.notes = f.notes;
-		own.deid = p->deid;
+		command.notes = f.notes;
+		own.command = &command;
+		rule.deid = p->deid;
+		own.files = &rule;
 		rc = refine(&f, &own, e);
 	}
 	if (f.notes)

@@ -150,7 +150,7 @@ static int check_modes(const struct ct_refine *r, const struct params *p, const 
 	if (p->rule.method != CT_UPSAMPLE_AUTO || r->is.known || p->estimate)
 		return 0;
 	now.rule.method = CT_UPSAMPLE_BSPLINE;
-	return ct_modes_check(env->given, &now, e) ? ct_blame(e, p->in) : 0;
+	return ct_modes_check(&env->command->given, &now, e) ? ct_blame(e, p->in) : 0;
 }
 
 static int write_all(
@@ -191,7 +191,7 @@ static int work(struct files *f, const struct params *p, const struct ct_env *en
 	if (check_modes(&r, p, env, e))
 		return -1;
 	return ahead_tell(&r, &f->in, p->in, p->out, p->std, env, e) ||
-			       (!env->dry_run && refine(&r, f, p, env, e))
+			       (!env->command->dry_run && refine(&r, f, p, env, e))
 		       ? -1
 		       : 0;
 }

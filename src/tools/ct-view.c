@@ -284,11 +284,11 @@ static int make(struct view_job *j, const struct params *p, struct ct_sheet_rule
 {
 	const size_t n = j->n;
 
-	if (cuts_of(&j->cut, rule, p, env->given, e) ||
+	if (cuts_of(&j->cut, rule, p, &env->command->given, e) ||
 		ct_alloc0(&j->file, n, sizeof *j->file, e) ||
 		ct_alloc(&j->name, n, sizeof *j->name, e) || names_of(j->name, &j->names, n, p, e))
 		return -1;
-	return read_files(j->file, p, n, e) || check_kind(j->file, env->given, e) ||
+	return read_files(j->file, p, n, e) || check_kind(j->file, &env->command->given, e) ||
 			       check_unit(j->file, p, rule, e) ||
 			       ct_sheet_make(&j->sheet, n, j->file, rule, e)
 		       ? -1

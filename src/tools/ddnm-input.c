@@ -95,10 +95,12 @@ int ddnm_picture_write(const char *path, const struct ct_stack *s, const char *b
 	const struct ct_stack *std, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_out_set both = {0};
+	struct ct_io_rule rule = ct_io_rule_of(env);
 	struct ct_env own = *env;
 	int rc = 0;
 
-	own.together = beside ? &both : NULL;
+	rule.together = beside ? &both : NULL;
+	own.files = &rule;
 	if (beside)
 		rc = ct_stack_write(beside, std, &own, e);
 	if (rc == 0)

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "dicom/form.h"
 #include "formats/beside.h"
+#include "formats/io.h"
 #include "formats/units.h"
 #include "dicom/sidecar.h"
 #include "tools/scan-read.h"
@@ -12,7 +13,7 @@ int scan_read(struct ct_vol *v, const char *path, const char *series, json_t *ab
 	const struct ct_dicom_in in = {.paths = &path,
 		.n = 1,
 		.series = series,
-		.units = (enum ct_units)env->units,
+		.units = (enum ct_units)ct_io_rule_of(env).units,
 		.about = about};
 
 	if (dicom_form_of(path) != NOT_DICOM

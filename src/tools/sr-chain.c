@@ -89,7 +89,7 @@ static int find_files(struct chain *s, const struct ct_env *env, struct ct_err *
 	rc = !s->file[IN] || !s->file[OUT] || (p->keep && !keep)
 		     ? ct_fail(e, CT_ENOMEM, "no memory")
 		     : prior_file_find(&s->file[PRIOR], p->prior, PRIOR_PICTURES, e) ||
-			       ct_chain_open(&s->c, keep, env->dry_run, e);
+			       ct_chain_open(&s->c, keep, env->command->dry_run, e);
 	free(keep);
 	for (int i = LR; i < FILES && rc == 0; i++) {
 		s->file[i] = ct_chain_path(&s->c, "%s", names[i - LR]);
@@ -115,7 +115,7 @@ static void add_volumes(struct chain *s, const struct ct_env *env)
 {
 	struct ct_chain *c = &s->c;
 	const unsigned expand = ct_inflate_allowed();
-	const enum ct_units units = (enum ct_units)env->units;
+	const enum ct_units units = (enum ct_units)ct_io_rule_of(env).units;
 
 	ct_chain_add(c, false, s->file[LR], "ct-convert");
 	ct_chain_words(c, s->file[IN], s->file[LR], NULL);
@@ -209,9 +209,11 @@ static int add_all(struct chain *s, const struct ct_env *env, struct ct_err *e)
 static int check_out(const struct chain *s, const struct ct_env *env, struct ct_err *e)
 {
 	const struct sr *p = s->p;
+	struct ct_io_rule rule = ct_io_rule_of(env);
 	struct ct_env over = *env;
 
-	over.force |= ct_chain_owns(&s->c, s->file[OUT]);
+	over.files = &rule;
+	rule.force |= ct_chain_owns(&s->c, s->file[OUT]);
 	if (p->keep && p->report && !ct_chain_owns(&s->c, p->report) &&
 		ct_out_check(p->report, env, e))
 		return -1;
@@ -240,9 +242,9 @@ int sr_chain(const struct sr *p, const struct ct_env *env, struct ct_err *e)
 	if (strcmp(p->in, "-") != 0 && access(p->in, R_OK) != 0)
 		return ct_fail_errno(e, CT_EINPUT, p->in);
 	if (find_factor(&s, e) == 0 && find_files(&s, env, e) == 0 && add_all(&s, env, e) == 0) {
-		if (env->dry_run)
+		if (env->command->dry_run)
 			ct_chain_print(&s.c, "", stdout);
-		rc = env->dry_run ? 0
+		rc = env->command->dry_run ? 0
 		     : check_out(&s, env, e) || (p->report && begin_log(&s, e))
 			     ? -1
 			     : ct_chain_run(&s.c, env, e);

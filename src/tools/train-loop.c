@@ -257,7 +257,7 @@ static int load_state(struct train_loop_job *j, const struct ct_env *asked, stru
 {
 	int rc = ct_resume_load(j->resume, unpack, j, e);
 
-	if (rc > 0 && j->p->resume && !asked->dry_run &&
+	if (rc > 0 && j->p->resume && !asked->command->dry_run &&
 		ct_out_check(j->p->out, asked, e)) /* OUT belongs to another run */
 		rc = -1;
 	return rc < 0 ? -1 : 0;
@@ -370,13 +370,15 @@ int train_loop(struct train_subject *s, const struct train_data *data, struct ct
 	const struct train_params *p, const struct ct_env *asked, struct ct_err *e)
 {
 	struct train_loop_job j = {.s = s, .data = data, .p = p, .resume = resume, .env = *asked};
+	struct ct_io_rule rule = ct_io_rule_of(asked);
 	int rc;
 
-	j.env.verbose++;    /* the losses are news even without -v */
-	j.env.force = true; /* its own files, from now on */
+	j.env.verbose++;   /* the losses are news even without -v */
+	rule.force = true; /* its own files, from now on */
+	j.env.files = &rule;
 	j.start = j.told = ct_clock_wall();
 	rc = name_run(&j, e) || load_state(&j, asked, e) ? -1
-	     : asked->dry_run                            ? estimate(&j, e)
+	     : asked->command->dry_run                   ? estimate(&j, e)
 							 : train(&j, e);
 	train_best_free(&j.best);
 	return rc;

@@ -2,12 +2,13 @@
 #ifndef CT_TESTS_FUZZ_SEED_FILE_H
 #define CT_TESTS_FUZZ_SEED_FILE_H
 #include "core/env.h"
+#include "formats/io.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <unistd.h>
 
-static const struct ct_env seed_env = {.force = true};
+static const struct ct_env seed_env = {.files = &(const struct ct_io_rule){.force = true}};
 static char seed_name[] = "/tmp/fuzz-seed-XXXXXX";
 
 /* Where the writer is to write. */

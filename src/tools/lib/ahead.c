@@ -82,9 +82,9 @@ int ahead_tell(const struct ct_refine *r, const struct ct_vol *in, const char *n
 		ct_log(env, CT_INFO, "refines in %zu slabs: the whole takes %.0f MiB of memory",
 			r->slabs, ceil(r->whole / MIB));
 	for (size_t i = 0; i < FILES; i++)
-		if (!env->dry_run && check_disk(files, i, e))
+		if (!env->command->dry_run && check_disk(files, i, e))
 			return -1;
-	if (!env->dry_run && (!ct_cost_heard(env) || voxels < SLOW_VOXELS))
+	if (!env->command->dry_run && (!ct_cost_heard(env) || voxels < SLOW_VOXELS))
 		return 0;
 	if (ct_refine_cost(&cpu, r, in, env, e))
 		return -1;
@@ -95,7 +95,7 @@ int ahead_tell(const struct ct_refine *r, const struct ct_vol *in, const char *n
 		snprintf(slabs, sizeof slabs, " in %zu slabs", r->slabs);
 	snprintf(cost.work, sizeof cost.work, "%s%s of %.0f voxels%s", ct_refine_name(r, false),
 		r->adds ? " and the prior" : "", voxels, slabs);
-	if (env->dry_run)
+	if (env->command->dry_run)
 		return ct_cost_print(&cost, env, e);
 	ct_cost_say(&cost, env);
 	return 0;
