@@ -12,12 +12,28 @@
 #include <stdbool.h>
 #include <string.h>
 
-enum { WIDTH = 6, BLOCKS = 2 };
+enum { WIDTH = 6, BLOCKS = 2, SCANS = 5 };
 
+/* Scans, and the volume network that is for them; `axis` is the one coarse axis, or 2. */
+struct scan {
+	const char *name;
+	size_t factor;
+	bool coarse[3];
+	int axis;
+};
+static const struct scan scans[SCANS] = {{"volume-4", 4, {true, true, true}, 2},
+	{"volume-2", 2, {true, true, true}, 2}, {"volume-thick-4", 4, {false, false, true}, 2},
+	{"volume-thick-4", 4, {true, false, false}, 0},
+	{"volume-thick-4", 4, {false, true, false}, 1}};
 static const struct ct_regime regime = {0.3, 12, CT_DECIMATE_POINT};
 
+static bool is_thick(const struct scan *k)
+{
+	return !(k->coarse[0] && k->coarse[1]);
+}
+
 /* Tensors of a small network, each of random values from a stream of its own. */
-static void put_network(struct ct_tensors *w, size_t width, size_t blocks)
+static void put_network(struct ct_tensors *w, const char *network, size_t width, size_t blocks)
 {
 	const float shape[4] = {4, (float)width, (float)blocks, 2};
 	const struct {
@@ -30,13 +46,14 @@ static void put_network(struct ct_tensors *w, size_t width, size_t blocks)
 		{"last_bias", {1, 64}, 0.5}, {"regime", {(1 + blocks) * width, 9}, 0.1}};
 	char name[64];
 
-	must(ct_tensors_put(w, "volume-4.shape", 1, (size_t[]){4}, shape, &err));
+	snprintf(name, sizeof name, "%s.shape", network);
+	must(ct_tensors_put(w, name, 1, (size_t[]){4}, shape, &err));
 	for (size_t k = 0; k < sizeof all / sizeof *all; k++) {
 		struct ct_tensor *t;
 
-		snprintf(name, sizeof name, "volume-4.%s", all[k].name);
+		snprintf(name, sizeof name, "%s.%s", network, all[k].name);
 		must(ct_tensors_add(w, name, 2, all[k].dim, &t, &err));
-		ct_rng_normals(ct_tensor_count(t), t->data, 71, k, 0);
+		ct_rng_normals(ct_tensor_count(t), t->data, 71 + strlen(network), k, 0);
 		for (size_t i = 0; i < ct_tensor_count(t); i++)
 			t->data[i] *= (float)all[k].scale;
 	}
@@ -52,24 +69,34 @@ static float *volumes(size_t count)
 	return x;
 }
 
-static void sizes(const struct ct_volume_network *r, const struct ct_tensors *w)
+static struct ct_scene scene_of(const struct scan *k, const float *x, const size_t n[3])
+{
+	return (struct ct_scene){.x = x,
+		.n = {n[0], n[1], n[2]},
+		.coarse = {k->coarse[0], k->coarse[1], k->coarse[2]},
+		.regime = regime};
+}
+
+static void sizes(
+	const struct scan *k, const struct ct_volume_network *r, const struct ct_tensors *w)
 {
 	static const size_t all[][3] = {
 		{4, 4, 4}, {1, 1, 1}, {12, 8, 20}, {13, 10, 7}, {3, 17, 40}, {9, 41, 2}};
 	struct ct_env env = {0}, many = {0};
 
 	must(ct_par_alloc(&many.par, 3, &err));
-	for (size_t k = 0; k < sizeof all / sizeof *all; k++) {
-		const size_t *n = all[k], count = n[0] * n[1] * n[2];
+	for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
+		const size_t *n = all[i], count = n[0] * n[1] * n[2];
 		float *x = volumes(count), *h = x + 2 * count, *want = malloc(count * sizeof *want);
+		const struct ct_scene s = scene_of(k, x, n);
 
 		must(!want);
-		volume_network_plain(want, w, x, x + count, n, &regime);
-		must(ct_volume_network_predict(r, h, x, x + count, n, &regime, &env, &err));
+		volume_network_plain(want, w, k->name, k->axis, x, x + count, n, &regime);
+		must(ct_volume_network_predict(r, h, &s, x + count, &env, &err));
 		OK(apart(count, h, want) < 1e-5,
-			"%zu x %zu x %zu voxels are as the twin has them (%g)", n[0], n[1], n[2],
-			apart(count, h, want));
-		must(ct_volume_network_predict(r, want, x, x + count, n, &regime, &many, &err));
+			"%s, axis %d: %zu x %zu x %zu voxels are as the twin has them (%g)",
+			k->name, k->axis, n[0], n[1], n[2], apart(count, h, want));
+		must(ct_volume_network_predict(r, want, &s, x + count, &many, &err));
 		OK(memcmp(h, want, count * sizeof *h) == 0, "three threads give the same bytes");
 		free(x);
 		free(want);
@@ -78,15 +105,23 @@ static void sizes(const struct ct_volume_network *r, const struct ct_tensors *w)
 }
 
 /* Beyond 80 cells a volume is cut; this network sees 6 cells far, and a column has 8 more. */
-static void columns(const struct ct_volume_network *r, const struct ct_tensors *w)
+static void columns(
+	const struct scan *k, const struct ct_volume_network *r, const struct ct_tensors *w)
 {
-	const size_t n[3] = {4 * 81 + 2, 5, 3}, count = n[0] * n[1] * n[2];
-	float *x = volumes(count), *want = malloc(count * sizeof *want);
+	const int from = k->axis == 0 ? 2 : 0; /* the axis that the network sees as the first */
+	size_t n[3] = {5, 5, 3}, count;
+	float *x, *want;
 	struct ct_env env = {0};
+	struct ct_scene s;
 
+	n[from] = 4 * 81 + 2;
+	count = n[0] * n[1] * n[2];
+	x = volumes(count);
+	want = malloc(count * sizeof *want);
 	must(!want);
-	volume_network_plain(want, w, x, x + count, n, &regime);
-	must(ct_volume_network_predict(r, x + 2 * count, x, x + count, n, &regime, &env, &err));
+	s = scene_of(k, x, n);
+	volume_network_plain(want, w, k->name, k->axis, x, x + count, n, &regime);
+	must(ct_volume_network_predict(r, x + 2 * count, &s, x + count, &env, &err));
 	NEAR(apart(count, x + 2 * count, want), 0, 1e-5, "columns are as the whole is");
 	free(x);
 	free(want);
@@ -109,9 +144,9 @@ static void reading(void)
 	struct ct_tensors w = {0};
 	char name[64];
 
-	must(ct_volume_network_get(&r, &w, "volume-4", &err));
+	must(ct_volume_network_get(&r, &w, 4, false, &err));
 	OK(r.blocks == 0 && !r.all, "no tensors, no network");
-	put_network(&w, WIDTH, BLOCKS);
+	put_network(&w, "volume-4", WIDTH, BLOCKS);
 	for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
 		float *value, kept;
 
@@ -120,7 +155,7 @@ static void reading(void)
 		kept = *value;
 		*value = bad[k].value;
 		err = (struct ct_err){0};
-		OK(ct_volume_network_get(&r, &w, "volume-4", &err) == -1 && !r.all &&
+		OK(ct_volume_network_get(&r, &w, 4, false, &err) == -1 && !r.all &&
 				strstr(err.msg, k == 6 ? "volume-4.first" : name),
 			"%s is refused: %s", bad[k].what, err.msg);
 		*value = kept;
@@ -131,7 +166,7 @@ static void reading(void)
 		snprintf(name, sizeof name, "volume-4.%s", names[k]);
 		t = ct_tensors_find(&w, name);
 		t->dim[1]--;
-		OK(ct_volume_network_get(&r, &w, "volume-4", &err) == -1 && !r.all &&
+		OK(ct_volume_network_get(&r, &w, 4, false, &err) == -1 && !r.all &&
 				strstr(err.msg, name),
 			"%s of another shape is refused", names[k]);
 		t->dim[1]++;
@@ -139,99 +174,150 @@ static void reading(void)
 	ct_tensors_free(&w);
 }
 
-/* A pass by the volume network follows where the three axes are coarse, as it was trained. */
-static void use(const struct ct_volume_network *r)
+/* What knows scans of such factors, of all axes or (thick) of one. */
+static struct ct_slice_network knows(size_t cell, bool thick)
+{
+	return (struct ct_slice_network){
+		.shape = {cell, cell + 4, 1, 1, !thick}, .components = 9, .width = 13};
+}
+
+/* A pass by a volume network follows where the axes are coarse as it was trained. */
+static void use(const struct ct_tensors *volumes)
 {
 	static const struct {
 		double factor[3];
-		int passes;
-	} all[] = {{{4, 4, 4}, 2}, {{4.7, 5, 4}, 2}, {{1, 1, 4}, 1}, {{4, 4, 1}, 1},
-		{{3.9, 4, 4}, 1}, {{2, 2, 2}, 1}, {{8, 8, 8}, 1}};
-	struct ct_slice_prior p = {.n = 2, .volume = *r};
+		size_t of; /* 0: no network */
+		bool thick;
+	} all[] = {{{4, 4, 4}, 4, false}, {{4.7, 5, 4}, 4, false}, {{3.9, 4, 4}, 0, false},
+		{{8, 8, 8}, 0, false}, {{2, 2, 2}, 2, false}, {{2.2, 2, 2.4}, 2, false},
+		{{1.9, 2, 2}, 0, false}, {{1, 1, 4}, 4, true}, {{5, 1, 1}, 4, true},
+		{{1, 3.9, 1}, 0, true}, {{4, 4, 1}, 0, false}, {{1, 1, 2}, 0, true}};
+	const struct ct_slice_network slices[] = {
+		knows(2, false), knows(4, false), knows(8, false), knows(4, true)};
+	const size_t count = sizeof slices / sizeof *slices;
+	struct ct_slice_prior p = {0};
+	struct ct_tensors w = {0};
 
-	p.r[0] = (struct ct_slice_network){
-		.shape = {4, 8, 1, 1, true}, .components = 9, .width = 13};
-	p.r[1] = (struct ct_slice_network){
-		.shape = {8, 16, 1, 1, true}, .components = 9, .width = 13};
+	for (size_t k = 0; k < count; k++) {
+		struct ct_slice_network r = slices[k];
+		char name[40];
+
+		snprintf(name, sizeof name, "%s%zu", k == 3 ? "thick-" : "", r.shape.cell);
+		random_network(&r);
+		must(ct_slice_network_put(&r, &w, name, &err));
+		ct_slice_network_free(&r);
+	}
+	must(ct_slice_prior_alloc(&p, &w, &err));
+	OK(p.n == count && p.volumes == 0, "a prior of slices alone has no volume network");
+	OK(ct_slice_prior_passes(&p, &(struct ct_degrade){.factor = {4, 4, 4}}) == 1,
+		"without a volume network there is one pass");
+	ct_slice_prior_free(&p);
+	for (size_t k = 0; k < volumes->n; k++)
+		must(ct_tensors_put(&w, volumes->t[k].name, volumes->t[k].rank, volumes->t[k].dim,
+			volumes->t[k].data, &err));
+	must(ct_slice_prior_alloc(&p, &w, &err));
+	OK(p.n == count && p.volumes == 3,
+		"a prior holds slice networks and three volume networks");
 	for (size_t k = 0; k < sizeof all / sizeof *all; k++) {
 		struct ct_degrade d = {.decimate = CT_DECIMATE_MEAN};
+		const struct ct_volume_network *r;
 
 		memcpy(d.factor, all[k].factor, sizeof d.factor);
-		OK(ct_slice_prior_passes(&p, &d) == all[k].passes, "factors %g,%g,%g: %d passes",
-			d.factor[0], d.factor[1], d.factor[2], all[k].passes);
+		r = ct_slice_prior_volume(&p, &d);
+		OK(ct_slice_prior_passes(&p, &d) == 1 + (all[k].of > 0) && !r == !all[k].of &&
+				(!r || (r->factor == all[k].of && r->thick == all[k].thick)),
+			"factors %g,%g,%g: the volume network %s%zu", d.factor[0], d.factor[1],
+			d.factor[2], all[k].thick ? "thick-" : "", all[k].of);
 	}
-	p.volume.blocks = 0;
-	OK(ct_slice_prior_passes(&p, &(struct ct_degrade){.factor = {4, 4, 4}}) == 1,
-		"without it one");
+	ct_slice_prior_free(&p);
+	ct_tensors_find(&w, "volume-thick-4.one")->dim[1]--;
+	OK(ct_slice_prior_alloc(&p, &w, &err) == -1 && strstr(err.msg, "volume-thick-4.one"),
+		"a prior with one bad volume network is refused: %s", err.msg);
+	ct_tensors_find(&w, "volume-thick-4.one")->dim[1]++;
+	ct_slice_prior_free(&p);
+	ct_tensors_free(&w);
 }
 
-/* A second pass is the first, what the network makes of it and of what it added, and the settling.
- */
-static void restoring(const struct ct_volume_network *r)
+/* The last pass is what the network makes of what the slice networks made and of all that they
+ * added, and the settling. `again`: they make two passes. */
+static void restoring(const struct scan *k, const struct ct_volume_network *r, bool again)
 {
-	enum { ALL = 18 * 16 * 17 };
-	const size_t n[3] = {18, 16, 17}, m[3] = {4, 4, 4};
-	struct ct_slice_prior p = {.n = 1, .volume = *r};
-	struct ct_restore_rule rule = {.by = {.factor = {4, 4, 4},
-					       .sigma = {1.2, 1.2, 1.2},
-					       .decimate = CT_DECIMATE_POINT},
+	const size_t n[3] = {18, 16, 17}, all = n[0] * n[1] * n[2];
+	struct ct_slice_prior p = {.n = 1 + again, .volumes = 1, .volume = {*r}};
+	struct ct_restore_rule rule = {.by = {.factor = {1, 1, 1}, .decimate = CT_DECIMATE_POINT},
 		.noise = 12,
 		.weight = 1,
-		.passes = 2,
+		.passes = 3,
 		.axes = {true, true, true}};
-	struct ct_vol lo = {0}, x = {0}, first = {0};
-	float *base = normals(2 * ALL, 73, 0, 200), *h = base + ALL;
+	struct ct_vol lo = {0}, x = {0}, slices = {0};
+	float *base = normals(2 * all, 73, 0, 200), *h = base + all;
 	struct ct_restore_report report;
 	struct ct_env env = {0};
+	struct ct_scene scene;
 	double residual, added;
+	size_t m[3];
 
-	p.r[0] = (struct ct_slice_network){
-		.shape = {4, 8, 1, 1, true}, .components = 9, .width = 13};
+	for (int a = 0; a < 3; a++) {
+		rule.by.factor[a] = k->coarse[a] ? (double)k->factor : 1;
+		rule.by.sigma[a] = k->coarse[a] ? 0.25 * (double)k->factor : 0;
+		m[a] = k->coarse[a] ? n[a] / k->factor : n[a];
+	}
+	p.r[0] = p.r[1] = knows(k->factor, is_thick(k));
+	p.again[1] = true;
 	random_network(&p.r[0]);
+	random_network(&p.r[1]);
 	must(ct_vol_alloc(&lo, m, &err));
 	must(ct_vol_alloc(&x, n, &err));
-	must(ct_vol_alloc(&first, n, &err));
-	ct_rng_normals(4 * 4 * 4, lo.data, 73, 1, 0);
+	must(ct_vol_alloc(&slices, n, &err));
+	ct_rng_normals(ct_vol_count(&lo), lo.data, 73, 1, 0);
 	for (int a = 0; a < 3; a++)
-		x.affine[a][a] = first.affine[a][a] = 1;
+		x.affine[a][a] = slices.affine[a][a] = 1;
 	ct_degrade_affine(lo.affine, x.affine, n, &rule.by);
-	memcpy(x.data, base, ALL * sizeof *base);
-	memcpy(first.data, base, ALL * sizeof *base);
+	memcpy(x.data, base, all * sizeof *base);
+	memcpy(slices.data, base, all * sizeof *base);
 	must(ct_restore(&x, NULL, &lo, &p, &rule, &report, &env, &err));
-	rule.passes = 1;
-	must(ct_restore(&first, NULL, &lo, &p, &rule, &report, &env, &err));
+	p.volumes = 0;
+	must(ct_restore(&slices, NULL, &lo, &p, &rule, &report, &env, &err));
 	added = report.added;
-	for (size_t i = 0; i < ALL; i++)
-		base[i] = first.data[i] - base[i];
-	must(ct_volume_network_predict(r, h, first.data, base, n,
-		&(struct ct_regime){0.3, 12, CT_DECIMATE_POINT}, &env, &err));
-	for (size_t i = 0; i < ALL; i++)
-		first.data[i] += h[i];
-	must(ct_upsample_settle(&first, &lo, &rule.by, 36, &residual, &env, &err));
-	NEAR(apart(ALL, x.data, first.data), 0, 1e-6,
-		"a second pass adds what the network expects");
-	OK(added > 1 && rms(ALL, h, NULL) > 1, "both passes add (%g, %g HU)", added,
-		rms(ALL, h, NULL));
+	for (size_t i = 0; i < all; i++)
+		base[i] = slices.data[i] - base[i];
+	scene = scene_of(k, slices.data, n);
+	scene.regime = ct_restore_regime(&rule.by, rule.noise);
+	must(ct_volume_network_predict(r, h, &scene, base, &env, &err));
+	for (size_t i = 0; i < all; i++)
+		slices.data[i] += h[i];
+	must(ct_upsample_settle(&slices, &lo, &rule.by, 36, &residual, &env, &err));
+	NEAR(apart(all, x.data, slices.data), 0, 1e-6,
+		again ? "a third pass adds what the network expects of both before"
+		      : "a second pass adds what the network expects");
+	OK(added > 1 && rms(all, h, NULL) > 1, "%s: the passes add (%g, %g HU)", k->name, added,
+		rms(all, h, NULL));
 	ct_slice_network_free(&p.r[0]);
+	ct_slice_network_free(&p.r[1]);
 	ct_vol_free(&lo);
 	ct_vol_free(&x);
-	ct_vol_free(&first);
+	ct_vol_free(&slices);
 	free(base);
 }
 
 int main(void)
 {
-	struct ct_volume_network r = {0};
 	struct ct_tensors w = {0};
 
-	put_network(&w, WIDTH, BLOCKS);
-	must(ct_volume_network_get(&r, &w, "volume-4", &err));
-	sizes(&r, &w);
-	columns(&r, &w);
+	for (size_t k = 0; k < 3; k++)
+		put_network(&w, scans[k].name, WIDTH, BLOCKS);
+	for (const struct scan *k = scans; k < scans + SCANS; k++) {
+		struct ct_volume_network r = {0};
+
+		must(ct_volume_network_get(&r, &w, k->factor, is_thick(k), &err));
+		sizes(k, &r, &w);
+		columns(k, &r, &w);
+		restoring(k, &r, false);
+		restoring(k, &r, true);
+		ct_volume_network_free(&r);
+	}
 	reading();
-	use(&r);
-	restoring(&r);
-	ct_volume_network_free(&r);
+	use(&w);
 	ct_tensors_free(&w);
 	return tap_done();
 }

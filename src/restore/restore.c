@@ -59,6 +59,14 @@ static bool scene_of(struct ct_scene *s, const struct ct_degrade *d)
 	return coarse > 0;
 }
 
+struct ct_regime ct_restore_regime(const struct ct_degrade *d, double noise)
+{
+	struct ct_scene s = {.regime.noise = noise};
+
+	scene_of(&s, d);
+	return s.regime;
+}
+
 /* The axes, of those of `of`, across which slice network i takes slices of the scene, and how many;
  * 0 if it is not for scans of that cell, or for such a pass. */
 static size_t serves(bool axes[static 3], const struct ct_slice_prior *p, size_t i, size_t cell,
@@ -112,8 +120,9 @@ struct pass {
 	float *own;
 	struct ct_block_weights w;
 	struct ct_added *added; /* of the first pass; NULL: there is one */
-	/* For the volume network: what slice networks added, on the grid of x, and on that of the
-	 * networks. NULL: a pass of slice networks. */
+	/* NULL: a pass of slice networks. For it: what those added, on the grid of x, and on that
+	 * of the networks. */
+	const struct ct_volume_network *volume;
 	const float *more, *more_own;
 };
 
@@ -152,8 +161,7 @@ static int expect_whole(struct ct_guess *g, const struct pass *s, struct ct_err 
 	g->axes = 1;
 	g->square = NULL;
 	s->report->cells = s->report->textured = m[0] * m[1] * m[2];
-	return ct_volume_network_predict(&s->prior->volume, g->h, s->scene.x, s->more_own,
-		s->scene.n, &s->scene.regime, s->env, e);
+	return ct_volume_network_predict(s->volume, g->h, &s->scene, s->more_own, s->env, e);
 }
 
 /* Sums of squares over a block of voxels: of what is expected, and of how far the axes are from it.
@@ -232,10 +240,10 @@ static int see(struct pass *s, const struct ct_vol *lo, struct ct_err *e)
 		n[a] = s->scene.coarse[a] ? lo->n[a] * s->cell : s->x->n[a];
 	all = n[0] * n[1] * n[2];
 	if (plan_between(&plan, s, false, s->x->n, n, e) == 0 &&
-		ct_alloc(&s->own, (s->more ? 2 : 1) * all, sizeof *s->own, e) == 0) {
+		ct_alloc(&s->own, (s->volume ? 2 : 1) * all, sizeof *s->own, e) == 0) {
 		ct_separable_apply(&plan, s->own, s->x->data, s->env->par);
 		s->scene.x = s->own;
-		if (s->more) {
+		if (s->volume) {
 			ct_separable_apply(&plan, s->own + all, s->more, s->env->par);
 			s->more_own = s->own + all;
 		}
@@ -343,7 +351,7 @@ static int predict(struct pass *s, float *std, struct ct_err *e)
 		g.v = g.h + (1 + apart) * all;
 	else if (std)
 		memset(std, 0, all * sizeof *std);
-	if ((s->more ? expect_whole(&g, s, e) : expect(&g, &floor, s, e)) ||
+	if ((s->volume ? expect_whole(&g, s, e) : expect(&g, &floor, s, e)) ||
 		(std && deviate(s, std, g.v, &g, floor, e)))
 		goto out;
 	rc = add(s, &g, e);
@@ -361,27 +369,13 @@ out:
 /* Of the networks and of what they work in. */
 #define NETWORKS 67108864.0
 
-/* The last pass is that of the volume network. */
-static bool by_volume(const struct ct_slice_prior *prior, const struct ct_degrade *d)
-{
-	bool axes[3], all = prior->volume.blocks > 0;
-
-	for (int a = 0; a < 3; a++)
-		all = all && d->factor[a] >= CT_VOLUME_NETWORK_CELL;
-	return all && ct_slice_prior_knows(axes, prior, d, false) == CT_VOLUME_NETWORK_CELL;
-}
-
-int ct_slice_prior_passes(const struct ct_slice_prior *prior, const struct ct_degrade *d)
-{
-	bool axes[3];
-
-	return 1 + (ct_slice_prior_knows(axes, prior, d, true) > 0) + by_volume(prior, d);
-}
-
 double ct_restore_bytes(const struct ct_slice_prior *prior, const struct ct_restore_rule *rule,
 	const size_t n[static 3], bool error)
 {
-	const bool second = rule->passes > 1, volume = second && by_volume(prior, &rule->by);
+	const bool second = rule->passes > 1;
+	const struct ct_volume_network *volume =
+		second ? ct_slice_prior_volume(prior, &rule->by) : NULL;
+	struct ct_scene scene = {.n = {n[0], n[1], n[2]}};
 	const double apart = rule->doubt > 0, *factor = rule->by.factor;
 	const double fine = 4 * (double)n[0] * (double)n[1] * (double)n[2];
 	double one = fine, coarse = 0, cell, more;
@@ -389,15 +383,18 @@ double ct_restore_bytes(const struct ct_slice_prior *prior, const struct ct_rest
 
 	cell = (double)ct_slice_prior_knows(axes, prior, &rule->by, false);
 	more = NETWORKS + (second ? fine / pow(cell, 3) : 0);
+	for (int a = 0; a < 3; a++)
+		scene.coarse[a] = factor[a] > 1;
 	if (volume)
-		more += fine + ct_volume_network_bytes(&prior->volume, n);
+		more += fine + ct_volume_network_bytes(volume, &scene);
 	if (apart_of((size_t)cell, factor) == 0)
 		return more + one * (1 + apart);
 	for (int a = 0; a < 3; a++) {
 		one *= factor[a] > 1 ? cell / factor[a] : 1;
 		coarse += factor[a] > 1;
 	}
-	return more + one * (2 + fmax(apart + error, volume)) + (coarse - 1) * fmax(one, fine);
+	return more + one * (2 + fmax(apart + error, volume != NULL)) +
+	       (coarse - 1) * fmax(one, fine);
 }
 
 /* A pass, the last one or not. */
@@ -410,8 +407,8 @@ static int once(struct pass *s, float *std, bool last, const struct ct_vol *lo, 
 
 	*s->report = (struct ct_restore_report){0};
 	s->scene = (struct ct_scene){.x = s->x->data, .n = {n[0], n[1], n[2]}};
-	s->cell = s->more ? CT_VOLUME_NETWORK_CELL
-			  : ct_slice_prior_knows(axes, s->prior, &rule->by, s->again);
+	s->cell = s->volume ? s->volume->factor
+			    : ct_slice_prior_knows(axes, s->prior, &rule->by, s->again);
 	if (s->cell == 0 || !scene_of(&s->scene, &rule->by))
 		return ct_fail(e, CT_EGEOM, "the prior knows no factors %g,%g,%g",
 			rule->by.factor[0], rule->by.factor[1], rule->by.factor[2]);
@@ -431,12 +428,12 @@ static int once(struct pass *s, float *std, bool last, const struct ct_vol *lo, 
 		s->x, lo, &rule->by, NOISE_LIMIT * rule->noise, &s->report->residual, s->env, e);
 }
 
-/* All passes; `more`, for the volume network (NULL: none), holds what the first adds to. */
-static int all_passes(struct pass *s, float *std, float *more, const struct ct_vol *lo,
-	struct ct_env_part *part, struct ct_err *e)
+/* All passes; `base`, for the volume network (NULL: none), is what they add to, and becomes what
+ * the slice networks added. */
+static int all_passes(struct pass *s, float *std, const struct ct_volume_network *volume,
+	float *base, const struct ct_vol *lo, struct ct_env_part *part, struct ct_err *e)
 {
 	struct ct_restore_rule second = *s->rule;
-	const size_t all = ct_vol_count(s->x);
 	bool axes[3];
 	int rc = once(s, std, false, lo, e);
 
@@ -444,15 +441,16 @@ static int all_passes(struct pass *s, float *std, float *more, const struct ct_v
 	second.cap = s->rule->second_cap;
 	s->rule = &second;
 	s->again = true;
-	for (size_t i = 0; i < all && more; i++)
-		more[i] = s->x->data[i] - more[i];
 	if (rc == 0 && ct_slice_prior_knows(axes, s->prior, &second.by, true)) {
 		part->k++;
-		rc = once(s, NULL, !more, lo, e);
+		rc = once(s, NULL, !volume, lo, e);
 	}
-	if (rc == 0 && more) {
+	if (rc == 0 && volume) {
+		for (size_t i = 0; i < ct_vol_count(s->x); i++)
+			base[i] = s->x->data[i] - base[i];
 		part->k++;
-		s->more = more;
+		s->volume = volume;
+		s->more = base;
 		rc = once(s, NULL, true, lo, e);
 	}
 	return rc;
@@ -462,6 +460,7 @@ int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,
 	const struct ct_slice_prior *prior, const struct ct_restore_rule *rule,
 	struct ct_restore_report *report, const struct ct_env *env, struct ct_err *e)
 {
+	const struct ct_volume_network *volume = ct_slice_prior_volume(prior, &rule->by);
 	const size_t all = ct_vol_count(x);
 	struct ct_added added = {0};
 	struct ct_env_part part = {env, "pass", 0, (size_t)ct_slice_prior_passes(prior, &rule->by)};
@@ -472,7 +471,7 @@ int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,
 
 	if (rule->passes < 2 || part.m == 1)
 		return once(&s, std, true, lo, e);
-	if (by_volume(prior, &rule->by)) {
+	if (volume) {
 		if (ct_alloc(&base, all, sizeof *base, e))
 			return -1;
 		memcpy(base, x->data, all * sizeof *base);
@@ -480,7 +479,7 @@ int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,
 	ct_env_part(&told, &part);
 	s.env = &told;
 	s.added = &added;
-	rc = all_passes(&s, std, base, lo, &part, e);
+	rc = all_passes(&s, std, volume, base, lo, &part, e);
 	free(added.rms);
 	free(base);
 	return rc;

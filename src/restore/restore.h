@@ -20,9 +20,10 @@
  * "thick-S" for those with one such axis; "again-S" and "again-thick-S" for volumes that the former
  * have added to, which show what slices of one axis did not know of the others.
  *
- * A prior may hold a volume network "volume-4", too (volume-network.h). That makes one more pass,
- * the last, over scans 4 times coarser or more along all axes, of which the nearest S is 4: h is
- * what it expects, everywhere, and doubt is 0.
+ * A prior may hold volume networks "volume-S" and "volume-thick-S", too (volume-network.h). The one
+ * for which the nearest S of the slice networks is its own makes one more pass, the last, over
+ * scans S times coarser or more along all axes, or along one: h is what it expects, everywhere, and
+ * doubt is 0.
  *
  * A scan of other factors f, whole or not, is seen by the networks of the nearest S, that for which
  * the largest of f / S and S / f is least: the volume is interpolated (Keys) along its coarse axes
@@ -36,16 +37,17 @@
 #include "restore/slice-network.h"
 #include "restore/volume-network.h"
 
-enum { CT_SLICE_PRIOR_MOST = 16 };
+enum { CT_SLICE_PRIOR_MOST = 16, CT_SLICE_PRIOR_VOLUMES = 2 * (CT_PATCH_CELL - 1) };
 
 struct ct_slice_prior {
 	size_t n;
 	struct ct_slice_network r[CT_SLICE_PRIOR_MOST];
 	bool again[CT_SLICE_PRIOR_MOST];
-	struct ct_volume_network volume; /* or none */
+	size_t volumes;
+	struct ct_volume_network volume[CT_SLICE_PRIOR_VOLUMES];
 };
 
-/* The slice networks of w. CT_EINPUT naming what does not fit. *p must be zero. */
+/* The networks of w. CT_EINPUT naming what does not fit. *p must be zero. */
 int ct_slice_prior_alloc(struct ct_slice_prior *p, const struct ct_tensors *w, struct ct_err *e);
 void ct_slice_prior_free(struct ct_slice_prior *p);
 /* The cell of its networks for scans that d made, as a solver refined them, or (again) as the prior
@@ -55,8 +57,14 @@ void ct_slice_prior_free(struct ct_slice_prior *p);
 size_t ct_slice_prior_knows(bool axes[static 3], const struct ct_slice_prior *p,
 	const struct ct_degrade *d, bool again);
 
+/* The volume network for scans that d made; NULL: none. */
+const struct ct_volume_network *ct_slice_prior_volume(
+	const struct ct_slice_prior *p, const struct ct_degrade *d);
 /* How many passes the prior has networks for, over scans that d made: 1 to 3. */
 int ct_slice_prior_passes(const struct ct_slice_prior *p, const struct ct_degrade *d);
+
+/* What the networks are told that d and noise (HU) made. */
+struct ct_regime ct_restore_regime(const struct ct_degrade *d, double noise);
 
 struct ct_restore_rule {
 	struct ct_degrade by;

@@ -26,13 +26,46 @@ int ct_slice_prior_alloc(struct ct_slice_prior *p, const struct ct_tensors *w, s
 		}
 	if (p->n == 0)
 		return ct_fail(e, CT_EINPUT, "no prior of slices: no tensor \"4.shape\"");
-	return ct_volume_network_get(&p->volume, w, "volume-4", e);
+	for (size_t k = 0; k < CT_SLICE_PRIOR_VOLUMES; k++) {
+		if (ct_volume_network_get(&p->volume[p->volumes], w, 2 + k / 2, k % 2, e))
+			return -1;
+		p->volumes += p->volume[p->volumes].blocks > 0;
+	}
+	return 0;
 }
 
 void ct_slice_prior_free(struct ct_slice_prior *p)
 {
 	for (size_t i = 0; i < p->n; i++)
 		ct_slice_network_free(&p->r[i]);
-	ct_volume_network_free(&p->volume);
-	p->n = 0;
+	for (size_t i = 0; i < p->volumes; i++)
+		ct_volume_network_free(&p->volume[i]);
+	p->n = p->volumes = 0;
+}
+
+const struct ct_volume_network *ct_slice_prior_volume(
+	const struct ct_slice_prior *p, const struct ct_degrade *d)
+{
+	bool axes[3], coarse[3];
+	size_t cell, least = CT_PATCH_CELL;
+
+	for (int a = 0; a < 3; a++) {
+		coarse[a] = d->factor[a] > 1;
+		if (coarse[a] && d->factor[a] < (double)least)
+			least = (size_t)d->factor[a];
+	}
+	cell = ct_slice_prior_knows(axes, p, d, false);
+	for (size_t i = 0; i < p->volumes; i++)
+		if (p->volume[i].factor == cell && cell <= least &&
+			ct_volume_network_fits(&p->volume[i], coarse))
+			return &p->volume[i];
+	return NULL;
+}
+
+int ct_slice_prior_passes(const struct ct_slice_prior *p, const struct ct_degrade *d)
+{
+	bool axes[3];
+
+	return 1 + (ct_slice_prior_knows(axes, p, d, true) > 0) +
+	       (ct_slice_prior_volume(p, d) != NULL);
 }

@@ -71,13 +71,14 @@ static int read_shape(struct ct_volume_network *r, const struct ct_tensor *t, st
 	return 0;
 }
 
-int ct_volume_network_get(
-	struct ct_volume_network *r, const struct ct_tensors *w, const char *name, struct ct_err *e)
+int ct_volume_network_get(struct ct_volume_network *r, const struct ct_tensors *w, size_t factor,
+	bool thick, struct ct_err *e)
 {
 	const struct ct_tensor *t, *part[PARTS];
-	struct ct_volume_network is = {0};
-	char full[96];
+	struct ct_volume_network is = {.factor = factor, .thick = thick};
+	char name[64], full[96];
 
+	snprintf(name, sizeof name, "volume-%s%zu", thick ? "thick-" : "", factor);
 	snprintf(full, sizeof full, "%s.shape", name);
 	t = ct_tensors_find(w, full);
 	if (!t)
@@ -107,6 +108,11 @@ void ct_volume_network_free(struct ct_volume_network *r)
 	*r = (struct ct_volume_network){0};
 }
 
+bool ct_volume_network_fits(const struct ct_volume_network *r, const bool coarse[static 3])
+{
+	return coarse[0] + coarse[1] + coarse[2] == (r->thick ? 1 : 3);
+}
+
 /* A layer, and the planes that it made last. Even ones but the last make x, odd ones y. */
 struct layer {
 	struct ct_conv *conv;
@@ -128,7 +134,8 @@ struct wave {
 	struct ct_dnn *dnn; /* owned */
 	const float *in[INPUTS];
 	float *h;
-	const size_t *n;
+	size_t n[3],
+		apart[3]; /* voxels along the axes as the network sees them, and how far apart */
 	size_t first[2], m[3], from[2], to[2], step, layers;
 	struct layer *layer;
 	struct side *side;
@@ -158,10 +165,11 @@ static size_t least(size_t a, size_t b)
 	return a < b ? a : b;
 }
 
-/* A row of voxels of the volume, beyond its end that at the end. */
-static size_t row_of(const struct wave *v, size_t j, size_t k)
+/* Where voxel i, j, k of the volume is, beyond its end the last one. */
+static size_t voxel_of(const struct wave *v, size_t i, size_t j, size_t k)
 {
-	return (least(k, v->n[2] - 1) * v->n[1] + least(j, v->n[1] - 1)) * v->n[0];
+	return least(i, v->n[0] - 1) * v->apart[0] + least(j, v->n[1] - 1) * v->apart[1] +
+	       least(k, v->n[2] - 1) * v->apart[2];
 }
 
 /* Plane k of the cells of both volumes, a voxel a channel. */
@@ -171,19 +179,15 @@ static void cut(float *to, const struct wave *v, size_t k)
 		for (size_t i = 0; i < v->m[0]; i++)
 			for (int a = 0; a < INPUTS; a++)
 				for (size_t c = 0; c < CHANNELS; c++)
-					*to++ = v->in[a][row_of(v,
-								 (v->first[1] + j) * CELL +
-									 c / CELL % CELL,
-								 k * CELL + c / CELL / CELL) +
-							 least((v->first[0] + i) * CELL + c % CELL,
-								 v->n[0] - 1)];
+					*to++ = v->in[a][voxel_of(v,
+						(v->first[0] + i) * CELL + c % CELL,
+						(v->first[1] + j) * CELL + c / CELL % CELL,
+						k * CELL + c / CELL / CELL)];
 }
 
 /* Its inverse, of the cells that are written, to h. */
 static void paste(const float *from, const struct wave *v, size_t k)
 {
-	const size_t *n = v->n;
-
 	for (size_t j = v->from[1]; j < v->to[1]; j++)
 		for (size_t i = v->from[0]; i < v->to[0]; i++)
 			for (size_t c = 0; c < CHANNELS; c++) {
@@ -191,8 +195,8 @@ static void paste(const float *from, const struct wave *v, size_t k)
 				const size_t y = (v->first[1] + j) * CELL + c / CELL % CELL;
 				const size_t z = k * CELL + c / CELL / CELL;
 
-				if (x < n[0] && y < n[1] && z < n[2])
-					v->h[(z * n[1] + y) * n[0] + x] =
+				if (x < v->n[0] && y < v->n[1] && z < v->n[2])
+					v->h[voxel_of(v, x, y, z)] =
 						from[(j * v->m[0] + i) * CHANNELS + c];
 			}
 }
@@ -267,9 +271,10 @@ static const float *bias_of(const struct wave *v, size_t l)
 /* What the scan is, as a bias of the first layer and of each block. */
 static int tell(struct wave *v, const struct ct_regime *g, struct ct_err *e)
 {
-	/* 0: the axes that are fine, and the factor against 4 */
+	const float fine = v->r->thick; /* the axes that the network sees first and second */
 	const float told[TOLD] = {4 * (float)g->sigma - 1, g->decimate == CT_DECIMATE_POINT,
-		g->decimate == CT_DECIMATE_MEAN, (float)g->noise / 15, 0, 0, 0, 0, 1};
+		g->decimate == CT_DECIMATE_MEAN, (float)g->noise / 15, 0, fine, fine,
+		(float)v->r->factor / 4 - 1, 1};
 	const size_t count = (1 + v->r->blocks) * v->r->width;
 	const float *w = v->r->all + start_of(v->r, REGIME);
 
@@ -382,35 +387,51 @@ static void range(struct wave *v, int a, size_t i, size_t m)
 	v->to[a] = to - v->first[a];
 }
 
-double ct_volume_network_bytes(const struct ct_volume_network *r, const size_t n[static 3])
+/* The axes in the order that the network sees them. */
+static void turn(size_t axis[static 3], const struct ct_volume_network *r, const bool coarse[3])
+{
+	for (size_t a = 0; a < 3; a++)
+		axis[a] = a;
+	for (size_t a = 0; a < 2 && r->thick; a++)
+		if (coarse[a]) {
+			axis[a] = 2;
+			axis[2] = a;
+		}
+}
+
+double ct_volume_network_bytes(const struct ct_volume_network *r, const struct ct_scene *s)
 {
 	const double width = (double)r->width, blocks = (double)r->blocks;
 	const double planes = width * ((blocks + 1) * KEPT_X + blocks * KEPT_Y);
 	const double sides = (2 * blocks + 2) * (3 * (double)widest(r) + CHANNELS);
 	double cells = 1;
+	size_t axis[3];
 
+	turn(axis, r, s->coarse);
 	for (int a = 0; a < 2; a++)
-		cells *= fmin(ceil((double)n[a] / CELL),
+		cells *= fmin(ceil((double)s->n[axis[a]] / CELL),
 			CT_VOLUME_NETWORK_COLUMN + 2 * CT_VOLUME_NETWORK_HALO);
 	return 4 * (cells * (planes + sides) + 2 * (double)start_of(r, PARTS));
 }
 
-int ct_volume_network_predict(const struct ct_volume_network *r, float *h, const float *x,
-	const float *added, const size_t n[static 3], const struct ct_regime *regime,
-	const struct ct_env *env, struct ct_err *e)
+int ct_volume_network_predict(const struct ct_volume_network *r, float *h, const struct ct_scene *s,
+	const float *added, const struct ct_env *env, struct ct_err *e)
 {
-	const size_t m[3] = {
-		(n[0] + CELL - 1) / CELL, (n[1] + CELL - 1) / CELL, (n[2] + CELL - 1) / CELL};
-	const size_t across = columns_of(m[0]), all = across * columns_of(m[1]);
-	struct wave v = {.r = r,
-		.in = {x, added},
-		.h = h,
-		.n = n,
-		.m = {0, 0, m[2]},
-		.layers = 2 * r->blocks + 2,
-		.env = env};
-	int rc = ct_dnn_alloc(&v.dnn, e) || tell(&v, regime, e) ? -1 : 0;
+	const size_t apart[3] = {1, s->n[0], s->n[0] * s->n[1]};
+	struct wave v = {
+		.r = r, .in = {s->x, added}, .h = h, .layers = 2 * r->blocks + 2, .env = env};
+	size_t axis[3], m[3], across, all;
+	int rc = ct_dnn_alloc(&v.dnn, e) || tell(&v, &s->regime, e) ? -1 : 0;
 
+	turn(axis, r, s->coarse);
+	for (int a = 0; a < 3; a++) {
+		v.n[a] = s->n[axis[a]];
+		v.apart[a] = apart[axis[a]];
+		m[a] = (v.n[a] + CELL - 1) / CELL;
+	}
+	v.m[2] = m[2];
+	across = columns_of(m[0]);
+	all = across * columns_of(m[1]);
 	for (size_t c = 0; c < all && rc == 0; c++) {
 		range(&v, 0, c % across, m[0]);
 		range(&v, 1, c / across, m[1]);

@@ -13,15 +13,17 @@ const int fuzz_rounds = 100;
 
 enum { MOST = 1 << 24, N = 8, COUNT = N * N * N };
 
-/* What it adds to a scan of this factor is a number, or it says what is not. */
-static void use(const struct ct_slice_prior *p, size_t f)
+/* What it adds to a scan of this factor, along all axes or one, is a number, or the reason
+ * why not. */
+static void use(const struct ct_slice_prior *p, size_t f, bool thick)
 {
-	struct ct_restore_rule rule = {.by = {.factor = {(double)f, (double)f, (double)f}},
+	const size_t g = thick ? 1 : f;
+	struct ct_restore_rule rule = {.by = {.factor = {(double)g, (double)g, (double)f}},
 		.weight = 1,
 		.axes = {true, true, true}};
-	float fine[COUNT], coarse[COUNT / 8] = {0};
+	float fine[COUNT], coarse[COUNT / 2] = {0};
 	struct ct_vol x = {.n = {N, N, N}, .data = fine};
-	struct ct_vol lo = {.n = {N / f, N / f, N / f}, .data = coarse};
+	struct ct_vol lo = {.n = {N / g, N / g, N / f}, .data = coarse};
 	struct ct_restore_report r;
 	struct ct_env env = {0};
 	struct ct_err e = {0};
@@ -46,16 +48,18 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 		rc = ct_slice_prior_alloc(&p, &w, &e);
 	if (rc && (e.code == CT_OK || e.msg[0] == '\0'))
 		abort();
-	for (size_t f = 2; f <= 4 && rc == 0; f *= 2)
-		use(&p, f);
+	for (size_t f = 2; f <= 4 && rc == 0; f *= 2) {
+		use(&p, f, false);
+		use(&p, f, true);
+	}
 	fuzz_taken += rc == 0;
 	ct_slice_prior_free(&p);
 	ct_tensors_free(&w);
 	return 0;
 }
 
-/* Tensors of the smallest volume network, zeros. */
-static int put_volume(struct ct_tensors *w, struct ct_err *e)
+/* Tensors of the smallest volume network of slices of that kind, zeros. */
+static int put_volume(struct ct_tensors *w, const char *kind, struct ct_err *e)
 {
 	static const float shape[4] = {4, 1, 1, 2}, zeros[128 * 27];
 	static const struct {
@@ -66,30 +70,32 @@ static int put_volume(struct ct_tensors *w, struct ct_err *e)
 		{"regime", {2, 9}}};
 	char name[64];
 
-	if (ct_tensors_put(w, "volume-4.shape", 1, (size_t[]){4}, shape, e))
+	snprintf(name, sizeof name, "volume-%s.shape", kind);
+	if (ct_tensors_put(w, name, 1, (size_t[]){4}, shape, e))
 		return -1;
 	for (size_t k = 0; k < sizeof all / sizeof *all; k++) {
-		snprintf(name, sizeof name, "volume-4.%s", all[k].name);
+		snprintf(name, sizeof name, "volume-%s.%s", kind, all[k].name);
 		if (ct_tensors_put(w, name, 2, all[k].dim, zeros, e))
 			return -1;
 	}
 	return 0;
 }
 
-/* Small ones, whole: slice networks of 2x; of 4x and a volume network. */
+/* Small ones, whole: slice networks of 2x; of 4x and a volume network; both of thick slices. */
 size_t fuzz_seed(size_t k, unsigned char **data)
 {
+	static const char *const kinds[] = {"2", "4", "thick-4"};
 	struct ct_slice_network r = {.components = 2, .width = 2};
 	struct ct_tensors w = {0};
 	struct ct_err e = {0};
 	size_t n;
 
-	if (k > 1)
+	if (k > 2)
 		return 0;
-	r.shape = k ? (struct ct_patch_shape){4, 8, 1, 1, true}
+	r.shape = k ? (struct ct_patch_shape){4, 8, 1, 1, k == 1}
 		    : (struct ct_patch_shape){2, 4, 1, 1, true};
-	if (ct_slice_network_alloc(&r, &e) || ct_slice_network_put(&r, &w, k ? "4" : "2", &e) ||
-		(k && put_volume(&w, &e)))
+	if (ct_slice_network_alloc(&r, &e) || ct_slice_network_put(&r, &w, kinds[k], &e) ||
+		(k && put_volume(&w, kinds[k], &e)))
 		exit(99);
 	n = seed_file(data, ct_tensors_write(seed_path(), &w, true, &seed_env, &e));
 	ct_slice_network_free(&r);
