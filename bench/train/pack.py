@@ -1,7 +1,7 @@
-"""pack.py TRAIN_FOLDER XRAY_FOLDER BUILD OUT [4|thick-4|2]: what a training takes along, in one folder of files.
+"""pack.py TRAIN_FOLDER XRAY_FOLDER BUILD OUT [4|thick-4|2]...: what a training takes along, in one folder of files.
 
 CTs of TRAIN_FOLDER (HU, int16, gzipped NIfTI-1) whose licence allows weights under Apache-2.0, without loss but for
-steps of 4 HU; radiographs; the slice network of such scans; the static programs of BUILD. Prints the sizes and fails above LIMIT."""
+steps of 4 HU; radiographs; the slice networks of ct-sr for such scans; the static programs of BUILD. Prints the sizes and fails above LIMIT."""
 import glob
 import gzip
 import json
@@ -20,6 +20,7 @@ LEFT_OUT = ('mouse', 'covidctmd')
 MOST, MOST_HELD = 184, 150  # voxels along an axis: the middle of larger ones
 HELD = ('lidc0003', 'fullhead', 'tciasts047')  # validated on: a part will do
 STEP, BASE = 4, -1024  # HU
+SCANS = {'4': (4, 0), 'thick-4': (4, 1), '2': (2, 0)}  # name of the slice networks: factor, along one axis alone
 
 
 def voxels(path):
@@ -98,13 +99,21 @@ def unpack_all(folder, out, workers):
         p.map(unpack, jobs, chunksize=1)
 
 
-def pack_network(path, network, out):
-    """The slice network whose results are refined further, of a safetensors file."""
+def used(network, scans):
+    """Does ct-sr use it for such scans? In the first pass by name; in the second those for no finer grid."""
+    if not network.startswith('again-'):
+        return network in scans
+    *thick, factor = network.split('-')[1:]
+    return any(bool(thick) == bool(t) and int(factor) <= f for f, t in (SCANS[s] for s in scans))
+
+
+def pack_networks(path, scans, out):
+    """Of a safetensors file the slice networks whose results are refined further."""
     raw = open(path, 'rb').read()
     size = struct.unpack('<Q', raw[:8])[0]
     data, head, kept = raw[8 + size:], {}, b''
     for name, t in json.loads(raw[8:8 + size]).items():
-        if name.split('.')[0] != network:
+        if name == '__metadata__' or not used(name.split('.')[0], scans):
             continue
         a, b = t['data_offsets']
         head[name] = {**t, 'data_offsets': [len(kept), len(kept) + b - a]}
@@ -116,11 +125,12 @@ def pack_network(path, network, out):
 
 
 def main():
-    if len(sys.argv) not in (5, 6):
+    if len(sys.argv) < 5:
         raise SystemExit(__doc__)
-    train, xray, build, out, network = [*sys.argv[1:], '4'][:5]
-    if network not in ('4', 'thick-4', '2'):
-        raise SystemExit(f'{network}: expected 4, thick-4 or 2')
+    train, xray, build, out, *scans = sys.argv[1:]
+    scans = scans or ['4']
+    if not SCANS.keys() >= set(scans):
+        raise SystemExit(f'{" ".join(scans)}: expected {", ".join(SCANS)}')
     here = os.path.dirname(os.path.abspath(__file__))
     os.makedirs(out, exist_ok=True)
     files = [f for f in sorted(glob.glob(train + '/*.nii.gz'), key=lambda f: -os.path.getsize(f))
@@ -139,7 +149,7 @@ def main():
     os.makedirs(out + '/bin', exist_ok=True)
     for program in ('pairs', 'projections'):
         subprocess.run(['strip', '-o', f'{out}/bin/{program}', f'{build}/bench/train/{program}'], check=True)
-    pack_network(os.path.join(here, '../../src/prior/slices.safetensors'), network, out + '/slices.safetensors')
+    pack_networks(os.path.join(here, '../../src/prior/slices.safetensors'), scans, out + '/slices.safetensors')
     total = sum(os.path.getsize(os.path.join(d, f)) for d, _, fs in os.walk(out) for f in fs)
     print(f'{out}: {total / 1e6:.1f} MB')
     if total > LIMIT:

@@ -4,14 +4,16 @@
  *   pairs CT.nii NETWORKS.safetensors FIRST COUNT FOLDER SIDE FACTOR THICK
  *
  * Pair number i of a CT is a cube of at most SIDE voxels a side (restore/example.h), reduced FACTOR
- * times along all axes, or (THICK 1) along one, refined by the inversion and, in one pass, by the
- * slice networks of NETWORKS ("-": none). FOLDER gets CT-i.pair for each of the COUNT pairs from
- * FIRST on, little-endian:
+ * times along all axes, or (THICK 1) along one, refined as ct-sr does: by the inversion and then,
+ * in all their passes, by the slice networks of NETWORKS ("-": none). So x and `added` are what
+ * ct_restore gives a volume network (restore/restore.h), and sigma, noise and decimate what it
+ * tells it. FOLDER gets CT-i.pair for each of the COUNT pairs from FIRST on, but not for those that
+ * are too small or to which ct-sr adds nothing (band-limited thick slices), little-endian:
  *
  *   int32 nx, ny, nz, decimate, coarse (bit a: axis a), factor
  *   float32 sigma (LR voxels), noise (HU), RMS of the rest (HU), 0
  *   int16 x[nz][ny][nx]       the refined cube, 1/8 HU
- *   int16 added[nz][ny][nx]   what the slice networks added to the inversion, 1/16 HU
+ *   int16 added[nz][ny][nx]   all that the slice networks added to the inversion, 1/16 HU
  *   int16 rest[nz][ny][nx]    truth - x, 1/16 HU
  *
  * A static program for a machine that has nothing of ours: dnn-plain.c is linked before oneDNN.
@@ -86,7 +88,7 @@ static int write_pair(const struct pairs_job *j, int i, const struct ct_example 
 	return ct_fail_errno(e, CT_EOUTPUT, name);
 }
 
-/* 1 if the CT is too small for such a cube. */
+/* 1 if there is no such pair. */
 static int make(const struct pairs_job *j, int i, struct ct_err *e)
 {
 	const uint64_t index = j->first_index + (uint64_t)i;
@@ -119,6 +121,7 @@ static int begin(struct pairs_job *j, char **v, struct ct_err *e)
 	j->rule = (struct ct_example_rule){.side = (size_t)atoi(v[6]),
 		.factor = (size_t)atoi(v[7]),
 		.thick = atoi(v[8]) != 0,
+		.whole = true,
 		.scale = {1.1, 2.3},
 		.noise = NOISE,
 		.clip = {-512, 3071},

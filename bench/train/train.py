@@ -215,7 +215,7 @@ def main():
     p.add_argument('--out', required=True)
     p.add_argument('--minutes', type=float, required=True)
     p.add_argument('--start', help='folder of an earlier state')
-    p.add_argument('--scans', default='4', choices=['4', 'thick-4', '2'],
+    p.add_argument('--scans', default='4', choices=list(pack.SCANS),
                    help='volume: those refined 4x, thick slices refined 4x, or 2x')
     p.add_argument('--tiny', action='store_true', help='a toy network, for a test')
     a = p.parse_args()

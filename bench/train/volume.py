@@ -1,8 +1,9 @@
 """The volume network: what a refined CT still lacks, seen in the whole volume.
 
 A residual network of convolutions of 3^3 cells, zero outside. A cell, a cube of CELL voxels a side, is one place with
-a channel a voxel. In: the refined volume and what the slice networks added to it. Out: the rest, and the logarithm of
-its mean square. Told: blur, sampling, noise, the axes that are coarse, the factor.
+a channel a voxel. CELL is the same for each of SCANS, and the coarse axis of thick slices is the first, z; the reader,
+src/restore/volume-network.c, holds to both. In: the volume that ct-sr refined, and what its slice networks added. Out: the
+rest, and the logarithm of its mean square. Told: blur, sampling, noise, the axes that are coarse, the factor.
 
 What decides whether it learns: the last layer begins at 0, activations leak, the voxels of a cell are whitened (DCT)
 in float32 before bfloat16, a rate of 2.5e-4 to 3e-4, and exp(-u) of the expected error is bounded."""
@@ -22,6 +23,8 @@ import torch
 import torch.nn.functional as F
 from torch import nn
 
+from pack import SCANS
+
 CELL, VOXELS = 4, 64
 UNIT_X, UNIT_REST = 256., 64.  # HU
 TOLD = 8
@@ -30,7 +33,6 @@ HEAD = 40
 HELD = ('lidc0003', 'fullhead', 'tciasts047')
 LEAST_RMS = 5.  # HU: a cube that lacks less counts as if it lacked this
 SIDE, AT_ONCE, ROUNDS = 96, 4, 48
-SCANS = {'4': (4, 0), 'thick-4': (4, 1), '2': (2, 0)}  # name of the slice networks: factor, along one axis alone
 SLOPE = .1
 
 

@@ -13,6 +13,9 @@
 #define SHARP (2.0 / 3)
 enum { LEAST_CELLS = 6, ITERATIONS = 300 }; /* cells along an axis; of the solver */
 #define STREAM ((uint64_t)1 << 40)
+/* HU: the solver stops when an iteration moves less; that of ct-sr, and less. */
+#define TOLERANCE_WHOLE 0.1
+#define TOLERANCE 0.05
 
 static double uniform(
 	const struct ct_example_rule *r, uint64_t index, uint64_t k, double a, double b)
@@ -124,6 +127,20 @@ static struct ct_degrade degradation(const struct ct_example *p, const struct ct
 	return d;
 }
 
+/* How far what the prior adds to the scan of such a pair, of n voxels, is trusted. *nothing: ct-sr
+ * would not ask it. */
+static int trust(struct ct_restore_rule *rule, bool *nothing, const struct ct_example *p,
+	const struct ct_example_rule *r, const size_t n[3], struct ct_err *e)
+{
+	size_t m[3];
+
+	*rule = (struct ct_restore_rule){
+		.by = degradation(p, r), .noise = p->regime.noise, .axes = {true, true, true}};
+	for (int a = 0; a < 3; a++)
+		m[a] = p->coarse[a] ? n[a] / r->factor : n[a];
+	return ct_restore_confidence(rule, nothing, r->factor, m, e);
+}
+
 /* *base <- what the solver makes of a scan of the truth. */
 static int solve(struct ct_vol *base, const struct ct_vol *truth, const struct ct_example *p,
 	const struct ct_example_rule *r, uint64_t index, const struct ct_env *env, struct ct_err *e)
@@ -133,8 +150,9 @@ static int solve(struct ct_vol *base, const struct ct_vol *truth, const struct c
 		.by = degradation(p, r),
 		.plain = true,
 		.noise = p->regime.noise,
+		.ways = r->whole,
 		.iterations = ITERATIONS,
-		.tolerance = 0.05};
+		.tolerance = r->whole ? TOLERANCE_WHOLE : TOLERANCE};
 	struct ct_upsample_report report;
 	struct ct_vol lo = {0};
 	int rc = ct_degrade_volume(&lo, truth, &rule.by, rule.noise, r->seed + index, NULL, e) ||
@@ -162,13 +180,20 @@ int ct_example_alloc(struct ct_example *p, const struct ct_vol *v,
 {
 	const struct ct_env alone = {.stop = env->stop};
 	struct ct_vol truth = {0}, base = {0};
+	struct ct_restore_rule restore;
+	bool nothing = false;
 	size_t count;
 	int rc = cube(&truth, v, rule, index, e);
 
 	if (rc)
 		goto out;
-	rc = -1;
 	ct_example_regime(p, rule, index);
+	rc = rule->whole ? trust(&restore, &nothing, p, rule, truth.n, e) : 0;
+	if (rc || nothing) {
+		rc = rc ? -1 : 1;
+		goto out;
+	}
+	rc = -1;
 	if (solve(&base, &truth, p, rule, index, &alone, e))
 		goto out;
 	count = ct_vol_count(&truth);
@@ -192,22 +217,21 @@ int ct_example_after(struct ct_example *p, const struct ct_example_rule *r, uint
 {
 	const size_t count = p->n[0] * p->n[1] * p->n[2];
 	const struct ct_env alone = {.stop = env->stop};
-	struct ct_restore_rule rule = {
-		.by = degradation(p, r), .noise = p->regime.noise, .axes = {true, true, true}};
+	struct ct_restore_rule rule;
 	struct ct_restore_report report;
 	struct ct_vol v = {0}, lo = {0};
-	bool little;
+	bool nothing;
 	int rc = -1;
 
 	if (ct_vol_alloc(&v, p->n, e))
 		return -1;
 	for (size_t i = 0; i < count; i++)
 		v.data[i] = p->base[i] + p->rest[i];
-	if (ct_degrade_volume(&lo, &v, &rule.by, rule.noise, r->seed + index, NULL, e) ||
-		ct_restore_confidence(&rule, &little, r->factor, lo.n, e))
+	if (trust(&rule, &nothing, p, r, p->n, e) ||
+		ct_degrade_volume(&lo, &v, &rule.by, rule.noise, r->seed + index, NULL, e))
 		goto out;
-	rule.passes = 1;
-	rule.flat = false;
+	rule.passes = r->whole ? ct_slice_prior_passes(r->after, &rule.by) : 1;
+	rule.flat = false; /* of the last pass, which is that of the network in training */
 	for (size_t i = 0; i < count; i++) {
 		p->rest[i] = v.data[i];
 		v.data[i] = p->base[i];
@@ -218,6 +242,8 @@ int ct_example_after(struct ct_example *p, const struct ct_example_rule *r, uint
 		p->rest[i] -= v.data[i];
 	}
 	ct_example_weigh(p);
+	if (r->whole)
+		p->regime = ct_restore_regime(&rule.by, rule.noise);
 out:
 	ct_vol_free(&v);
 	ct_vol_free(&lo);
