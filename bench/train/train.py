@@ -49,6 +49,11 @@ def subject(name):
     return projections.Projections
 
 
+def close(task):
+    getattr(task, 'close', lambda: None)()
+    task.left = True
+
+
 class Log:
     def __init__(self, path):
         self.file = open(path, 'a')
@@ -240,13 +245,14 @@ def main():
         time.sleep(.3)
         if time.time() - BEGIN > 60 * a.minutes:
             log('no data in time')
+            close(task)
             os._exit(1)
     loop = Loop(task, device, a.minutes, a.out, a.start, log)
     log(f'{time.time() - BEGIN:.0f} s: begins; {sum(q.numel() for q in loop.net.parameters())} weights')
     for s in (signal.SIGINT, signal.SIGTERM):
         signal.signal(s, lambda *_: setattr(loop, 'stop', True))
     stopped = loop.run()
-    task.left = True
+    close(task)
     log(f'{time.time() - BEGIN:.0f} s: ends; best {loop.best:.4f}')
     sys.stdout.flush()
     os._exit(75 if stopped else 0)

@@ -137,7 +137,7 @@ class Volume:
         self.name = 'volume-' + scans
         self.folder = f'{data}/pairs-{scans}'
         self.by, self.held, self.count, self.seen = {}, {}, 0, set()
-        self.lock, self.left = threading.Lock(), False
+        self.lock, self.left, self.running = threading.Lock(), False, set()
         self.half = False  # set by the loop
         os.makedirs(self.folder, exist_ok=True)
         self.jobs = self.list_jobs()
@@ -171,13 +171,22 @@ class Volume:
             return
         os.makedirs(folder, exist_ok=True)
         factor, thick = SCANS[self.scans]
-        run = subprocess.run(['nice', '-n', '10', self.data + '/bin/pairs', ct, self.data + '/slices.safetensors', str(first),
-                              str(count), folder, '48' if self.tiny else str(SIDE), str(factor), str(thick)],
-                             stderr=subprocess.PIPE, text=True)
-        if run.returncode:
-            print(run.stderr, flush=True)
-        else:
+        run = subprocess.Popen(['nice', '-n', '10', self.data + '/bin/pairs', ct, self.data + '/slices.safetensors',
+                                str(first), str(count), folder, '48' if self.tiny else str(SIDE), str(factor), str(thick)],
+                               stderr=subprocess.PIPE, text=True)
+        self.running.add(run)
+        said = run.communicate()[1]
+        self.running.discard(run)
+        if run.returncode == 0:
             open(folder + '/done', 'w').close()
+        elif not self.left:
+            print(said, flush=True)
+
+    def close(self):
+        """Nothing is left that makes pairs."""
+        self.left = True
+        for run in list(self.running):
+            run.terminate()
 
     def collect(self):
         while not self.left:
