@@ -61,4 +61,4 @@ bench_train_pairs_CFLAGS = $(AM_CFLAGS) -O3 $(TRAIN_MARCH) -ffp-contract=fast
 bench_train_pairs_LDFLAGS = -static $(AM_LDFLAGS)
 bench_train_pairs_LDADD = libct.a -ldeflate -lz $(JANSSON_LIBS) -lm
 TRAIN_MARCH = -march=x86-64-v3
-EXTRA_DIST += bench/train/README.md bench/train/pack.py bench/train/train.py bench/train/volume.py bench/train/import.py bench/train/measure_volume.py
+EXTRA_DIST += bench/train/README.md bench/train/pack.py bench/train/train.py bench/train/volume.py bench/train/import.py bench/train/measure_volume.py bench/train/join.py
