@@ -151,7 +151,7 @@ class Volume:
         for k in range(ROUNDS):
             for ct in cts:
                 held = any(h in ct for h in HELD)
-                count = 2 if self.tiny else AT_ONCE
+                count = 1 if self.tiny else AT_ONCE
                 if not held:
                     yield ct, k * count, count
                 elif k == 0:
@@ -171,8 +171,9 @@ class Volume:
             return
         os.makedirs(folder, exist_ok=True)
         factor, thick = SCANS[self.scans]
-        run = subprocess.Popen(['nice', '-n', '10', self.data + '/bin/pairs', ct, self.data + '/slices.safetensors',
-                                str(first), str(count), folder, '48' if self.tiny else str(SIDE), str(factor), str(thick)],
+        late, side = ([], 32) if self.tiny else (['nice', '-n', '10'], SIDE)
+        run = subprocess.Popen([*late, self.data + '/bin/pairs', ct, self.data + '/slices.safetensors', str(first),
+                                str(count), folder, str(side), str(factor), str(thick)],
                                stderr=subprocess.PIPE, text=True)
         self.running.add(run)
         said = run.communicate()[1]
