@@ -4,21 +4,33 @@
 command -v python3 >/dev/null || { skip 'blind.mk' 'python3 is not here'; done_testing; }
 py=$srcdir/examples/blind.py
 ct-phantom -q --size 48x48x48 --spacing 1.5 --window=-512:3071 ellipsoids v.nii || exit 99
-exits 0 'a scan' make -s -f "$srcdir/examples/blind.mk" VOLUMES=v.nii CUBE=48 CASES='P1-2 g40n-4' QUALITY=draft OUT=o
+# the scans that blind.mk makes, and their bare copies
+exits 0 'blind.mk measures a scan with two cases' make -s -f "$srcdir/examples/blind.mk" VOLUMES=v.nii CUBE=48 CASES='P1-2 g40n-4' QUALITY=draft OUT=o
 [ "$(cut -d, -f1-3 o/blind.csv | tail -n +2 | tr '\n' ' ')" = 'v,P1-2,cubic v,P1-2,known v,P1-2,blind v,g40n-4,cubic v,g40n-4,known v,g40n-4,blind ' ]
-ok $? 'a line a result'
-ct-info --json o/v/g40n-4/lr.nii | tr -d ' \n' | grep -q '"factor":"1,1,4".*"sigma":"0,0,1.6","decimate":"point"'; ok $? 'a Gaussian profile of 40 % of the thickness'
-ct-info o/v/g40n-4/lr.nii | grep -q '^  noise  *15$'; ok $? 'and noise'
-exits 0 'means' make -s -f "$srcdir/examples/blind.mk" CUBE=48 OUT=o VOLUMES=v.nii CASES='mean-2 meann-2' o/v/mean-2/lr.nii o/v/meann-2/lr.nii
-! ct-info o/v/mean-2/lr.nii | grep -q '^  noise  *15$'; ok $? 'have none'
-ct-info o/v/meann-2/lr.nii | grep -q '^  noise  *15$'; ok $? 'unless it is said'
-ct-info o/v/g40n-4/bare.nii >info; ! grep -qE '^  (factor|sigma|decimate|noise|history)' info; ok $? 'of which the same voxels say nothing'
-ct-metrics --ssim none o/v/g40n-4/lr.nii o/v/g40n-4/bare.nii | awk '$1 == "max-hu" {exit !($2 > 0 && $2 <= .5)}'; ok $? 'rounded to whole HU'
-ct-convert -q -f o/v/hr.nii hr.mha && ! python3 "$py" bare hr.mha x.nii 2>err && [ -s err ]; ok $? 'what is no float32 NIfTI is refused'
+ok $? 'blind.csv has a line for each case and method in order'
+ct-info --json o/v/g40n-4/lr.nii | tr -d ' \n' | grep -q '"factor":"1,1,4".*"sigma":"0,0,1.6","decimate":"point"'
+ok $? 'case g40n-4 blurs with a Gaussian of 40 % of the thickness'
+ct-info o/v/g40n-4/lr.nii | grep -q '^  noise  *15$'; ok $? 'case g40n-4 adds noise of 15 HU'
+exits 0 'blind.mk makes single scans averaged over cells' make -s -f "$srcdir/examples/blind.mk" CUBE=48 OUT=o VOLUMES=v.nii CASES='mean-2 meann-2' o/v/mean-2/lr.nii o/v/meann-2/lr.nii
+! ct-info o/v/mean-2/lr.nii | grep -q '^  noise  *15$'; ok $? 'case mean-2 adds no noise to the scan'
+ct-info o/v/meann-2/lr.nii | grep -q '^  noise  *15$'; ok $? 'case meann-2 adds noise of 15 HU'
+ct-info o/v/g40n-4/bare.nii >info
+! grep -qE '^  (factor|sigma|decimate|noise|history)' info
+ok $? 'the bare copy records neither factor nor blur, noise or history'
+ct-metrics --ssim none o/v/g40n-4/lr.nii o/v/g40n-4/bare.nii | awk '$1 == "max-hu" {exit !($2 > 0 && $2 <= .5)}'
+ok $? 'the bare copy has the voxels of the scan, rounded to whole HU'
+# blind.py: its table, and what it refuses
+ct-convert -q -f o/v/hr.nii hr.mha && ! python3 "$py" bare hr.mha x.nii 2>err && [ -s err ]
+ok $? 'blind.py refuses a scan that is not float32 NIfTI'
 printf 'scan,case,run,psnr,ssim-r2,structures-false,deep-smooth-rmse-hu,banding-rms-hu\na,P1-4,cubic,30,.8,1,5,.1\na,P1-4,known,34,.9,1,4,.2\na,P1-4,blind,33.5,.89,2,6,1\nb,P1-4,cubic,31,.8,3,,\nb,P1-4,known,32,.9,1,,\nb,P1-4,blind,32.1,.9,1,,\n' >t.csv
-python3 "$py" table t.csv >t.txt; ok $? 'a table'
-grep -qE '^a +P1-4 +30.00 +34.00 +33.50 +0.8000 0.9000 0.8900 +0.50 +1 +1 +2 +5.00 +4.00 +6.00 +0.10 +0.20 +1.00$' t.txt; ok $? 'a line a case'
-grep -q '^2 cases: blind loses 0.20 dB in the mean, 0.50 at worst; gains 2.30 dB over cubic in the mean, 1.10 at least$' t.txt; ok $? 'losses and gains'
-grep -q '^more false structures than with the operator known: 1; a larger error inside soft tissue than cubic: 1; more banding than cubic: 1$' t.txt; ok $? 'and harm'
-sed 1q t.csv >none.csv; ! python3 "$py" table none.csv 2>err && grep -q 'none.csv: no results' err; ok $? 'nothing measured'
+python3 "$py" table t.csv >t.txt; ok $? 'blind.py table accepts a CSV of measurements'
+grep -qE '^a +P1-4 +30.00 +34.00 +33.50 +0.8000 0.9000 0.8900 +0.50 +1 +1 +2 +5.00 +4.00 +6.00 +0.10 +0.20 +1.00$' t.txt
+ok $? 'the table of blind.py has one line for each scan and case'
+grep -q '^2 cases: blind loses 0.20 dB in the mean, 0.50 at worst; gains 2.30 dB over cubic in the mean, 1.10 at least$' t.txt
+ok $? 'below the table stand the losses and gains of blind in dB'
+grep -q '^more false structures than with the operator known: 1; a larger error inside soft tissue than cubic: 1; more banding than cubic: 1$' t.txt
+ok $? 'below the table stand the cases where blind does harm'
+sed 1q t.csv >none.csv
+! python3 "$py" table none.csv 2>err && grep -q 'none.csv: no results' err
+ok $? 'a CSV without results is refused, with its name'
 done_testing

@@ -4,7 +4,9 @@
 command -v python3 >/dev/null || { skip 'ct-profile' 'python3 is not here'; done_testing; }
 no() { # no STATUS WORDS ARGUMENTS...
 	status=$1 words=$2; shift 2
-	exits "$status" "$*" ct-profile "$@" no.txt; has err "$words" "$words"; [ ! -e no.txt ] || ok 1 'nothing is left'
+	exits "$status" "$*" ct-profile "$@" no.txt
+	has err "$words" "the error reads: $words"
+	[ ! -e no.txt ] || ok 1 "no output is left by: ct-profile $*"
 }
 weights() { awk '/^[^#]/ {printf "%s %.2f ", $1, $2}' "$1"; }
 
@@ -17,23 +19,25 @@ thin() { ct-convert -q -f --raw "20x18x100:f32:${2:-0.8,0.8,1}" --orient RAS raw
 thin thin.nii || exit 99
 printf -- '-3 .04\n-2 .12\n-1 .2\n0 .28\n1 .2\n2 .12\n3 .04\n' >known.txt
 ct-degrade -q -x 1,1,5 --profile known.txt thin.nii thick.nii || exit 99
-exits 0 'a profile' ct-profile thick.nii thin.nii p.txt
-[ "$(weights p.txt)" = '-3 0.04 -2 0.12 -1 0.20 0 0.28 1 0.20 2 0.12 3 0.04 ' ]; ok $? 'is found'
-[ "$(grep -c '^#' p.txt)" -eq 6 ] && [ ! -s err ]; ok $? 'comments say the rest, and nothing else does'
-has p.txt '^# slice profile of thick.nii relative to thin.nii, measured by ctsr' 'of what'
-has p.txt '^# spacing 5 mm and 1 mm along axis k; 16 slices, 5760 textured lines$' 'from what'
-has p.txt '^# sigma 1.499 mm +- 0.000, 0.300 of the thick spacing; sum 1.0000; centre 0.000 mm$' 'how wide'
-has p.txt '^# residual 0.0[0-9] HU RMS, 0.0000 % of the variance; condition [12]' 'how well'
-has p.txt '^# other shapes: Gaussian of sigma 1.[0-9]* mm [1-9].* HU; box of 5 mm [1-9]' 'how others would do'
-awk '/^[^#]/ && !($3 == "#" && $4 < .001) {bad = 1} END {exit bad}' p.txt; ok $? 'each sample has its standard error'
-exits 0 'standard output' ct-profile thick.nii thin.nii -
-cmp -s out p.txt; ok $? 'gets the same'
+# a profile that is known
+exits 0 'ct-profile measures a profile of seven samples' ct-profile thick.nii thin.nii p.txt
+[ "$(weights p.txt)" = '-3 0.04 -2 0.12 -1 0.20 0 0.28 1 0.20 2 0.12 3 0.04 ' ]
+ok $? 'the seven weights are those that made the slices'
+[ "$(grep -c '^#' p.txt)" -eq 6 ] && [ ! -s err ]; ok $? 'the file has six lines of comments, and nothing is printed'
+has p.txt '^# slice profile of thick.nii relative to thin.nii, measured by ctsr' 'the file names both scans'
+has p.txt '^# spacing 5 mm and 1 mm along axis k; 16 slices, 5760 textured lines$' 'the file names both spacings and the number of lines used'
+has p.txt '^# sigma 1.499 mm +- 0.000, 0.300 of the thick spacing; sum 1.0000; centre 0.000 mm$' 'the file gives sigma, sum and centre of the profile'
+has p.txt '^# residual 0.0[0-9] HU RMS, 0.0000 % of the variance; condition [12]' 'the file gives residual and condition of the fit'
+has p.txt '^# other shapes: Gaussian of sigma 1.[0-9]* mm [1-9].* HU; box of 5 mm [1-9]' 'the file gives the residual of a Gaussian and a box'
+awk '/^[^#]/ && !($3 == "#" && $4 < .001) {bad = 1} END {exit bad}' p.txt; ok $? 'each weight has its standard error'
+exits 0 'ct-profile writes to standard output' ct-profile thick.nii thin.nii -
+cmp -s out p.txt; ok $? 'standard output gets the bytes of the file'
 mv out one.txt
-exits 4 'it overwrites nothing' ct-profile thick.nii thin.nii p.txt
-exits 0 'unless forced' ct-profile -f -t 3 thick.nii thin.nii p.txt
-cmp -s one.txt p.txt; ok $? 'the same bytes with three threads'
+exits 4 'ct-profile does not overwrite its output' ct-profile thick.nii thin.nii p.txt
+exits 0 'ct-profile -f overwrites its output' ct-profile -f -t 3 thick.nii thin.nii p.txt
+cmp -s one.txt p.txt; ok $? 'ct-profile writes the same bytes with three threads'
 ct-convert -q --crop 0:20,0:18,30:80 thin.nii part.nii || exit 99
-exits 0 'a part of the thin slices' ct-profile thick.nii part.nii part.txt
+exits 0 'ct-profile accepts thin slices that cover a part of the thick ones' ct-profile thick.nii part.nii part.txt
 [ "$(weights part.txt)" = "$(weights p.txt)" ]; ok $? 'a part of the thin scan gives the same weights'
 
 # the file is one for --profile
@@ -44,27 +48,29 @@ start = int(__import__('struct').unpack_from('<f', d, 108)[0])
 open('bare.raw', 'wb').write(d[start:])
 PY
 ct-convert -q --raw 20x18x20:f32:0.8,0.8,5 --orient RAS bare.raw bare.nii || exit 99
-exits 0 'ct-sr takes it' ct-sr -q -Q draft --noise 0 -x 1,1,5 --profile p.txt bare.nii sr.nii
-ct-metrics --consistency thick.nii sr.nii | awk '$1 == "residual-rms-hu" {exit !($2 < .5)}'; ok $? 'as what made the slices'
-exits 0 'ct-degrade, too' ct-degrade -q -x 1,1,5 --profile p.txt thin.nii again.nii
-ct-metrics --ssim none thick.nii again.nii | awk '$1 == "rmse-hu" {exit !($2 < .1)}'; ok $? 'which makes the same slices'
+exits 0 'ct-sr --profile accepts the file of ct-profile' ct-sr -q -Q draft --noise 0 -x 1,1,5 --profile p.txt bare.nii sr.nii
+ct-metrics --consistency thick.nii sr.nii | awk '$1 == "residual-rms-hu" {exit !($2 < .5)}'
+ok $? 'a result of ct-sr with the measured profile agrees with the thick scan'
+exits 0 'ct-degrade --profile accepts the file of ct-profile' ct-degrade -q -x 1,1,5 --profile p.txt thin.nii again.nii
+ct-metrics --ssim none thick.nii again.nii | awk '$1 == "rmse-hu" {exit !($2 < .1)}'
+ok $? 'ct-degrade with the measured profile makes the same thick slices'
 
 # DICOM
 mkdir dicom
 if ct-convert -q thick.nii dicom/thick/ 2>dicom.err && ct-convert -q thin.nii dicom/thin/; then
-	exits 0 'DICOM folders' ct-profile dicom/thick dicom/thin -
-	[ "$(weights out)" = "$(weights p.txt)" ]; ok $? 'tell the same'
+	exits 0 'ct-profile accepts two DICOM folders' ct-profile dicom/thick dicom/thin -
+	[ "$(weights out)" = "$(weights p.txt)" ]; ok $? 'DICOM folders give the weights of the NIfTI scans'
 	mkdir both && for f in dicom/*/*.dcm; do cp "$f" "both/$(echo "$f" | tr / -)"; done
 	set -- both/dicom-thick-*; thick=$1; set -- both/dicom-thin-*
-	exits 0 'a file of each series of one folder' ct-profile "$thick" "$1" -
+	exits 0 'one file of each series stands for the series, in one folder' ct-profile "$thick" "$1" -
 	[ "$(weights out)" = "$(weights p.txt)" ]; ok $? 'a file of each series gives the same weights'
 else
 	skip 'DICOM' "$(head -n 1 dicom.err)"
 fi
 
 # a name that would end its line
-cp thick.nii "$(printf 'a\nb')" && exits 0 'a name of two lines' ct-profile "$(printf 'a\nb')" thin.nii -
-has out '^# slice profile of a?b relative' 'is one line'
+cp thick.nii "$(printf 'a\nb')" && exits 0 'a file name with a line break is accepted' ct-profile "$(printf 'a\nb')" thin.nii -
+has out '^# slice profile of a?b relative' 'a file name with a line break stays on one line of the output'
 
 # warnings
 ct-convert -q --raw 20x18x20:f32:0.8,0.8,5 --orient RAS bare.raw - >far.nii
@@ -75,12 +81,12 @@ for at in (276, 324):  # z of the first voxel: qform, sform
     struct.pack_into('<f', d, at, struct.unpack_from('<f', d, at)[0] + 2)
 open('far.nii', 'wb').write(d)
 PY
-exits 0 'slices that lie elsewhere' ct-profile far.nii thin.nii -
+exits 0 'ct-profile measures slices that lie elsewhere than the header says' ct-profile far.nii thin.nii -
 has err 'far.nii: the slices lie -2 mm from where the header says' 'slices that lie elsewhere than the header says are reported'
-has out '^# the slices lie -2 mm from where their header says; removed below' 'in the file, too'
-[ "$(weights out)" = "$(weights p.txt)" ]; ok $? 'and put right'
+has out '^# the slices lie -2 mm from where their header says; removed below' 'the output file reports slices that lie elsewhere than the header says'
+[ "$(weights out)" = "$(weights p.txt)" ]; ok $? 'an offset of the slices does not change the weights'
 ct-degrade -q -x 1 --noise 60 thick.nii noisy.nii || exit 99
-exits 0 'thick slices of another noise' ct-profile noisy.nii thin.nii -
+exits 0 'ct-profile measures thick slices with other noise' ct-profile noisy.nii thin.nii -
 has err 'noisy.nii: thin.nii explains only [0-9.]* % of its variance: are they one acquisition?' 'a thin scan that explains little is reported'
 
 # refusals

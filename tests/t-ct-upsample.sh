@@ -10,41 +10,41 @@ ct-degrade -x 1,1,4 --sigma 0 --decimate mean hu.nii thick.nii
 ct-degrade -x 2.5 hu.nii fraction.nii
 for lr in P1 P2 P3 thick; do
 	ct-upsample -f -m cubic $lr.nii cubic.nii
-	exits 0 "$lr: by default the operator is inverted" ct-upsample -f -v $lr.nii up.nii
-	has err 'agrees with the low resolution within [0-9.]*e-0' "$lr: agrees with the data"
+	exits 0 "$lr: the default method inverts the operator" ct-upsample -f -v $lr.nii up.nii
+	has err 'agrees with the low resolution within [0-9.]*e-0' "$lr: the result agrees with the scan to eight digits"
 	a=$(psnr hu.nii up.nii); b=$(psnr hu.nii cubic.nii)
-	above "$a" "$b"; ok $? "$lr: better than cubic ($a, $b)"
+	above "$a" "$b"; ok $? "$lr: the inversion is better than cubic ($a, $b dB)"
 done
-ct-upsample -v P1.nii a.nii 2>err; has err ', tv, ' 'well sampled: total variation'
-ct-upsample -v P3.nii b.nii 2>err; has err ', htv, ' 'aliased: second-order variation'
+ct-upsample -v P1.nii a.nii 2>err; has err ', tv, ' 'a band-limited scan is inverted with total variation'
+ct-upsample -v P3.nii b.nii 2>err; has err ', htv, ' 'an aliased scan is inverted with second-order variation'
 ct-degrade -x 4 a.nii again.nii
-a=$(psnr P1.nii again.nii); above "$a" 100; ok $? "degraded again it is the input ($a dB)"
+a=$(psnr P1.nii again.nii); above "$a" 100; ok $? "the result, degraded again, is the input ($a dB)"
 for m in linear cubic bspline lanczos sinc dc tv htv; do
 	case $m in *tv) few='--iterations 20' ;; *) few= ;; esac
 	# shellcheck disable=SC2086
-	exits 0 "fractional factor, $m" ct-upsample -f -m $m $few fraction.nii f.nii
+	exits 0 "$m accepts a factor of 2.5" ct-upsample -f -m $m $few fraction.nii f.nii
 done
 ct-degrade -x 2.5 f.nii f2.nii; a=$(psnr fraction.nii f2.nii)
-above "$a" 100; ok $? "fractional factor: consistent ($a dB)"
+above "$a" 100; ok $? "the inversion at 2.5 times, degraded again, is the input ($a dB)"
 
 # without a header: the operator from options, or measured
 ct-upsample -f -m cubic P1.nii cubic.nii
-exits 2 'a file that is upsampled needs no guess' ct-upsample cubic.nii no.nii
-exits 2 'tv needs an operator' ct-upsample -m tv -x 2 hu.nii no.nii
-has err 'sigma' 'and says how to give it'
-exits 2 'sigma that contradicts the file' ct-upsample --sigma 1 P1.nii no.nii
-exits 2 'decimation that contradicts the file' ct-upsample --decimate mean P1.nii no.nii
-exits 0 'operator from options' ct-upsample -v -m tv -x 2 --sigma 0.8 --iterations 5 hu.nii given.nii
-exits 0 'operator measured' ct-upsample -v -x 2 --estimate --iterations 5 hu.nii seen.nii
-has err 'axis 2: spread' 'and told'
-[ ! -e no.nii ]; ok $? 'a failure leaves nothing'
+exits 2 'a file that is already upsampled needs a method' ct-upsample cubic.nii no.nii
+exits 2 '-m tv without an operator is refused with status 2' ct-upsample -m tv -x 2 hu.nii no.nii
+has err 'sigma' 'the error of -m tv without an operator names --sigma'
+exits 2 'a --sigma that contradicts the file is refused with status 2' ct-upsample --sigma 1 P1.nii no.nii
+exits 2 'a --decimate that contradicts the file is refused with status 2' ct-upsample --decimate mean P1.nii no.nii
+exits 0 '-m tv accepts an operator given by --sigma' ct-upsample -v -m tv -x 2 --sigma 0.8 --iterations 5 hu.nii given.nii
+exits 0 '--estimate measures the operator of a volume' ct-upsample -v -x 2 --estimate --iterations 5 hu.nii seen.nii
+has err 'axis 2: spread' '--estimate -v prints the spread of each axis'
+[ ! -e no.nii ]; ok $? 'refused runs of ct-upsample leave no output'
 
 # a start, the nearest consistent volume, and the same through ct-compose
-ct-upsample -m dc --start cubic.nii P1.nii near.nii; ok $? 'starts from a volume'
+ct-upsample -m dc --start cubic.nii P1.nii near.nii; ok $? '-m dc starts from the volume of --start'
 ct-degrade -f -x 4 near.nii again.nii; a=$(psnr P1.nii again.nii)
-above "$a" 100; ok $? "and comes to agree ($a dB)"
-exits 5 'a start on another grid' ct-upsample -m dc --start P1.nii P1.nii no.nii
-exits 2 'interpolation has no start' ct-upsample -m linear --start cubic.nii P1.nii no.nii
+above "$a" 100; ok $? "-m dc makes the volume of --start agree with the scan ($a dB)"
+exits 5 'a --start on the grid of the scan is refused with status 5' ct-upsample -m dc --start P1.nii P1.nii no.nii
+exits 2 'interpolation with --start is refused with status 2' ct-upsample -m linear --start cubic.nii P1.nii no.nii
 if python_with nibabel; then
 	"$PY" - <<'PY'
 import nibabel as nib, numpy as np
@@ -52,11 +52,13 @@ a = nib.load('cubic.nii')
 nib.save(nib.Nifti1Image(np.zeros(a.shape, np.float32), a.affine), 'none.nii')
 PY
 	ct-compose --floor -100000 --consistent P1.nii cubic.nii none.nii composed.nii
-	ok $? 'ct-compose --consistent'
-	a=$(psnr near.nii composed.nii); above "$a" 100; ok $? "is the same projection ($a dB)"
+	ok $? 'ct-compose --consistent runs on the same volume'
+	a=$(psnr near.nii composed.nii)
+	above "$a" 100
+	ok $? "ct-compose --consistent gives the volume of -m dc ($a dB)"
 	ct-phantom cube --size 40x40x40 cube.nii; ct-degrade -x 4 cube.nii other.nii
-	exits 5 'refuses data of another grid' ct-compose --consistent other.nii cubic.nii none.nii no.nii
-	exits 3 'refuses data that say no operator' ct-compose --consistent hu.nii hu.nii none.nii no.nii
+	exits 5 'ct-compose --consistent refuses a scan on another grid' ct-compose --consistent other.nii cubic.nii none.nii no.nii
+	exits 3 'ct-compose --consistent refuses a scan that records no operator' ct-compose --consistent hu.nii hu.nii none.nii no.nii
 	"$PY" - <<'PY'
 import nibabel as nib, numpy as np
 n = 16
@@ -76,23 +78,24 @@ PY
 		for m in auto htv; do
 			ct-upsample -m $m -f $v-lr.nii $v-up.nii && ct-degrade -f -x $x $v-up.nii again.nii
 			a=$(psnr $v-lr.nii again.nii)
-			[ "$a" = inf ] || above "$a" 100; ok $? "$v, $m: agrees with the data ($a dB)"
+			[ "$a" = inf ] || above "$a" 100; ok $? "$v, $m: the result agrees with the scan ($a dB)"
 		done
 	done
 	a=$(psnr constant.nii constant-up.nii)
-	[ "$a" = inf ] || above "$a" 120; ok $? "a constant stays constant ($a dB)"
+	[ "$a" = inf ] || above "$a" 120; ok $? "a constant volume stays constant ($a dB)"
 else
-	skip 'voxels of every kind' 'no nibabel'
+	skip 'constant, extreme and flat volumes agree with the scan' 'no nibabel'
 fi
+# threads, signals, a dry run
 for t in 1 3; do ct-upsample -t $t --iterations 12 P1.nii - >t$t.nii; done
-cmp -s t1.nii t3.nii; ok $? '1 and 3 threads, same bytes'
+cmp -s t1.nii t3.nii; ok $? 'the inversion writes the same bytes with 1 and 3 threads'
 for m in tv htv; do
 	ct-upsample -m $m --iterations 100000 --tolerance 0 P1.nii stop.nii &
 	listens $!; kill -TERM $!; wait $!; status=$?
 	[ $status -eq 75 ] && [ ! -e stop.nii ]
-	ok $? "$m: a signal leaves nothing, status 75 (got $status)"
+	ok $? "$m: SIGTERM ends it with status 75 and without an output (got $status)"
 done
-exits 0 'a dry run' ct-upsample --dry-run P1.nii no.nii
-has out '^memory .* MiB$' 'says what it would take'
-[ ! -e no.nii ]; ok $? 'and does nothing'
+exits 0 'ct-upsample --dry-run reports the cost' ct-upsample --dry-run P1.nii no.nii
+has out '^memory .* MiB$' 'the dry run of ct-upsample prints the memory'
+[ ! -e no.nii ]; ok $? 'the dry run of ct-upsample writes no output'
 done_testing
