@@ -22,7 +22,8 @@ clean() { # clean NAME FILE...: dciodvfy finds no error
 voxels() { tail -c +"$(($(od -An -j108 -N4 -tf4 "$1" | cut -d. -f1) + 1))" "$1" | cksum; }
 
 # every way that axes can run, the left-handed ones too: in a folder, and in one file
-[ "$(ls first | tr '\n' ' ')" = 'ctsr0001.dcm ctsr0002.dcm ctsr0003.dcm ctsr0004.dcm ctsr0005.dcm ' ]; ok $? 'a file a slice'
+[ "$(ls first | tr '\n' ' ')" = 'ctsr0001.dcm ctsr0002.dcm ctsr0003.dcm ctsr0004.dcm ctsr0005.dcm ' ]
+ok $? 'a folder gets one DICOM file for each slice'
 ways=0 kind=1
 for x in L R; do for y in A P; do for z in S I; do
 	for axes in $x$y$z $x$z$y $y$x$z $y$z$x $z$x$y $z$y$x; do
@@ -35,85 +36,138 @@ for x in L R; do for y in A P; do for z in S I; do
 	done
 done; done; done >wrong
 [ $ways -eq 48 ]; ok $? "all 48 orientations come back, voxels and affine ($ways)"; sed 's/^/# /' wrong
-clean 'without a template' first/* [LR]??/ctsr0002.dcm RSA.dcm LSA.dcm
-ct-convert -q v.nii one.dcm; clean 'one file' one.dcm
-ct-info first >info; has info '^fit  *yes$' 'ct-info finds a series that is fit'; has info '^gap-mm  *3 3 3$' 'with its spacing'
-ct-info one.dcm >info; has info '^fit  *yes$' 'and in one file'
+clean 'series without a template' first/* [LR]??/ctsr0002.dcm RSA.dcm LSA.dcm
+ct-convert -q v.nii one.dcm; clean 'one file without a template' one.dcm
+ct-info first >info
+has info '^fit  *yes$' 'ct-info finds a folder of slices fit'
+has info '^gap-mm  *3 3 3$' 'ct-info shows the spacing of a folder of slices'
+ct-info one.dcm >info; has info '^fit  *yes$' 'ct-info finds a DICOM file of all slices fit'
 if [ "$oracle" ]; then
 	py all pairs >wrong 2>&1
 	[ ! -s wrong ]; ok $? 'pydicom reads the same voxels at the same places'; sed 's/^/# /' wrong
-	py oblique; ok $? 'a volume at an angle is made'
+	py oblique; ok $? 'pydicom makes a volume at an angle'
 	for o in o/ o.dcm; do
-		exits 0 "$o of it" ct-convert oblique.nii $o; py same oblique.nii $o; ok $? 'is where it was'
-		ct-convert -qf $o back.nii; py back oblique.nii back.nii; ok $? 'and comes back'
+		exits 0 "a volume at an angle is written to $o" ct-convert oblique.nii $o
+		py same oblique.nii $o
+		ok $? "pydicom finds every voxel of $o where it was"
+		ct-convert -qf $o back.nii; py back oblique.nii back.nii; ok $? "a volume at an angle comes back from $o"
 	done
-	exits 5 'a sheared one' ct-convert sheared.nii sheared/; has err 'sheared.nii: .*right angles' 'is refused'
-	[ ! -e sheared ]; ok $? 'nothing is made'
+	exits 5 'a sheared volume is refused as DICOM with status 5' ct-convert sheared.nii sheared/
+	has err 'sheared.nii: .*right angles' 'the error of a sheared volume names the file and right angles'
+	[ ! -e sheared ]; ok $? 'a sheared volume leaves no folder'
 	if command -v dcm2niix >/dev/null; then
 		for axes in $(ls -d */ | sed -n "s/^\([LRAPSI]\{3\}\).$/\1/p" | head -n 8); do
 			dcm2niix -z n -f d2n-$axes -o . $axes >/dev/null 2>&1
 			py back in-$axes.nii d2n-$axes.nii || echo $axes
 		done >wrong 2>&1
-		[ ! -s wrong ]; ok $? 'so does dcm2niix'; sed 's/^/# /' wrong
+		[ ! -s wrong ]; ok $? 'dcm2niix reads the same voxels at the same places'; sed 's/^/# /' wrong
 	else
-		skip 'so does dcm2niix' 'no dcm2niix'
+		skip 'dcm2niix reads the same voxels at the same places' 'no dcm2niix'
 	fi
 else
-	skip 'pydicom, dcm2niix' 'no pydicom or no nibabel'
+	skip 'pydicom and dcm2niix read the same voxels' 'no pydicom or no nibabel'
 fi
 
-# the same input: the same bytes; another voxel, another folder of bytes
+# bytes, UIDs, dates
 sum() { cat "$1"/* | cksum; }
-mkdir elsewhere; cp v.nii elsewhere; ct-convert -q elsewhere/v.nii again/; [ "$(sum first)" = "$(sum again)" ]; ok $? 'the same bytes twice'
+mkdir elsewhere
+cp v.nii elsewhere
+ct-convert -q elsewhere/v.nii again/
+[ "$(sum first)" = "$(sum again)" ]
+ok $? 'the same voxels from another folder give the same bytes'
 ct-convert -q --type i16 --reorient LAS v.nii w.nii
 head -c -2 v.nii >other.nii; printf '\001\000' >>other.nii; ct-convert -q other.nii other/
 strings_of() { strings -n 20 "$1" | grep -o '2\.25\.[0-9]*' | sort -u; }
 if command -v strings >/dev/null; then
 	strings_of first/ctsr0001.dcm >a; strings_of other/ctsr0001.dcm >b
-	[ "$(comm -12 a b | wc -l)" -eq 1 ]; ok $? 'a voxel in another slice: all UIDs are others but that of the program'
+	[ "$(comm -12 a b | wc -l)" -eq 1 ]; ok $? 'a change of one voxel changes every UID but that of the program'
 	for f in first/*; do strings_of "$f"; done | sort | uniq -c >u # program, study, series, space in all 5, one a slice
-	[ "$(awk '$1 == 1' u | wc -l) $(awk '$1 == 5' u | wc -l)" = '5 4' ]; ok $? 'one UID a slice, the others are shared'
-	[ -z "$(awk 'length($2) > 64' u)" ]; ok $? 'no longer than 64 characters'
+	[ "$(awk '$1 == 1' u | wc -l) $(awk '$1 == 5' u | wc -l)" = '5 4' ]
+	ok $? 'each slice has one UID of its own and shares the others'
+	[ -z "$(awk 'length($2) > 64' u)" ]; ok $? 'no UID is longer than 64 characters'
 fi
 SOURCE_DATE_EPOCH=86399 ct-convert -q v.nii dated/; ct-convert -q v.nii dated.dcm
-grep -aq '19700101' dated/ctsr0001.dcm && grep -aq 235959 dated/ctsr0001.dcm; ok $? 'SOURCE_DATE_EPOCH is its date'
-! grep -aq "$(date +%Y%m)" first/ctsr0001.dcm dated.dcm; ok $? 'today is not'
+grep -aq '19700101' dated/ctsr0001.dcm && grep -aq 235959 dated/ctsr0001.dcm
+ok $? 'SOURCE_DATE_EPOCH is the date in the files'
+! grep -aq "$(date +%Y%m)" first/ctsr0001.dcm dated.dcm
+ok $? 'without SOURCE_DATE_EPOCH the date of today is not in the files'
 
 # values
-ct-convert -q --type f32 f.nii f32.nii; exits 0 'values between' ct-convert -fv f.nii r/; has err 'rounded to whole HU' 'are rounded, with -v said'
-exits 0 'whole ones' ct-convert -fv v.nii r/; ! grep -q rounded err; ok $? 'are not'
+ct-convert -q --type f32 f.nii f32.nii
+exits 0 'values that are not whole HU are written as DICOM' ct-convert -fv f.nii r/
+has err 'rounded to whole HU' 'ct-convert -v reports that values are rounded to whole HU'
+exits 0 'values that are whole HU are written as DICOM' ct-convert -fv v.nii r/
+! grep -q rounded err
+ok $? 'whole HU give no message about rounding'
 printf '\000\000\000\000\000\000\000\107\000\000\000\307' >w.raw # 0, 32768, -32768
-exits 6 'values that do not fit' ct-convert --raw 3x1x1:f32:1 --units hu w.raw no/
-has err '32768 at voxel 1,0,0 does not fit' 'are named, with their place'
+exits 6 'a value of 32768 HU is refused with status 6' ct-convert --raw 3x1x1:f32:1 --units hu w.raw no/
+has err '32768 at voxel 1,0,0 does not fit' 'the error of a value that does not fit gives the value and its voxel'
 printf '\000\000\000\000\000\377\377\106\000\000\000\307' >w.raw # 0, 32767.5, -32768
-exits 6 'nor those that do not when rounded' ct-convert --raw 3x1x1:f32:1 --units hu w.raw no/
+exits 6 'a value that rounds to 32768 HU is refused with status 6' ct-convert --raw 3x1x1:f32:1 --units hu w.raw no/
 printf '\000\000\000\000\000\000\200\077\000\000\000\077\000\000\200\077' >w.raw # 0, 1, 0.5, 1
-exits 3 'what cannot be HU' ct-convert --raw 2x1x2:f32:1 w.raw no/; has err '^ct-convert: w.raw: values from 0 to 1 are not HU' 'is refused by name'
+exits 3 'values from 0 to 1 are refused as DICOM with status 3' ct-convert --raw 2x1x2:f32:1 w.raw no/
+has err '^ct-convert: w.raw: values from 0 to 1 are not HU' 'the error of values from 0 to 1 names the file'
 ct-convert -q --units other --raw 2x1x2:f32:1 w.raw o.nii
-exits 3 'what says it is not' ct-convert o.nii no/; has err 'its values are not HU, says its metadata' 'too'
-exits 0 'unless it is said' ct-convert --units other o.nii us/; exits 3 'and then' ct-convert us d.nii; has err 'RescaleType' 'the files say so'; rm -f d.nii; clean 'of no unit' us/*
-[ ! -e no ]; ok $? 'nothing is made of what is refused'
+exits 3 'a volume that records another unit is refused as DICOM' ct-convert o.nii no/
+has err 'its values are not HU, says its metadata' 'the error of a volume of another unit mentions its metadata'
+exits 0 '--units other writes a volume of another unit as DICOM' ct-convert --units other o.nii us/
+exits 3 'a series of another unit is refused without --units' ct-convert us d.nii
+has err 'RescaleType' 'the error of a series of another unit names RescaleType'
+rm -f d.nii
+clean 'a series of another unit' us/*
+[ ! -e no ]; ok $? 'refused values leave no DICOM folder'
 
-# names
-exits 4 'a folder that holds files' ct-convert v.nii first/; has err 'first/: holds files' 'is refused'
-exits 4 'so without a slash' ct-convert v.nii first
-exits 0 '--force' ct-convert -f w.nii first; [ "$(sum first)" != "$(sum again)" ]; ok $? 'replaces a series'
-ct-convert -q --reorient SAR v.nii more.nii; ct-convert -qf more.nii first; ct-convert -qf v.nii first; [ "$(sum first)" = "$(sum again)" ]; ok $? 'all of it'
-: >first/notes.txt; exits 4 'but no other files' ct-convert -f w.nii first; has err 'holds notes.txt' 'and names one'
-rm first/notes.txt; [ "$(sum first)" = "$(sum again)" ]; ok $? 'nothing has changed'
-mkdir empty; chmod 750 empty; exits 0 'an empty folder' ct-convert v.nii empty; [ "$(stat -c %a empty) $(ls empty | wc -l)" = '750 5' ]; ok $? 'is filled, with its rights'
-(umask 027; ct-convert -q v.nii mine/); [ "$(stat -c %a mine) $(stat -c %a mine/ctsr0001.dcm)" = '750 640' ]; ok $? 'umask holds'
-ln -s empty link; exits 0 'a link' ct-convert -f w.nii link; [ -L link ] && [ "$(ls empty | wc -l)" -eq 5 ]; ok $? 'is followed'
-exits 4 'a file with a slash' ct-convert v.nii v.nii/; exits 4 'no folder above' ct-convert v.nii none/x/
-exits 4 'a folder of the series itself' ct-convert first first/out/; has err 'first/out/: lies in first, an input' 'is refused'
-exits 4 'a file there' ct-convert first first/out.dcm; exits 4 'one in the template' ct-convert --template first v.nii first/out.dcm
-exits 4 'one file that is there' ct-convert v.nii one.dcm; exits 0 'with --force' ct-convert -f v.nii one.dcm
-for o in '--template first' --deid; do exits 2 "$o without DICOM" ct-convert $o v.nii d.nii; has err "^ct-convert: ${o%% *}: needs OUT to be DICOM" 'says so'; done
-exits 2 '--type with it' ct-convert --type i16 v.nii no/; exits 3 'a template that is not there' ct-convert --template none v.nii no/; has err 'none: No such file' 'is named'; exits 3 'a template that is none' ct-convert --template v.nii w.nii no/; has err 'v.nii: is not DICOM' 'says so'
-exits 2 'projections' ct-convert --scanner s.json v.nii no/
-exits 2 'another command' ct-degrade -x 2 v.nii no.dcm; [ ! -e no ] && [ ! -e no.dcm ]; ok $? 'nothing is made'
+# names of outputs: what is replaced and what is kept
+exits 4 'a folder that holds files is not overwritten' ct-convert v.nii first/
+has err 'first/: holds files' 'the error of a folder that holds files names it'
+exits 4 'a folder that holds files is not overwritten without a slash' ct-convert v.nii first
+exits 0 '--force accepts a folder that holds a series' ct-convert -f w.nii first
+[ "$(sum first)" != "$(sum again)" ]
+ok $? '--force replaces the series of the folder'
+ct-convert -q --reorient SAR v.nii more.nii
+ct-convert -qf more.nii first
+ct-convert -qf v.nii first
+[ "$(sum first)" = "$(sum again)" ]
+ok $? '--force removes the slices that the new series does not have'
+: >first/notes.txt
+exits 4 '--force refuses a folder that holds other files' ct-convert -f w.nii first
+has err 'holds notes.txt' 'the error of a folder with other files names one'
+rm first/notes.txt; [ "$(sum first)" = "$(sum again)" ]; ok $? 'a folder that is refused keeps its series'
+mkdir empty
+chmod 750 empty
+exits 0 'a series is written into an empty folder' ct-convert v.nii empty
+[ "$(stat -c %a empty) $(ls empty | wc -l)" = '750 5' ]
+ok $? 'an empty folder keeps its mode when it is filled'
+(umask 027; ct-convert -q v.nii mine/)
+[ "$(stat -c %a mine) $(stat -c %a mine/ctsr0001.dcm)" = '750 640' ]
+ok $? 'a new folder and its files obey the umask'
+ln -s empty link
+exits 0 'a series is written through a symbolic link' ct-convert -f w.nii link
+[ -L link ] && [ "$(ls empty | wc -l)" -eq 5 ]
+ok $? 'a symbolic link to a folder stays a link'
+exits 4 'an existing file with a slash behind it is refused' ct-convert v.nii v.nii/
+exits 4 'a folder whose parent does not exist is refused' ct-convert v.nii none/x/
+exits 4 'an output folder inside the input folder is refused' ct-convert first first/out/
+has err 'first/out/: lies in first, an input' 'the error of an output folder inside the input names both'
+exits 4 'an output file inside the input folder is refused' ct-convert first first/out.dcm
+exits 4 'an output file inside the template folder is refused' ct-convert --template first v.nii first/out.dcm
+exits 4 'an existing DICOM file is not overwritten' ct-convert v.nii one.dcm
+exits 0 '--force replaces an existing DICOM file' ct-convert -f v.nii one.dcm
+for o in '--template first' --deid; do
+	exits 2 "$o with an output that is not DICOM is refused" ct-convert $o v.nii d.nii
+	has err "^ct-convert: ${o%% *}: needs OUT to be DICOM" "the error of $o names the option and says that OUT must be DICOM"
+done
+exits 2 '--type with a DICOM output is refused with status 2' ct-convert --type i16 v.nii no/
+exits 3 'a template that does not exist is refused with status 3' ct-convert --template none v.nii no/
+has err 'none: No such file' 'the error of a template that does not exist names it'
+exits 3 'a template that is NIfTI is refused with status 3' ct-convert --template v.nii w.nii no/
+has err 'v.nii: is not DICOM' 'the error of a template that is NIfTI names it'
+exits 2 '--scanner with a DICOM output is refused with status 2' ct-convert --scanner s.json v.nii no/
+exits 2 'ct-degrade refuses to write DICOM with status 2' ct-degrade -x 2 v.nii no.dcm
+[ ! -e no ] && [ ! -e no.dcm ]
+ok $? 'refused options leave no DICOM output'
 
-# nothing half-written
+# a full disk and signals leave nothing half-written
 room() { # room OUT SIZE: with no file allowed to grow to SIZE, the words go through a pipe
 	for k in 0 1 2 3 4 5 6 7 8 9; do
 		{ (trap '' XFSZ; prlimit --fsize=$(($2 * k / 10)) ct-convert -q v.nii "$1"; echo $? >&3); } 2>&1 3>status | cat >err
@@ -122,10 +176,12 @@ room() { # room OUT SIZE: with no file allowed to grow to SIZE, the words go thr
 }
 if command -v prlimit >/dev/null; then
 	{ room full/ "$(stat -c %s first/ctsr0001.dcm)"; room full.dcm "$(stat -c %s one.dcm)"; } >wrong 2>&1
-	[ ! -s wrong ]; ok $? 'no room: status 4, and nothing is left'; sed 's/^/# /' wrong
-	(trap '' XFSZ; prlimit --fsize=100 ct-convert -qf w.nii first/ 2>/dev/null); [ "$(sum first)" = "$(sum again)" ]; ok $? 'what was there stays'
+	[ ! -s wrong ]; ok $? 'a full disk ends with status 4 and leaves nothing'; sed 's/^/# /' wrong
+	(trap '' XFSZ; prlimit --fsize=100 ct-convert -qf w.nii first/ 2>/dev/null)
+	[ "$(sum first)" = "$(sum again)" ]
+	ok $? 'a full disk leaves the series that was there'
 else
-	skip 'no room' 'no prlimit'
+	skip 'a full disk leaves nothing' 'no prlimit'
 fi
 ct-phantom -q --size 24x24x1500 --spacing 1 cube long.nii; ct-convert -q long.nii ref.dcm
 for sig in 2 15 9; do
@@ -134,107 +190,180 @@ for sig in 2 15 9; do
 		echo "$sig $o $? $(ls -d long* .ctsr-* 2>/dev/null | tr '\n' ' ')"
 	done
 done >stopped
-[ "$(grep -c '^[21].* 75 long.nii $' stopped)" -eq 4 ]; ok $? 'SIGINT and SIGTERM leave nothing'
-[ "$(grep '^9.* 137 ' stopped | grep -c '\.ctsr-tmp-.* long')" -eq 2 ]; ok $? 'SIGKILL leaves what it had begun'
-[ -z "$(awk '{for (i = 4; i <= NF; i++) if ($i == "long" || $i == "long.dcm") print}' stopped)" ]; ok $? 'but nothing of that name'
-exits 0 'the next run' ct-convert -q long.nii long/; exits 0 'of either kind' ct-convert -q long.nii long.dcm
-[ "$(ls -d long* .ctsr-* 2>/dev/null | tr '\n' ' ')" = 'long long.dcm long.nii ' ]; ok $? 'sweeps up what was left'
-[ "$(ls long | wc -l) $(ls long | tail -n 1)" = '1500 ctsr1500.dcm' ]; ok $? 'and is whole'
+[ "$(grep -c '^[21].* 75 long.nii $' stopped)" -eq 4 ]; ok $? 'SIGINT and SIGTERM end with status 75 and leave nothing'
+[ "$(grep '^9.* 137 ' stopped | grep -c '\.ctsr-tmp-.* long')" -eq 2 ]
+ok $? 'SIGKILL leaves a temporary folder or file'
+[ -z "$(awk '{for (i = 4; i <= NF; i++) if ($i == "long" || $i == "long.dcm") print}' stopped)" ]
+ok $? 'a signal leaves no output of the final name'
+exits 0 'the run after a SIGKILL writes the folder' ct-convert -q long.nii long/
+exits 0 'the run after a SIGKILL writes the file' ct-convert -q long.nii long.dcm
+[ "$(ls -d long* .ctsr-* 2>/dev/null | tr '\n' ' ')" = 'long long.dcm long.nii ' ]
+ok $? 'the run after a SIGKILL removes the temporary files'
+[ "$(ls long | wc -l) $(ls long | tail -n 1)" = '1500 ctsr1500.dcm' ]
+ok $? 'the run after a SIGKILL writes every slice'
 
-# whose it is
-[ "$oracle" ] || { skip 'templates' 'no pydicom or no nibabel'; done_testing; }
-py make; ok $? 'a template is made'
+# patient and study: those of the template, or none with --deid
+[ "$oracle" ] || { skip 'the files belong to the patient of the template' 'no pydicom or no nibabel'; done_testing; }
+py make; ok $? 'pydicom makes a series as template'
 ct-convert -q template t.nii; ct-convert -q --iso 1.25 t.nii iso.nii
 for t in '' --deid; do
-	exits 0 "DICOM to DICOM $t" ct-convert -q $t template "own$t/"
-	exits 0 "of a folder $t" ct-convert -q $t --template template t.nii "folder$t/"
-	exits 0 "of a file $t" ct-convert -q $t --template template/03.dcm iso.nii "iso$t/"
-	exits 0 "one file $t" ct-convert -q $t --template template iso.nii "iso$t.dcm"
-	clean "with a template $t" own$t/* iso$t/ctsr0002.dcm iso$t.dcm
+	exits 0 "DICOM becomes DICOM with its own patient: options '$t'" ct-convert -q $t template "own$t/"
+	exits 0 "NIfTI becomes DICOM with a folder as template: options '$t'" ct-convert -q $t --template template t.nii "folder$t/"
+	exits 0 "NIfTI becomes DICOM with a file as template: options '$t'" ct-convert -q $t --template template/03.dcm iso.nii "iso$t/"
+	exits 0 "NIfTI becomes one DICOM file with a template: options '$t'" ct-convert -q $t --template template iso.nii "iso$t.dcm"
+	clean "files with a template, options '$t'" own$t/* iso$t/ctsr0002.dcm iso$t.dcm
 done
-for d in own folder iso iso.dcm; do py kept $d; ok $? "$d: patient, study, space and scan are the template's, what is stale is not"; done
-for d in own--deid folder--deid iso--deid iso--deid.dcm; do py removed $d; ok $? "$d: nothing of it tells who that is"; done
-py nearest iso; ok $? 'each slice names those that it lies between'
-py alone own; ok $? 'or the one that it was'
-py dated iso.dcm 20010206 141516.5; ok $? 'the content of one file is as old as the oldest slice'
-py dated iso--deid.dcm 19000101 000000; ok $? 'or of no time'
-SOURCE_DATE_EPOCH=86399 ct-convert -qf --template template iso.nii dated.dcm; py dated dated.dcm 19700101 235959; ok $? 'or of SOURCE_DATE_EPOCH'
+for d in own folder iso iso.dcm; do
+	py kept $d
+	ok $? "$d: patient, study, space and scan are those of the template, and stale attributes are gone"
+done
+for d in own--deid folder--deid iso--deid iso--deid.dcm; do
+	py removed $d
+	ok $? "$d: no attribute of the template that identifies the patient is left"
+done
+py nearest iso; ok $? 'each slice of a finer series names the template slices beside it'
+py alone own; ok $? 'each slice of the same series names the template slice that it was'
+py dated iso.dcm 20010206 141516.5; ok $? 'the content date of one file is that of the oldest template slice'
+py dated iso--deid.dcm 19000101 000000; ok $? 'the content date of a de-identified file is 1900-01-01'
+SOURCE_DATE_EPOCH=86399 ct-convert -qf --template template iso.nii dated.dcm
+py dated dated.dcm 19700101 235959
+ok $? 'the content date is that of SOURCE_DATE_EPOCH'
 mkdir undated; cp template/* undated; "$PY" -c 'import glob, pydicom
 for f in glob.glob("undated/*"): d = pydicom.dcmread(f); d.ContentDate = "20010206"; d.ContentTime = "1415"; d.save_as(f)'
-ct-convert -q --template undated iso.nii undated.dcm; py dated undated.dcm 19000101 000000; ok $? 'half a time is none'
-grep -aq 'Spatially-related' folder/ctsr0001.dcm && grep -aq 'Spatial resampling' iso/ctsr0001.dcm; ok $? 'what was done to them is told'
+ct-convert -q --template undated iso.nii undated.dcm
+py dated undated.dcm 19000101 000000
+ok $? 'a template with a time without seconds gives the content date 1900-01-01'
+grep -aq 'Spatially-related' folder/ctsr0001.dcm && grep -aq 'Spatial resampling' iso/ctsr0001.dcm
+ok $? 'the files record that they are resampled from the template'
 tar cf template.tar template
 if ct-convert -q --template template.tar iso.nii tar/ 2>err || ! grep -q ': not DICOM$' err; then
-	[ "$(sum tar)" = "$(sum iso)" ]; ok $? 'an archive of it is as good'
+	[ "$(sum tar)" = "$(sum iso)" ]; ok $? 'a template in an archive gives the same bytes as its folder'
 else
-	skip 'an archive' 'built without libarchive'
+	skip 'a template in an archive gives the same bytes as its folder' 'built without libarchive'
 fi
-ct-convert -q --sidecar side.json template side.nii; exits 3 'a sidecar' ct-convert --template side.json side.nii x/; has err 'side.json: is not DICOM' 'is no template'
+ct-convert -q --sidecar side.json template side.nii
+exits 3 'a sidecar as template is refused with status 3' ct-convert --template side.json side.nii x/
+has err 'side.json: is not DICOM' 'the error of a sidecar as template names it'
 mkdir Secret_Patricia; cp template/* Secret_Patricia; cp iso.nii SECRET.nii
 ct-convert -q --deid Secret_Patricia names/ && ct-convert -q --deid --template Secret_Patricia SECRET.nii names.dcm
-py removed names && py removed names.dcm; ok $? 'nor do names of files get in'
-ct-sr -q -Q draft -x 2 --deid --report names.html Secret_Patricia/ Patricia/; ! grep -q Patricia names.html && grep -q 'times as many as IN:' names.html; ok $? 'nor into the report'
-ct-convert -q Secret_Patricia past.nii; ct-sr -qf -Q draft -x 2 --deid --report names.html past.nii Patricia/; ! grep -q Patricia names.html && grep -q 'times as many as IN:' names.html; ok $? 'nor that of what IN was made of'
+py removed names && py removed names.dcm; ok $? '--deid writes no file name of the inputs'
+ct-sr -q -Q draft -x 2 --deid --report names.html Secret_Patricia/ Patricia/
+! grep -q Patricia names.html && grep -q 'times as many as IN:' names.html
+ok $? 'the report of ct-sr --deid does not name the folder of the input'
+ct-convert -q Secret_Patricia past.nii
+ct-sr -qf -Q draft -x 2 --deid --report names.html past.nii Patricia/
+! grep -q Patricia names.html && grep -q 'times as many as IN:' names.html
+ok $? 'the report of ct-sr --deid does not name what the input was made from'
 mkdir gap; "$PY" -c 'import glob, pydicom
 for k, f in enumerate(sorted(glob.glob("template/*"))): d = pydicom.dcmread(f); d.InstanceNumber = k + 1 + 2 * (k > 2); d.SliceThickness = 2; d.save_as("gap/Patricia%d.dcm" % k)'
 uid=$("$PY" -c 'import pydicom; print(pydicom.dcmread("gap/Patricia0.dcm").SeriesInstanceUID)')
-exits 0 'numbers that are left out' ct-sr -f -Q draft -x 2 --deid --series "$uid" --report names.html --confidence names.nii gap Patricia.dcm
-has err 'InstanceNumber .*: slices may be missing' 'is a warning'; has names.html 'slices may be missing' 'and in the report'
-! grep -q "Patricia\|$uid" names.html names.nii; ok $? 'without the name of the slice, and the UID of the series is nowhere'
+exits 0 'ct-sr --deid refines a series whose instance numbers have a gap' ct-sr -f -Q draft -x 2 --deid --series "$uid" --report names.html --confidence names.nii gap Patricia.dcm
+has err 'InstanceNumber .*: slices may be missing' 'a gap in the instance numbers gives a warning'
+has names.html 'slices may be missing' 'the report lists the warning of a gap in the instance numbers'
+! grep -q "Patricia\|$uid" names.html names.nii
+ok $? 'with --deid report and map name neither a slice nor the UID of the series'
 ct-phantom -q --size 12x12x12 sphere Patricia.nii; echo '{"SliceThickness": -3}' >Patricia.json
-exits 0 'NIfTI' ct-sr -f -Q draft -x 2 --deid --report names.html Patricia.nii Patricia.dcm; has names.html 'the JSON beside IN' 'and what lies beside it'; ! grep -q Patricia names.html; ok $? 'nor the names of NIfTI, of JSON beside it and of OUT'
-exits 2 'a report of projections' ct-sr -x 2 --paper --deid --report n.html Secret_Patricia no/; has err '^ct-sr: --deid: .*: not with --report' 'would tell'
-ct-sr -q -Q draft -x 2 --report names.html -f Secret_Patricia/ Patricia/; grep -q 'times as many as Secret_Patricia:' names.html && grep -q '<title>Patricia: report' names.html; ok $? 'which names the folders otherwise'
+exits 0 'ct-sr --deid refines NIfTI into DICOM' ct-sr -f -Q draft -x 2 --deid --report names.html Patricia.nii Patricia.dcm
+has names.html 'the JSON beside IN' 'the report with --deid calls a sidecar the JSON beside IN'
+! grep -q Patricia names.html
+ok $? 'the report with --deid does not name NIfTI, sidecar and output'
+exits 2 '--deid with a report of --paper is refused with status 2' ct-sr -x 2 --paper --deid --report n.html Secret_Patricia no/
+has err '^ct-sr: --deid: .*: not with --report' 'the error of --deid with --report names both options'
+ct-sr -q -Q draft -x 2 --report names.html -f Secret_Patricia/ Patricia/
+grep -q 'times as many as Secret_Patricia:' names.html && grep -q '<title>Patricia: report' names.html
+ok $? 'without --deid the report names input and output'
 tag() { dcmdump +P "$1" "$2" | sed -n 's/.*\[\(.*\)\].*/\1/p' | sort -u; }
 if command -v dcmdump >/dev/null; then
 	for t in StudyInstanceUID FrameOfReferenceUID PatientID; do
 		a=$(tag $t own--deid/ctsr0001.dcm); [ "$a" ] && [ "$a" = "$(tag $t iso--deid.dcm)" ] || echo $t
 	done >wrong
-	[ ! -s wrong ]; ok $? 'the same study, space and patient have the same names without one'
-	[ "$(tag SeriesInstanceUID own/ctsr0001.dcm)" != "$(tag SeriesInstanceUID iso/ctsr0001.dcm)" ]; ok $? 'series have their own'
+	[ ! -s wrong ]; ok $? 'de-identified outputs of one template share study, space and patient'
+	[ "$(tag SeriesInstanceUID own/ctsr0001.dcm)" != "$(tag SeriesInstanceUID iso/ctsr0001.dcm)" ]
+	ok $? 'two series from one template have different series UIDs'
 fi
-exits 0 'no template' ct-convert -v t.nii none/; has err 'none/: of no patient and no study.*--template' 'says so'
-mkdir two; cp template/* two; cp first/* two; exits 5 'two series' ct-convert --template two iso.nii x/; has err 'series' 'are one too many'
-exits 0 '--series' ct-convert --template two --series 1.2.840.4711.3 iso.nii two.dcm; py kept two.dcm; ok $? 'takes one'
+exits 0 'a volume without a template becomes DICOM' ct-convert -v t.nii none/
+has err 'none/: of no patient and no study.*--template' 'ct-convert -v reports that a series has no patient without --template'
+mkdir two
+cp template/* two
+cp first/* two
+exits 5 'a template of two series is refused with status 5' ct-convert --template two iso.nii x/
+has err 'series' 'the error of a template of two series mentions the series'
+exits 0 '--series selects a series of the template' ct-convert --template two --series 1.2.840.4711.3 iso.nii two.dcm
+py kept two.dcm
+ok $? 'a file with --series belongs to that series of the template'
 "$PY" -c 'import nibabel
 v = nibabel.load("t.nii"); v.affine[2, 3] += 500; nibabel.Nifti1Image(v.dataobj, v.affine).to_filename("far.nii")'
-exits 5 'a volume beside the template' ct-convert --template template far.nii x/; has err 'template/.*not of one space' 'is of another'
+exits 5 'a volume that lies beside the template is refused with status 5' ct-convert --template template far.nii x/
+has err 'template/.*not of one space' 'the error of a volume beside the template mentions the space'
 cp -r template patient-b; cp -r template space-b; "$PY" -c 'import glob, pydicom
 def put(folder, key, value):
     for f in glob.glob(folder + "/*"): d = pydicom.dcmread(f); setattr(d, key, value); d.save_as(f)
 put("patient-b", "PatientID", "4711-B"); put("space-b", "FrameOfReferenceUID", "1.2.840.99")'
 for d in patient-b space-b; do
 	for in in template t.nii iso.nii; do
-		exits 5 "$in with the template $d" ct-convert --template $d $in x/; has err "$d/.* another patient or space ([0-9a-f]\{8\}) than IN ([0-9a-f]\{8\})" 'is refused, by hashes'
+		exits 5 "$in with the template $d of another patient or space is refused" ct-convert --template $d $in x/
+		has err "$d/.* another patient or space ([0-9a-f]\{8\}) than IN ([0-9a-f]\{8\})" "the error of $in with the template $d gives both as hashes"
 	done
-	exits 5 'what ct-sr made of it' sh -c "ct-sr -qf -x 2 -Q draft t.nii hr.nii && ct-convert --template $d hr.nii x/"
-	exits 0 'unless it is meant' ct-convert -q --template-other-patient --template $d template "meant-$d/"
+	exits 5 "a result of ct-sr with the template $d is refused" sh -c "ct-sr -qf -x 2 -Q draft t.nii hr.nii && ct-convert --template $d hr.nii x/"
+	exits 0 "--template-other-patient accepts the template $d" ct-convert -q --template-other-patient --template $d template "meant-$d/"
 done
-! grep -qa 4711-B meant-space-b/*1.dcm && grep -qa 4711-B meant-patient-b/*1.dcm; ok $? 'then its patient has the pixels'
-exits 2 'without a template' ct-convert --template-other-patient t.nii x/
+! grep -qa 4711-B meant-space-b/*1.dcm && grep -qa 4711-B meant-patient-b/*1.dcm
+ok $? 'with --template-other-patient the files carry the patient of the template'
+exits 2 '--template-other-patient without --template is refused with status 2' ct-convert --template-other-patient t.nii x/
 cp -r template mr; "$PY" -c 'import glob, pydicom
 for f in glob.glob("mr/*"): d = pydicom.dcmread(f); d.Modality = "MR"; d.save_as(f)'
-exits 3 'one of another modality' ct-convert --units other mr x/; has err "mr/.*modality is 'MR'" 'is not written as CT'
-[ ! -e x ]; ok $? 'nothing is made'
-exits 0 'from one file to files' ct-convert -q iso.dcm from-one/; clean 'of frames' from-one/ctsr0002.dcm
-ct-convert -qf from-one back.nii; ct-convert -q iso.dcm b.nii; [ "$(voxels back.nii)" = "$(voxels b.nii)" ]; ok $? 'are the same'
+exits 3 'a series of MR is refused with status 3' ct-convert --units other mr x/
+has err "mr/.*modality is 'MR'" 'the error of a series of MR names the modality'
+[ ! -e x ]; ok $? 'refused templates leave no DICOM folder'
+exits 0 'one DICOM file becomes a folder of slices' ct-convert -q iso.dcm from-one/
+clean 'slices of one DICOM file' from-one/ctsr0002.dcm
+ct-convert -qf from-one back.nii
+ct-convert -q iso.dcm b.nii
+[ "$(voxels back.nii)" = "$(voxels b.nii)" ]
+ok $? 'slices of one DICOM file hold the same voxels'
 
-# the chain
-ct-sr -q -x 2 -Q draft template sr/ 2>err; ok $? 'ct-sr from DICOM to DICOM'
-clean 'of ct-sr' sr/ctsr0001.dcm; py kept sr; ok $? 'is of the same study'
-grep -aq 'SECRETSERIES SR x2' sr/ctsr0001.dcm && grep -aq 'ctsr [0-9.]*: ct-sr' sr/ctsr0001.dcm; ok $? 'and says what it is'
-ct-info sr >info; has info '^size  *24 20$' 'twice as fine'; has info '^fit  *yes$' 'and fit'
+# ct-sr from DICOM to DICOM
+ct-sr -q -x 2 -Q draft template sr/ 2>err; ok $? 'ct-sr refines a DICOM folder into a DICOM folder'
+clean 'a result of ct-sr' sr/ctsr0001.dcm
+py kept sr
+ok $? 'a result of ct-sr belongs to the study of its input'
+grep -aq 'SECRETSERIES SR x2' sr/ctsr0001.dcm && grep -aq 'ctsr [0-9.]*: ct-sr' sr/ctsr0001.dcm
+ok $? 'a result of ct-sr records ct-sr and the factor'
+ct-info sr >info
+has info '^size  *24 20$' 'a result of ct-sr has twice the columns and rows'
+has info '^fit  *yes$' 'ct-info finds a result of ct-sr fit'
 ct-phantom -q --size 24x24x24 marks ring.nii && ct-degrade -q -x 2 ring.nii ring2.nii && ct-sr -q -Q draft ring2.nii rings.nii && ct-sr -q -Q draft ring2.nii rings/ 2>/dev/null && ct-convert -q rings rung.nii
 least() { ct-info "$1" | sed -n 's/^min *//p'; }
-awk "BEGIN {exit !($(least rings.nii) < -1025 && $(least rung.nii) >= $(least ring2.nii) - .5)}"; ok $? "nothing below the scan is written as DICOM ($(least rings.nii), $(least rung.nii), $(least ring2.nii))"
+awk "BEGIN {exit !($(least rings.nii) < -1025 && $(least rung.nii) >= $(least ring2.nii) - .5)}"
+ok $? "nothing below the scan is written as DICOM ($(least rings.nii), $(least rung.nii), $(least ring2.nii))"
 by() { ct-sr -x 4 --paper --expert views=3,iterations=3,gaussians=50 "$@"; } # by ARGS...: by way of projections
-exits 0 'with --keep' by -q --keep work template kept/; by -q template sr4/ 2>err; [ "$(sum kept)" = "$(sum sr4)" ]; ok $? 'the same bytes'
-exits 0 'to MetaImage' by -q template sr4.mha; head -c 10 sr4.mha | grep -q '^ObjectType'; ok $? 'no study is asked'
-sh work/commands.sh 2>err; ok $? 'and by its script'; [ "$(sum kept)" = "$(sum sr4)" ]; ok $? 'once more'
-exits 0 'goes on' by -v --keep work template kept/; has err '8 of 8 steps were done' 'with all that is done'
-rm kept/ctsr0003.dcm; exits 0 'where a slice is gone' by -q --keep work template kept/; [ "$(sum kept)" = "$(sum sr4)" ]; ok $? 'they are written again'
-exits 0 'one of two series' ct-sr -q -x 2 -Q draft --series 1.2.840.4711.3 two two-sr.dcm; py kept two-sr.dcm; ok $? 'is that'
-exits 0 'NIfTI of a template' sh -c 'ct-sr -q -x 2 -Q draft t.nii - | ct-convert --template two --series 1.2.840.4711.3 - templated/'; py kept templated; ok $? 'is of its study'
-exits 0 'without what tells who' ct-sr -q -x 2 -Q draft --deid template sr-deid/; py removed sr-deid; ok $? 'has nothing of it'
-exits 0 'NIfTI to DICOM' ct-sr -q -x 2 -Q draft t.nii of-nii/; exits 4 'what is there' ct-sr -q -x 2 -Q draft template sr; exits 4 'the folder between' by -q --keep both template both/
+exits 0 'ct-sr --paper --keep writes a DICOM folder' by -q --keep work template kept/
+by -q template sr4/ 2>err
+[ "$(sum kept)" = "$(sum sr4)" ]
+ok $? 'ct-sr --paper writes the same DICOM with and without --keep'
+exits 0 'ct-sr --paper refines DICOM into MetaImage' by -q template sr4.mha
+head -c 10 sr4.mha | grep -q '^ObjectType'
+ok $? 'an output named .mha is a MetaImage'
+sh work/commands.sh 2>err
+ok $? 'the script in the --keep folder runs'
+[ "$(sum kept)" = "$(sum sr4)" ]
+ok $? 'the script in the --keep folder writes the same DICOM'
+exits 0 'ct-sr --keep runs again when all is done' by -v --keep work template kept/
+has err '8 of 8 steps were done' 'ct-sr --keep reports that all steps were done'
+rm kept/ctsr0003.dcm
+exits 0 'ct-sr --keep runs again when a slice is missing' by -q --keep work template kept/
+[ "$(sum kept)" = "$(sum sr4)" ]
+ok $? 'ct-sr --keep writes a missing slice again'
+exits 0 'ct-sr --series refines one of two series' ct-sr -q -x 2 -Q draft --series 1.2.840.4711.3 two two-sr.dcm
+py kept two-sr.dcm
+ok $? 'a result of ct-sr --series belongs to that series'
+exits 0 'a NIfTI result of ct-sr becomes DICOM with a template' sh -c 'ct-sr -q -x 2 -Q draft t.nii - | ct-convert --template two --series 1.2.840.4711.3 - templated/'
+py kept templated
+ok $? 'a NIfTI result with a template belongs to the study of the template'
+exits 0 'ct-sr --deid refines a DICOM folder' ct-sr -q -x 2 -Q draft --deid template sr-deid/
+py removed sr-deid
+ok $? 'a result of ct-sr --deid identifies no patient'
+exits 0 'ct-sr refines NIfTI into a DICOM folder' ct-sr -q -x 2 -Q draft t.nii of-nii/
+exits 4 'ct-sr does not overwrite a DICOM folder' ct-sr -q -x 2 -Q draft template sr
+exits 4 'an output folder that is the --keep folder is refused' by -q --keep both template both/
 done_testing

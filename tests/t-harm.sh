@@ -6,50 +6,53 @@ ct-phantom -q --size 40x36x30 --spacing 1.5 ellipsoids hr.nii && ct-degrade -q -
 value() { awk -v n="$1" '$1 == n {print $2}' "${2:-out}"; } # value NAME [FILE]
 
 # a line a name, and those of --harm are those of its parts
-exits 0 'all of it' ct-metrics --harm hr.nii up.nii
+exits 0 'ct-metrics --harm compares a result with the truth' ct-metrics --harm hr.nii up.nii
 mv out harm.txt
 ct-metrics --edges --structures --tissues hr.nii up.nii >parts; s=$?
 grep -vxFf parts harm.txt | awk '{print $1}' | tr '\n' ' ' >more
-[ $s -eq 0 ] && [ "$(cat more)" = 'hfen fsc50 fsc50-mm flat-voxels flat-ref flat-test banding-pieces banding-rms-hu ' ]; ok $? 'its parts say the same'
+[ $s -eq 0 ] && [ "$(cat more)" = 'hfen fsc50 fsc50-mm flat-voxels flat-ref flat-test banding-pieces banding-rms-hu ' ]
+ok $? '--harm adds eight figures to those of --edges, --structures and --tissues'
 for t in 1 4; do ct-metrics -t $t --harm --json hr.nii up.nii >t$t; done
-cmp -s t1 t4; ok $? '1 and 4 threads, same bytes'
+cmp -s t1 t4; ok $? '--harm prints the same bytes with 1 and 4 threads'
 
 # sizes of structures
 sizes() { ct-metrics --ssim none --structures "$@" | sed -n 's/^blob-sigma[-12345]* //p' | tr '\n' ' '; }
-[ "$(sizes hr.nii up.nii)" = '1.5 3 ' ]; ok $? 'by the header of TEST'
-[ "$(sizes up.nii hr.nii)" = '1.5 ' ]; ok $? 'which the truth has not'
-[ "$(sizes -x 4 hr.nii up.nii)" = '3 6 ' ]; ok $? 'by the factor'
-[ "$(sizes -x 1,1,4 hr.nii up.nii)" = '0.75,0.75,3 1.5,1.5,6 ' ]; ok $? 'along each axis'
-[ "$(sizes --expert blob-sigma=1,2.5,7 hr.nii up.nii)" = '1 2.5 7 ' ]; ok $? 'as they are given'
-[ "$(sizes --expert blob-sigma=2 hr.nii up.nii)" = '2 ' ]; ok $? 'or one'
-[ "$(sizes -x 100 hr.nii up.nii)" = '75 100 ' ]; ok $? 'no larger than 100'
+[ "$(sizes hr.nii up.nii)" = '1.5 3 ' ]; ok $? 'the sizes of structures follow the factor in the header of TEST'
+[ "$(sizes up.nii hr.nii)" = '1.5 ' ]; ok $? 'a TEST that is not refined has one size of structures'
+[ "$(sizes -x 4 hr.nii up.nii)" = '3 6 ' ]; ok $? 'the sizes of structures follow -x 4'
+[ "$(sizes -x 1,1,4 hr.nii up.nii)" = '0.75,0.75,3 1.5,1.5,6 ' ]
+ok $? 'the sizes of structures follow -x for each axis'
+[ "$(sizes --expert blob-sigma=1,2.5,7 hr.nii up.nii)" = '1 2.5 7 ' ]
+ok $? 'the sizes of structures are those of blob-sigma'
+[ "$(sizes --expert blob-sigma=2 hr.nii up.nii)" = '2 ' ]; ok $? 'blob-sigma accepts a single size'
+[ "$(sizes -x 100 hr.nii up.nii)" = '75 100 ' ]; ok $? 'no size of structures is larger than 100'
 ct-convert -q --iso 1 hr.nii hr1.nii && ct-convert -q --iso 1 up.nii up1.nii
-ct-info up1.nii | grep -q '^  upsample'; ok $? 'other voxels of one that has been refined'
-[ "$(sizes hr1.nii up1.nii)" = '1.5 ' ]; ok $? 'are no part of low-resolution ones'
+ct-info up1.nii | grep -q '^  upsample'; ok $? 'a refined volume keeps its factor on another grid'
+[ "$(sizes hr1.nii up1.nii)" = '1.5 ' ]; ok $? 'a refined volume on another grid has one size of structures'
 ct-degrade -q -x 1 --clip -1024:3071 lr.nii other.nii
-[ "$(sizes lr.nii other.nii)" = '1.5 ' ]; ok $? 'a scan that has not been refined is no result'
+[ "$(sizes lr.nii other.nii)" = '1.5 ' ]; ok $? 'a scan that is not refined has one size of structures'
 for v in 0.2 101 1,2,3,4,5 a '1,' 1,nan ''; do
-	exits 2 "no size '$v'" ct-metrics --structures --expert "blob-sigma=$v" hr.nii up.nii
-	has err 'blob-sigma' 'the error of a wrong blob-sigma names it'
+	exits 2 "a blob-sigma of '$v' is refused with status 2" ct-metrics --structures --expert "blob-sigma=$v" hr.nii up.nii
+	has err 'blob-sigma' "the error of a blob-sigma of '$v' names blob-sigma"
 done
 for v in 0.5 1025 1,2 a; do
-	exits 2 "no factor '$v'" ct-metrics --structures -x "$v" hr.nii up.nii
-	has err 'factor' 'the error of a wrong factor names it'
+	exits 2 "a factor of '$v' is refused with status 2" ct-metrics --structures -x "$v" hr.nii up.nii
+	has err 'factor' "the error of a factor of '$v' names the factor"
 done
 
 # CSV
 ct-metrics --harm --csv -x 1,1,2 hr.nii up.nii >table
-[ "$(wc -l <table)" -eq 2 ]; ok $? 'two lines of CSV'
+[ "$(wc -l <table)" -eq 2 ]; ok $? '--csv prints two lines for one comparison'
 ct-metrics --harm -x 1,1,2 hr.nii up.nii | awk '{print $1}' | tr '\n' ',' >names
-[ "test,$(cat names)" = "$(head -n 1 table)," ]; ok $? 'of the names of the report'
-exits 2 'CSV and JSON' ct-metrics --csv --json hr.nii up.nii
-exits 2 'CSV and a table' ct-metrics --csv --per-slice - hr.nii up.nii
+[ "test,$(cat names)" = "$(head -n 1 table)," ]; ok $? 'the columns of --csv are the names of the report'
+exits 2 '--csv with --json is refused with status 2' ct-metrics --csv --json hr.nii up.nii
+exits 2 '--csv with --per-slice to standard output is refused with status 2' ct-metrics --csv --per-slice - hr.nii up.nii
 cp up.nii 'a "b", c.nii'
-exits 0 'a name with quotes' ct-metrics --csv --ssim none hr.nii 'a "b", c.nii'
-has out '^"a ""b"", c.nii",' 'is quoted'
-exits 0 'CSV of a residual' ct-metrics --csv --consistency lr.nii up.nii
-has out '^test,factor,sigma,decimate,noise,residual-voxels' 'has words, too'
-has out '^"up.nii","2,2,2",' 'quoted'
+exits 0 '--csv accepts a file name with quotes and commas' ct-metrics --csv --ssim none hr.nii 'a "b", c.nii'
+has out '^"a ""b"", c.nii",' 'a file name with quotes and commas is quoted in CSV'
+exits 0 '--csv accepts --consistency without a truth' ct-metrics --csv --consistency lr.nii up.nii
+has out '^test,factor,sigma,decimate,noise,residual-voxels' '--csv --consistency has columns for the operator'
+has out '^"up.nii","2,2,2",' 'a list of factors is quoted in CSV'
 
 # banding: a wave of 6 HU and four voxels in water
 python3 -c '
@@ -58,35 +61,38 @@ array.array("f", (40 + 6 * math.cos(math.pi * (i // 576) / 2 + 1) for i in range
 array.array("f", [40] * 576 * 48).tofile(open("flat.raw", "wb"))' || exit 99
 for v in band flat; do ct-convert -q --raw 24x24x48:f32:2 $v.raw $v.nii || exit 99; done
 banding() { value banding-rms-hu; } # of the last report
-exits 0 'stripes' ct-metrics --harm --ssim none -x 1,1,4 flat.nii band.nii
-banding | awk '{exit !(($1 - 4.243)^2 < .01)}'; ok $? 'are as strong as they are'
-[ "$(value banding-pieces)" -eq 1728 ]; ok $? 'on every line'
-exits 0 'of another axis' ct-metrics --harm --ssim none -x 1,4,1 flat.nii band.nii
-[ "$(banding)" = 0.000000 ]; ok $? 'there are none'
-exits 0 'of slices that are not known' ct-metrics --harm --ssim none flat.nii band.nii
-[ "$(banding)" = nan ]; ok $? 'there is no figure'
-exits 0 'thicker slices' ct-metrics --harm --ssim none -x 1,1,8 flat.nii band.nii
-[ "$(banding) $(value banding-pieces)" = 'nan 0' ]; ok $? 'fewer than 1000 pieces tell nothing'
-exits 3 'a limit' ct-metrics --harm --max banding-rms-hu=1 -x 1,1,4 flat.nii band.nii
-has err 'banding-rms-hu 4.2' 'banding above its bound is named in the error'
+exits 0 'ct-metrics accepts stripes across slices' ct-metrics --harm --ssim none -x 1,1,4 flat.nii band.nii
+banding | awk '{exit !(($1 - 4.243)^2 < .01)}'; ok $? 'stripes have the RMS of their amplitude'
+[ "$(value banding-pieces)" -eq 1728 ]; ok $? 'stripes are measured on every line of voxels'
+exits 0 'ct-metrics accepts stripes across an axis that is not refined' ct-metrics --harm --ssim none -x 1,4,1 flat.nii band.nii
+[ "$(banding)" = 0.000000 ]; ok $? 'stripes across an axis that is not refined give no banding'
+exits 0 'ct-metrics --harm accepts a volume without a factor' ct-metrics --harm --ssim none flat.nii band.nii
+[ "$(banding)" = nan ]; ok $? 'without a factor there is no figure of banding'
+exits 0 'ct-metrics --harm accepts slices eight times as thick' ct-metrics --harm --ssim none -x 1,1,8 flat.nii band.nii
+[ "$(banding) $(value banding-pieces)" = 'nan 0' ]; ok $? 'fewer than 1000 pieces give no figure of banding'
+exits 3 'banding above --max ends with status 3' ct-metrics --harm --max banding-rms-hu=1 -x 1,1,4 flat.nii band.nii
+has err 'banding-rms-hu 4.2' 'the error of banding above --max gives the value'
 
 # limits
 head -c 55296 /dev/zero >zero.raw
 ct-convert -q --raw 24x24x24:f32:2 zero.raw water.nii && ct-degrade -q -x 1 --noise 60 water.nii noisy.nii || exit 99
 ct-metrics --structures --expert blob-sigma=.7 water.nii noisy.nii >some
-f=$(value structures-false some); [ "$f" -gt 3 ]; ok $? "false structures ($f)"
-[ "$f" -eq $(($(value false-bright some) + $(value false-dark some))) ]; ok $? 'bright and dark'
-exits 0 'so many may be' ct-metrics --structures --expert blob-sigma=.7 --max structures-false=$f water.nii noisy.nii
-exits 3 'not one less' ct-metrics --structures --expert blob-sigma=.7 --max structures-false=$((f - 1)) water.nii noisy.nii
-has err "noisy.nii: structures-false $f is above" 'and it says so'
-exits 2 'no limit that is no number' ct-metrics --structures --max structures-false=nan water.nii noisy.nii
+f=$(value structures-false some); [ "$f" -gt 3 ]; ok $? "noise gives false structures ($f)"
+[ "$f" -eq $(($(value false-bright some) + $(value false-dark some))) ]
+ok $? 'false structures are the sum of bright and dark ones'
+exits 0 '--max accepts as many false structures as there are' ct-metrics --structures --expert blob-sigma=.7 --max structures-false=$f water.nii noisy.nii
+exits 3 'one false structure more than --max ends with status 3' ct-metrics --structures --expert blob-sigma=.7 --max structures-false=$((f - 1)) water.nii noisy.nii
+has err "noisy.nii: structures-false $f is above" 'the error of too many false structures gives their number'
+exits 2 'a --max that is NaN is refused with status 2' ct-metrics --structures --max structures-false=nan water.nii noisy.nii
 two=$(ct-metrics --structures --expert blob-sigma=.7,.9 water.nii noisy.nii >two; value structures-false two)
-[ "$two" -eq $((f + $(value false-bright-2 two) + $(value false-dark-2 two))) ]; ok $? 'all sizes together'
-[ "$(value false-bright two)" -eq $(($(value false-bright-1 two) + $(value false-bright-2 two))) ]; ok $? 'and each kind'
+[ "$two" -eq $((f + $(value false-bright-2 two) + $(value false-dark-2 two))) ]
+ok $? 'false structures of two sizes are the sum of each'
+[ "$(value false-bright two)" -eq $(($(value false-bright-1 two) + $(value false-bright-2 two))) ]
+ok $? 'bright false structures of two sizes are the sum of each'
 awk '{v[$1] = $2} END {exit !(v["false-dark-2"] > 0 && (v["false-dark-2"] / v["soft-tissue-cm3-2"] - v["false-dark-per-cm3-2"])^2 < 1e-10)}' two
-ok $? 'and of each cm3'
+ok $? 'false structures of a size are also given for each cm3'
 
-python_with nibabel,scipy.ndimage || { skip 'NumPy and SciPy' 'they are not here'; done_testing; }
+python_with nibabel,scipy.ndimage || { skip 'all figures are those of NumPy and SciPy' 'they are not here'; done_testing; }
 "$PY" - <<'PY' || exit 99
 import nibabel as nib, numpy as np
 rng = np.random.default_rng(4)
@@ -175,7 +181,7 @@ near('fsc50-mm', r['fsc50-mm']*r['fsc50'], 1, 1e-9)
 near('fsc50 of all, with a mask too', json.load(open('mask.json'))['fsc50'], r['fsc50'])
 PY
 sed 's/^/# /' log
-"$PY" - >log 2>&1 <<'PY'; ok $? 'CSV is read'
+"$PY" - >log 2>&1 <<'PY'; ok $? 'Python reads the CSV with its columns'
 import csv
 r = list(csv.DictReader(open('table')))
 assert len(r) == 1 and r[0]['test'] == 'up.nii' and r[0]['blob-sigma-2'] == '1.5,1.5,3' and r[0]['window'] == '-512:3071'

@@ -12,14 +12,17 @@ edit shifted 268 "$hundred"; edit long 84 "$hundred"; edit none 80 "$zero"; edit
 ct-upsample -q -m linear -x 2 v.nii want.nii
 told() { # told NAME WORDS: the sform is used, and the words are a warning
 	for tool in 'ct-convert' 'ct-upsample -m linear -x 2'; do
-		exits 0 "$1: ${tool%% *}" $tool -f "$1.nii" o.nii
-		has err "^${tool%% *}: warning: $1.nii: \\($2\\)" 'says what contradicts'
+		exits 0 "$1: ${tool%% *} accepts a header that contradicts itself" $tool -f "$1.nii" o.nii
+		has err "^${tool%% *}: warning: $1.nii: \\($2\\)" "$1: ${tool%% *} warns of what contradicts"
 		case $tool in ct-convert) want=v.nii ;; *) want=want.nii ;; esac
 		for k in o.nii $want; do ct-info $k | grep -v '^file\|hash\|history\|^  '; done | sort | uniq -u >differs
-		[ ! -s differs ]; ok $? 'and uses the sform'; sed 's/^/# /' differs
+		[ ! -s differs ]; ok $? "$1: ${tool%% *} uses the sform"; sed 's/^/# /' differs
 	done
-	ct-info "$1.nii" >info; has info 'nifti.doubt' 'ct-info shows it'
-	exits 0 'what is written' ct-convert o.nii again.nii; [ ! -s err ]; ok $? 'contradicts nothing'; rm -f again.nii
+	ct-info "$1.nii" >info; has info 'nifti.doubt' "$1: ct-info shows nifti.doubt"
+	exits 0 "$1: the output of ct-convert is converted again" ct-convert o.nii again.nii
+	[ ! -s err ]
+	ok $? "$1: the output of ct-convert does not contradict itself"
+	rm -f again.nii
 }
 told shifted 'qform and sform are up to 9[0-9.]* mm apart; the sform is used$\|qform and sform are up to 1[0-9.]* mm apart; the sform is used$'
 told long 'pixdim\[2\] is 100, but voxels are 3 long in the sform, which is used$'
@@ -27,14 +30,21 @@ told none 'pixdim\[1\] is 0, but'; told nan 'pixdim\[1\] is -\{0,1\}nan, but'; t
 told turned 'qform and sform are up to'
 edit mirrored 76 "$minus"
 for tool in 'ct-convert' 'ct-upsample -m linear -x 2' 'ct-sr -x 2 -Q draft'; do
-	exits 5 "left for right: ${tool%% *}" $tool mirrored.nii no.nii
+	exits 5 "${tool%% *} refuses a qform that mirrors the sform" $tool mirrored.nii no.nii
 	has err 'mirrored.nii: qform and sform are mirror images' 'the error of mirror images names qform and sform'
 done
-edit other 252 '\002'; exits 0 'a qform of another space' ct-convert -f other.nii o.nii; [ ! -s err ]; ok $? 'is none'
+edit other 252 '\002'
+exits 0 'a qform of another space is accepted' ct-convert -f other.nii o.nii
+[ ! -s err ]
+ok $? 'a qform of another space gives no warning'
 cp other.nii v2.nii; printf "$hundred" | dd of=v2.nii bs=1 seek=268 conv=notrunc 2>/dev/null
-exits 0 'elsewhere' ct-convert -f v2.nii o.nii; [ ! -s err ]; ok $? 'may lie anywhere'
-edit slope 112 "$inf"; exits 3 'a slope of infinity' ct-convert slope.nii no.nii; has err 'slope.nii: scl_slope is inf' 'the error of a slope of infinity names scl_slope'
-edit inter 116 "$inf"; exits 3 'an intercept' ct-convert inter.nii no.nii
-edit unset 112 "$nan"; exits 0 'NaN says that there is none' ct-convert -f unset.nii o.nii
-[ ! -e no.nii ]; ok $? 'nothing is made'
+exits 0 'a qform of another space that lies elsewhere is accepted' ct-convert -f v2.nii o.nii
+[ ! -s err ]
+ok $? 'a qform of another space that lies elsewhere gives no warning'
+edit slope 112 "$inf"
+exits 3 'a slope of infinity is refused with status 3' ct-convert slope.nii no.nii
+has err 'slope.nii: scl_slope is inf' 'the error of a slope of infinity names scl_slope'
+edit inter 116 "$inf"; exits 3 'an intercept of infinity is refused with status 3' ct-convert inter.nii no.nii
+edit unset 112 "$nan"; exits 0 'a slope of NaN is read as no slope' ct-convert -f unset.nii o.nii
+[ ! -e no.nii ]; ok $? 'refused NIfTI headers leave no output'
 done_testing

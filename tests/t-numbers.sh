@@ -6,11 +6,12 @@ ct-convert empty e.nii 2>err
 if grep -q 'with-vtk' err; then skip 'numbers of DICOM' 'built without vtk-dicom'; done_testing; fi
 if ! python_with pydicom; then skip 'numbers of DICOM' 'no pydicom'; done_testing; fi
 py() { PYTHONPATH=$srcdir/tests PYTHONDONTWRITEBYTECODE=1 "$PY" "$srcdir/tests/t-numbers.py" "$@" 2>pyerr || sed 's/^/# /' pyerr; }
-py s; exits 0 'numbers are read' ct-convert s s.nii
+py s; exits 0 'the plain series of this test is converted' ct-convert s s.nii
 bad() { # bad KEYWORD VR TEXT PATTERN [SLICE]
 	rm -rf d; py bad "$1" "$2" "$3" d ${5-}
-	exits 3 "$1 '$(printf '%s' "$3" | tr '\\' /)'${5+ in one slice} is refused" ct-convert d d.nii
-	has err "$4" 'and said'
+	what="$1 '$(printf '%s' "$3" | tr '\\' /)'${5+ in one slice}"
+	exits 3 "$what is refused with status 3" ct-convert d d.nii
+	has err "$4" "the error of $what names the file, the field and the text"
 }
 for text in '1,5' '1.5.' '1.x0' '0x10' '1 0' 'nan' 'inf' '1e' '1\\2' '-' '1\x00.5' '1e999' 'Infinity' '1d2'; do
 	bad RescaleSlope DS "$text" 'd/00.dcm: damaged: RescaleSlope (0028,1053) is .*, not a number'
@@ -34,21 +35,29 @@ bad PixelPaddingValue DS '-20,5' "PixelPaddingValue (0028,0120) is '-20,5', not 
 bad Rows IS '1O' "Rows (0028,0010) is '1O', not a number"
 bad RescaleSlope UN '1,5' "RescaleSlope (0028,1053) is '1,5', not a number"
 for tag in RescaleSlope PixelSpacing ImageOrientationPatient SliceThickness ImagePositionPatient; do
-	py group $tag '1,5' e/e.dcm; exits 3 "$tag of a functional group" ct-convert e/e.dcm d.nii
-	has err "e/e.dcm: damaged: $tag (00.*) is '1,5', not" 'is refused, and said'
+	py group $tag '1,5' e/e.dcm
+	exits 3 "$tag '1,5' of a functional group is refused with status 3" ct-convert e/e.dcm d.nii
+	has err "e/e.dcm: damaged: $tag (00.*) is '1,5', not" "the error of $tag of a functional group names file and text"
 done
-[ ! -e d.nii ]; ok $? 'no file is left'
-py group None '' e/e.dcm; exits 0 'functional groups of numbers are read' ct-convert e/e.dcm e.nii
+[ ! -e d.nii ]; ok $? 'series with text for numbers leave no output'
+py group None '' e/e.dcm; exits 0 'functional groups with numbers are converted' ct-convert e/e.dcm e.nii
 good() { # good KEYWORD VR TEXT
 	rm -rf d; py bad "$1" "$2" "$3" d
 	exits 0 "$1 '$(printf '%s' "$3" | tr '\\' /)' is read" ct-convert -f d g.nii
 }
 for text in ' 1 ' '+1' '1.' '1.0E0' '10e-1' '1\x00' '0.1e+1' '1 \x00'; do
 	good RescaleSlope DS "$text"
-	tail -c 480 s.nii >want; tail -c 480 g.nii >got; cmp -s want got; ok $? 'as what it is'
+	tail -c 480 s.nii >want
+	tail -c 480 g.nii >got
+	cmp -s want got
+	ok $? "RescaleSlope '$(printf '%s' "$text" | tr '\\' /)' is the number 1"
 done
-good RescaleSlope UN '1.0'; tail -c 480 g.nii >got; cmp -s want got; ok $? 'without a VR, too'
+good RescaleSlope UN '1.0'
+tail -c 480 g.nii >got
+cmp -s want got
+ok $? 'a RescaleSlope without a known VR is the number it says'
 good InstanceNumber IS ' 12'; good KVP DS ''; good SliceThickness DS '  '; good AcquisitionNumber IS '\x00\x00'
-py padding p; exits 0 'padding of 0x8000 in signed values' ct-convert p p.nii
-[ "$(tail -c 960 p.nii | head -c 2 | od -An -td2 | tr -d ' ')" = -1024 ]; ok $? 'is -32768'
+py padding p; exits 0 'a series with padding of 0x8000 in signed values is converted' ct-convert p p.nii
+[ "$(tail -c 960 p.nii | head -c 2 | od -An -td2 | tr -d ' ')" = -1024 ]
+ok $? 'padding of 0x8000 is matched as -32768 and becomes -1024 HU'
 done_testing
