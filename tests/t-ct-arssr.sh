@@ -36,7 +36,7 @@ has out '2 volumes, [0-9]* parameters' 'ct-train --dry-run prints the number of 
 exits 3 'a network of other features cannot resume a training' ct-train $small -a features=7 -n 4 --resume a.safetensors scans
 mkdir more; cp scans/*.nii more; ct-phantom -q -s 3 --size 44x42x46 ellipsoids more/3.nii
 exits 3 'a training cannot be resumed with other volumes' ct-train $small -n 4 --resume a.safetensors more
-has err 'DATA' 'the error of a resume with other volumes mentions the data'
+has err 'DATA' 'the error of a resume with other volumes names DATA'
 ct-phantom -q --size 44x42x20 ellipsoids low.nii
 exits 5 'a volume with too few slices is refused with status 5' ct-train $small z.safetensors low.nii
 exits 2 'an unknown word of --arch is refused with status 2' ct-train $small -a colour=3 z.safetensors scans

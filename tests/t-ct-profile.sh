@@ -4,7 +4,7 @@
 command -v python3 >/dev/null || { skip 'ct-profile' 'python3 is not here'; done_testing; }
 no() { # no STATUS WORDS ARGUMENTS...
 	status=$1 words=$2; shift 2
-	exits "$status" "$*" ct-profile "$@" no.txt
+	exits "$status" "refused with status $status: ct-profile $*" ct-profile "$@" no.txt
 	has err "$words" "the error reads: $words"
 	[ ! -e no.txt ] || ok 1 "no output is left by: ct-profile $*"
 }

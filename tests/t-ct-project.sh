@@ -20,7 +20,7 @@ exits 2 'an unknown phantom is refused with status 2' ct-phantom $small cat new.
 has err "'cat' is not one of ellipsoids|" 'the error of an unknown phantom lists the known ones'
 exits 2 'an unknown beam is refused with status 2' ct-project --beam laser m.nii new.exr
 exits 2 'a window that contradicts the file is refused with status 2' ct-project -w -512:3071 m.nii new.exr
-has err '-512:3071' 'the error of a window that contradicts the file repeats it'
+has err '-512:3071' 'the error of a window that contradicts the file gives the window'
 exits 0 'a window that is that of the file is accepted' ct-project -w -1024:3071 -n 2 m.nii same.exr
 exits 2 'an unknown quantity is refused with status 2' ct-project --quantity mu m.nii new.exr
 exits 4 'ct-project does not overwrite an output' ct-project -n 5 m.nii m.exr

@@ -39,8 +39,8 @@ no syntax-1.2.840.10008.1.2.4.110 'JPEG XL' '1.2.840.10008.1.2.4.110 is not one 
 no syntax-1.2.840.10008.1.2.4.100 'MPEG2' 'is not one that is read: MPEG2'
 no syntax-1.2.3.4 'an unknown transfer syntax' '1.2.3.4 is not one that is read: not known'
 # the bits of a pixel
-same high-15 'HighBit 15 of 12 bits with zeros below'
-no high-15-but-low 'HighBit 15 of 12 bits with numbers below' 'HighBit should be 11'
+same high-15 'HighBit 15 of 12 bits with other bits below'
+no high-15-but-low 'HighBit 15 of 12 bits where the numbers lie below' 'HighBit should be 11'
 same high-3 'a HighBit below the bits stored'
 same high-none 'a file without HighBit'
 same signed '12 bits with the sign in the bits above'

@@ -6,41 +6,55 @@ line() { ct-info "$1" | awk -v k="$2" '$1 == k {$1 = ""; sub(/^ /, ""); print}';
 bare() { ct-convert -q --type f32 "$1" - | tail -c $((32 * 32 * $2 * 4)) >raw; ct-convert -q -f --raw "32x32x$2:f32:1,1,$3" --orient RAS raw "$4"; }
 no() { # no STATUS WORDS COMMAND...
 	status=$1 words=$2; shift 2
-	exits "$status" "$*" "$@" no.nii; has err "$words" "$words"; [ ! -e no.nii ] || ok 1 'nothing is left'
+	exits "$status" "refused with status $status: $*" "$@" no.nii
+	has err "$words" "the error reads: $words"
+	[ ! -e no.nii ] || ok 1 "no output is left by: $*"
 }
 
-# what is said is what other options say, where these can
+# profiles that other options can state too
 ct-degrade -q -x 1,1,5 --slice-thickness 4 hi.nii a.nii && ct-degrade -q -x 1,1,5 --sigma 0,0,1.484 --decimate point hi.nii b.nii
-ct-metrics --ssim none a.nii b.nii >m; has m '^max-hu 0[.]0*$' 'a thickness alone is a Gaussian of .371 of it, in points'
-ct-degrade -q -x 1,1,5 --profile gaussian --slice-thickness 4 hi.nii c.nii; ct-metrics --ssim none a.nii c.nii >m; has m '^max-hu 0[.]0*$' 'and so is --profile gaussian'
+ct-metrics --ssim none a.nii b.nii >m
+has m '^max-hu 0[.]0*$' '--slice-thickness is a Gaussian with a sigma of .371 of it, point-sampled'
+ct-degrade -q -x 1,1,5 --profile gaussian --slice-thickness 4 hi.nii c.nii
+ct-metrics --ssim none a.nii c.nii >m
+has m '^max-hu 0[.]0*$' '--profile gaussian is the same as --slice-thickness alone'
 ct-degrade -q -f -x 1,1,5 --profile box hi.nii a.nii && ct-degrade -q -f -x 1,1,5 --sigma 0 --decimate mean hi.nii b.nii
-ct-metrics --ssim none a.nii b.nii >m; has m '^max-hu 0[.]0*$' 'a box as thick as the spacing is the mean'
+ct-metrics --ssim none a.nii b.nii >m
+has m '^max-hu 0[.]0*$' '--profile box as thick as the spacing is --decimate mean'
 ct-degrade -q -x 1,1,4 --profile box --slice-thickness 2 hi.nii gap.nii
-[ "$(line gap.nii profile | cut -d' ' -f1)" = 2 ]; ok $? 'thinner slices than their spacing are samples, which the file carries'
+[ "$(line gap.nii profile | cut -d' ' -f1)" = 2 ]
+ok $? 'a box thinner than the spacing is recorded in the file as samples'
 
-# a file, and the header that it makes
+# a profile from a file, and the header of the result
 printf '# mm weight\n-1 .25\n0 .5\n1 .25\n' >p.txt
 ct-degrade -q -f -x 1,1,5 --profile p.txt hi.nii a.nii
-[ "$(line a.nii decimate),$(line a.nii sigma)" = point,0,0,0.763762616 ]; ok $? 'beside the samples there is a Gaussian of the same spread'
+[ "$(line a.nii decimate),$(line a.nii sigma)" = point,0,0,0.763762616 ]
+ok $? 'beside the samples of a profile a Gaussian of the same spread is recorded'
 bare a.nii 12 5 bare.nii
-exits 0 'the profile from the header' ct-upsample -m dc -x 1,1,5 a.nii up.nii
-exits 0 'the profile from the option' ct-upsample -m dc -x 1,1,5 --profile p.txt bare.nii up2.nii
-ct-metrics --ssim none up.nii up2.nii | awk '$1 == "max-hu" {exit !($2 < .01)}'; ok $? 'is the same operator'
-exits 0 'another' ct-upsample -f -m dc -x 1,1,5 --slice-thickness 5 bare.nii up3.nii
-ct-metrics --ssim none up.nii up3.nii | awk '$1 == "max-hu" {exit !($2 > 1)}'; ok $? 'is another'
-exits 0 'ct-sr' ct-sr -Q draft -x 1,1,5 --profile p.txt --noise 0 bare.nii sr.nii
-has err 'with a slice profile (given)' 'says who said it'
-! grep -q 'assumed:' err; ok $? 'and assumes nothing'
-[ "$(line sr.nii profile | wc -w)" -eq 4 ]; ok $? 'its result carries it'
-ct-metrics --consistency bare.nii sr.nii | awk '$1 == "residual-rms-hu" {exit !($2 < .01)}'; ok $? 'with which it agrees with the scan'
-ct-convert -q --reorient SAR a.nii turned.nii; [ "$(line turned.nii profile | cut -d' ' -f1)" = 0 ]; ok $? 'goes with its axis'
-exits 0 'that is turned' ct-upsample -m dc turned.nii up4.nii
-ct-convert -q --reorient RAS up4.nii back.nii && ct-metrics --ssim none up.nii back.nii | awk '$1 == "max-hu" {exit !($2 < .01)}'; ok $? 'and means the same'
+exits 0 'ct-upsample uses a profile recorded in the header' ct-upsample -m dc -x 1,1,5 a.nii up.nii
+exits 0 'ct-upsample uses a profile given by --profile' ct-upsample -m dc -x 1,1,5 --profile p.txt bare.nii up2.nii
+ct-metrics --ssim none up.nii up2.nii | awk '$1 == "max-hu" {exit !($2 < .01)}'
+ok $? 'a profile in the header and by --profile give the same volume'
+exits 0 'ct-upsample uses a thickness instead of a profile' ct-upsample -f -m dc -x 1,1,5 --slice-thickness 5 bare.nii up3.nii
+ct-metrics --ssim none up.nii up3.nii | awk '$1 == "max-hu" {exit !($2 > 1)}'
+ok $? 'another profile gives another volume'
+exits 0 'ct-sr accepts a profile by --profile' ct-sr -Q draft -x 1,1,5 --profile p.txt --noise 0 bare.nii sr.nii
+has err 'with a slice profile (given)' 'ct-sr reports that the profile was given'
+! grep -q 'assumed:' err; ok $? 'with a given profile ct-sr assumes nothing'
+[ "$(line sr.nii profile | wc -w)" -eq 4 ]; ok $? 'the result of ct-sr records the profile'
+ct-metrics --consistency bare.nii sr.nii | awk '$1 == "residual-rms-hu" {exit !($2 < .01)}'
+ok $? 'the result with a given profile agrees with the scan'
+ct-convert -q --reorient SAR a.nii turned.nii
+[ "$(line turned.nii profile | cut -d' ' -f1)" = 0 ]
+ok $? 'a recorded profile turns with its axis'
+exits 0 'ct-upsample uses a profile along another axis' ct-upsample -m dc turned.nii up4.nii
+ct-convert -q --reorient RAS up4.nii back.nii && ct-metrics --ssim none up.nii back.nii | awk '$1 == "max-hu" {exit !($2 < .01)}'
+ok $? 'a profile along another axis gives the same volume'
 ct-convert -q --iso 2 a.nii coarse.nii
-[ -z "$(line coarse.nii profile)" ]; ok $? 'and is forgotten on another grid'
-exits 0 'two axes and a profile of the third' ct-sr -Q draft -x 2,2,5 --sigma .7,.7,0 --decimate mean --profile p.txt --noise 0 bare.nii sr2.nii
-exits 0 'in plane measured' ct-sr -Q draft -x 2,2,5 --profile p.txt --noise 0 bare.nii sr3.nii
-! grep -q 'along x,y,z' err; ok $? 'of the slices nothing is measured'
+[ -z "$(line coarse.nii profile)" ]; ok $? 'a recorded profile is dropped on another grid'
+exits 0 'ct-sr accepts a blur in plane with a profile of slices' ct-sr -Q draft -x 2,2,5 --sigma .7,.7,0 --decimate mean --profile p.txt --noise 0 bare.nii sr2.nii
+exits 0 'ct-sr measures the blur in plane beside a profile of slices' ct-sr -Q draft -x 2,2,5 --profile p.txt --noise 0 bare.nii sr3.nii
+! grep -q 'along x,y,z' err; ok $? 'with a profile of slices the blur along z is not measured'
 
 # contradictions
 no 2 '--sigma contradicts --profile, which says the blur along axis 2' ct-upsample -x 1,1,5 --sigma 1 --profile box bare.nii

@@ -23,11 +23,12 @@ if ! ct-train -q -n 0 none.safetensors pics 2>err && grep -q OpenImageIO err; th
 fi
 small='--arch model_channels=32,channel_mult=1:1 -p 16 --expert batch=8 -s 5 --expert lr=1e-3'
 
+# learning, resuming
 # shellcheck disable=SC2086
-exits 0 'trains' ct-train $small -n 60 --expert=log-every=20,validate-every=30 --validate held \
+exits 0 'ct-train trains on a folder of pictures' ct-train $small -n 60 --expert=log-every=20,validate-every=30 --validate held \
 	a.safetensors pics
 awk '/step 20: loss/{a=$5} /step 60: loss/{b=$5} END{exit !(b+0 < 0.75*(a+0) && b+0 > 0)}' err
-ok $? 'the loss falls by a quarter'
+ok $? 'the loss on the training pictures falls by a quarter'
 awk '/step 30: held/{a=$6} /step 60: held/{b=$6} END{exit !(b+0 < a+0 && b+0 > 0)}' err
 ok $? 'the loss on other pictures falls'
 
@@ -39,41 +40,45 @@ ct-train -q $opts -n 12 -t 1 d.safetensors pics
 ct-train -q $opts -n 5 -t 3 c.safetensors pics
 ct-train -q $opts -n 12 -t 3 --resume c.safetensors pics
 }
-cmp b.safetensors.state c.safetensors.state; ok $? 'interrupted, resumed, other threads: same bytes'
-cmp b.safetensors.state d.safetensors.state; ok $? 'one thread: same bytes'
+cmp b.safetensors.state c.safetensors.state
+ok $? 'a training stopped and resumed with other threads gives the same bytes'
+cmp b.safetensors.state d.safetensors.state; ok $? 'a training with one thread gives the same bytes'
 
+# refusals
 # shellcheck disable=SC2086
-exits 3 'another batch cannot resume' ct-train $small --expert batch=4 -n 13 --resume a.safetensors pics
-has err "a.safetensors.state: is of a run where --expert batch was '8', not '4'" 'and says why'
+exits 3 'a training cannot be resumed with another batch' ct-train $small --expert batch=4 -n 13 --resume a.safetensors pics
+has err "a.safetensors.state: is of a run where --expert batch was '8', not '4'" 'the error of a resume with another batch gives both values'
 # shellcheck disable=SC2086
-exits 3 'other data cannot resume' ct-train $small -n 80 --resume a.safetensors held
-has err 'DATA 1 held something else' 'and says which'
+exits 3 'a training cannot be resumed with other pictures' ct-train $small -n 80 --resume a.safetensors held
+has err 'DATA 1 held something else' 'the error of a resume with other pictures names the argument'
 cp -r pics moved
 # shellcheck disable=SC2086
-exits 0 'the same data of another name can' ct-train -q $small -n 61 --resume a.safetensors moved
+exits 0 'a training is resumed with the same pictures in another folder' ct-train -q $small -n 61 --resume a.safetensors moved
 # shellcheck disable=SC2086
-exits 3 'nor more data' ct-train $small -n 80 --resume a.safetensors pics held
+exits 3 'a training cannot be resumed with more pictures' ct-train $small -n 80 --resume a.safetensors pics held
 # shellcheck disable=SC2086
-exits 0 'nothing to resume: begins' ct-train $small -q -n 1 --resume y.safetensors pics
+exits 0 '--resume without a state begins a training' ct-train $small -q -n 1 --resume y.safetensors pics
 # shellcheck disable=SC2086
-exits 4 'an existing prior is kept' ct-train $small a.safetensors pics
+exits 4 'an existing prior is not overwritten' ct-train $small a.safetensors pics
 # shellcheck disable=SC2086
-exits 6 'a training that diverges' ct-train $small --expert lr=1,decay=10 -n 2000 --expert ema=0 e.safetensors pics
-has err 'diverged at step' 'and says where'
-exits 5 'pieces that do not halve' ct-train -p 18 z.safetensors pics
-exits 5 'pieces larger than any picture' ct-train -p 64 z.safetensors pics
-exits 5 'scales that leave too little' ct-train -p 32 --expert=scales=2,4 z.safetensors pics
-exits 3 'no such data' ct-train z.safetensors nowhere
-exits 3 'a folder without pictures' ct-train z.safetensors .
+exits 6 'a training that diverges ends with status 6' ct-train $small --expert lr=1,decay=10 -n 2000 --expert ema=0 e.safetensors pics
+has err 'diverged at step' 'the error of a training that diverges gives the step'
+exits 5 'pieces that cannot be halved are refused with status 5' ct-train -p 18 z.safetensors pics
+exits 5 'pieces larger than any picture are refused with status 5' ct-train -p 64 z.safetensors pics
+exits 5 'scales that leave no piece are refused with status 5' ct-train -p 32 --expert=scales=2,4 z.safetensors pics
+exits 3 'a folder that does not exist is refused with status 3' ct-train z.safetensors nowhere
+exits 3 'a folder without pictures is refused with status 3' ct-train z.safetensors .
 echo text >text.png
-exits 3 'not a picture' ct-train z.safetensors text.png
-has err 'text.png' 'and names it'
-exits 2 'a key that there is not' ct-train --arch colour=3 z.safetensors pics
-exits 3 'channels that 32 does not divide' ct-train --arch model_channels=20 z.safetensors pics
-[ ! -e z.safetensors ] && [ ! -e z.safetensors.state ]; ok $? 'no output of a failed run'
+exits 3 'a text file instead of a picture is refused with status 3' ct-train z.safetensors text.png
+has err 'text.png' 'the error of a text file instead of a picture names it'
+exits 2 'an unknown word of --arch is refused with status 2' ct-train --arch colour=3 z.safetensors pics
+exits 3 'channels that 32 does not divide are refused with status 3' ct-train --arch model_channels=20 z.safetensors pics
+[ ! -e z.safetensors ] && [ ! -e z.safetensors.state ]; ok $? 'refused trainings leave neither prior nor state'
 
+# outputs, signals, cost
 # shellcheck disable=SC2086
-ct-train -q $small --half -n 3 --licence CC0-1.0 - pics >stream.safetensors; ok $? 'to a stream'
+ct-train -q $small --half -n 3 --licence CC0-1.0 - pics >stream.safetensors
+ok $? 'ct-train --half writes a prior to standard output'
 # shellcheck disable=SC2086
 ct-train -q $small -n 3 whole.safetensors pics
 python3 - <<'EOF'
@@ -93,17 +98,17 @@ b = struct.unpack('<%df' % (len(whole) // 4), whole)
 assert max(abs(x - y) for x, y in zip(a, b)) < 1e-3
 assert max(abs(y) for y in b) > 0.1
 EOF
-ok $? 'metadata, and half precision of the same weights'
+ok $? '--half gives the same weights in half precision, with metadata'
 
 # shellcheck disable=SC2086
 signalled 5 15 ct-train -q $small -n 100000 f.safetensors pics 2>err
-[ $? -eq 75 ]; ok $? 'a signal stops it with status 75'
-[ -s f.safetensors ] && [ -s f.safetensors.state ]; ok $? 'and what there is is written'
+[ $? -eq 75 ]; ok $? 'SIGTERM ends ct-train with status 75'
+[ -s f.safetensors ] && [ -s f.safetensors.state ]; ok $? 'after SIGTERM prior and state are written'
 # shellcheck disable=SC2086
-exits 0 'stops after the minutes' ct-train -q $small -n 100000 --expert=cosine=yes --minutes 0.01 h.safetensors pics
-[ -s h.safetensors ]; ok $? 'with what there is'
+exits 0 '--minutes ends a training with status 0' ct-train -q $small -n 100000 --expert=cosine=yes --minutes 0.01 h.safetensors pics
+[ -s h.safetensors ]; ok $? '--minutes leaves the prior trained so far'
 # shellcheck disable=SC2086
-exits 0 'an estimate' ct-train $small --dry-run g.safetensors pics
-has out '8 pictures, .* parameters' 'with the size of the work'
-[ ! -e g.safetensors ]; ok $? 'and no output'
+exits 0 'ct-train --dry-run of pictures succeeds' ct-train $small --dry-run g.safetensors pics
+has out '8 pictures, .* parameters' 'the dry run prints the number of pictures and parameters'
+[ ! -e g.safetensors ]; ok $? 'the dry run writes no prior'
 done_testing
