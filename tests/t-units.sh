@@ -15,8 +15,8 @@ u='ct-upsample -q -x 2 --method linear'
 train='ct-train -q --kind slices -x 2 --expert cubes=1,cube=24 -n 1 no.safetensors'
 no() { # no FILE WORDS COMMAND...
 	f=$1 w=$2; shift 2
-	exits 3 "$1 refuses $f.nii with status 3" "$@"
-	has err "$f.nii: values from .* are not HU.*$w" "the error of $1 for $f.nii names the file and reads: $w"
+	exits 3 "refused with status 3: $*" "$@"
+	has err "$f.nii: values from .* are not HU.*$w" "the error names $f.nii and reads $w: $*"
 }
 # values that cannot be HU, for each command
 no unit 'but see --units' $u unit.nii o.nii
