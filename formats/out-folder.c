@@ -36,6 +36,23 @@ static char *target(const char *path)
 	return strndup(path, n);
 }
 
+/* Did a program of ours write the file? Its ImplementationVersionName (shim/dicom-write.cc) says
+ * so, near its begin: the user may have files of the same names. */
+static bool is_ours(int folder, const char *name)
+{
+	enum { HEAD = 1024, MARK = 128 };
+	static const char version[] = "\x02\x00\x13\x00SH\x04\x00"
+				      "CTSR";
+	const int fd = openat(folder, name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+	char head[HEAD];
+	const ssize_t n = fd >= 0 ? pread(fd, head, sizeof head, 0) : -1;
+
+	if (fd >= 0)
+		close(fd);
+	return n > MARK + 4 && memcmp(head + MARK, "DICM", 4) == 0 &&
+	       memmem(head, (size_t)n, version, sizeof version - 1);
+}
+
 /* Is the folder empty, or may it be replaced? */
 static int replaceable(const struct ct_out_folder *f, const char *folder, const char *own,
 	bool force, struct ct_err *e)
@@ -56,7 +73,7 @@ static int replaceable(const struct ct_out_folder *f, const char *folder, const 
 				f->name);
 		else if (!ct_proof_listed(own, x->d_name) ||
 			 fstatat(dirfd(d), x->d_name, &st, AT_SYMLINK_NOFOLLOW) != 0 ||
-			 !S_ISREG(st.st_mode))
+			 !S_ISREG(st.st_mode) || !is_ours(dirfd(d), x->d_name))
 			rc = ct_fail(e, CT_EOUTPUT,
 				"%s: holds %.100s, which is not of a series that was written "
 				"here: will not replace it",

@@ -2,7 +2,7 @@
  * whole.
  *
  * What is in the way is replaced only if nothing but files of such an output is in it: those whose
- * names match `own` (fnmatch).
+ * names match `own` (fnmatch), and that say that a program of ours wrote them.
  */
 #ifndef CT_FORMATS_OUT_FOLDER_H
 #define CT_FORMATS_OUT_FOLDER_H

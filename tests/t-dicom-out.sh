@@ -151,6 +151,28 @@ exits 4 'an output folder inside the input folder is refused' ct-convert first f
 has err 'first/out/: lies in first, an input' 'the error of an output folder inside the input names both'
 exits 4 'an output file inside the input folder is refused' ct-convert first first/out.dcm
 exits 4 'an output file inside the template folder is refused' ct-convert --template first v.nii first/out.dcm
+for o in first first/ ./first; do
+	exits 4 "--force does not replace the folder $o of a file that is read" ct-convert -f first/ctsr0001.dcm $o
+	has err 'holds first/ctsr0001.dcm, an input, and would be replaced' "the error of the folder $o names the input in it"
+done
+exits 4 '--force does not write over a slice beside the file that is read' \
+	ct-convert -f first/ctsr0001.dcm first/ctsr0002.dcm
+has err 'first/ctsr0002.dcm: would be written over first/ctsr0002.dcm, a slice of the input' \
+	'the error of an output that is a slice of the input names both'
+exits 4 'ct-sr does not write over a slice beside the file that is read' \
+	ct-sr -Q draft -f first/ctsr0001.dcm first/ctsr0002.dcm
+has err 'a slice of the input' 'the error of ct-sr says that OUT is a slice of the input'
+exits 4 '--force does not write over a slice beside the template' \
+	ct-convert -f --template first/ctsr0001.dcm v.nii first/ctsr0002.dcm
+exits 0 'a new file may lie beside the series of the file that is read' ct-convert first/ctsr0001.dcm first/out.dcm
+exits 0 '--force replaces a file of another series beside the one that is read' ct-convert -f first/ctsr0001.dcm first/out.dcm
+rm first/out.dcm
+[ "$(sum first)" = "$(sum again)" ]; ok $? 'outputs that are refused leave the series of the input as it was'
+mkdir named; echo scan >named/ctsr0001.dcm; cp v.nii named/ctsr0002.dcm
+exits 4 '--force does not replace files of the user with names like ours' ct-convert -f w.nii named/
+has err 'named/: holds ctsr000..dcm, which is not of a series that was written here' \
+	'the error of files with names like ours names one of them'
+[ "$(cat named/ctsr0001.dcm)" = scan ]; ok $? 'files of the user with names like ours are as they were'
 exits 4 'an existing DICOM file is not overwritten' ct-convert v.nii one.dcm
 exits 0 '--force replaces an existing DICOM file' ct-convert -f v.nii one.dcm
 for o in '--template first' --deid; do

@@ -194,6 +194,11 @@ static int check_output(
 		if (!o.output && ct_out_folder_named(o.path) &&
 			ct_out_folder_holds(o.path, w->path))
 			return ct_fail(e, CT_EOUTPUT, "%s: lies in %s, an input", w->path, o.path);
+	for (struct walk o = begin(opts, w->params); dicom && step(&o);)
+		if (!o.output && ct_out_folder_named(w->path) &&
+			ct_out_folder_holds(w->path, o.path))
+			return ct_fail(e, CT_EOUTPUT,
+				"%s: holds %s, an input, and would be replaced", w->path, o.path);
 	if (dicom && ct_out_folder_named(w->path))
 		return ct_out_folder_check(w->path, w->opt->dicom, env, e);
 	return apart(opts, w->params, w->path, w, e) || ct_out_check(w->path, env, e) ? -1 : 0;

@@ -2,6 +2,8 @@
 #include "config.h"
 #include "core/mem.h"
 #include "formats/hash.h"
+#include "formats/io.h"
+#include "formats/out-folder.h"
 #include "shim/dicom-file.h"
 #include "dicom/series-set.h"
 
@@ -9,6 +11,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 /* The hash of the values of a slice that its scale makes of the stored ones. */
 static int hash_values(void *ctx, const struct ct_slice *s, uint64_t out[2])
@@ -47,6 +50,20 @@ int series_open(struct series_set *set, const struct ct_dicom_in *in, struct ct_
 	}
 	return ct_series_list(
 		set->census.slice, set->census.slices, &pixels, &set->list, &set->n, e);
+}
+
+int series_apart(const struct ct_slice *s, size_t n, const char *out, struct ct_err *e)
+{
+	const bool folder = out && ct_out_folder_named(out);
+
+	for (size_t k = 0; k < n && out && access(out, F_OK) == 0; k++)
+		if ((k == 0 || s[k].file != s[k - 1].file) &&
+			(folder ? ct_out_folder_holds(out, s[k].path)
+				: ct_out_same(out, s[k].path, true)))
+			return ct_fail(e, CT_EOUTPUT,
+				"%s: would be written over %s, a slice of the input", out,
+				s[k].path);
+	return 0;
 }
 
 void series_close(struct series_set *set)

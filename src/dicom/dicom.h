@@ -30,6 +30,7 @@ struct ct_dicom_in {
 	enum ct_gaps gaps;
 	enum ct_units units;
 	bool skip_damaged;
+	const char *out;                    /* what is made of it, which is none of it; or NULL */
 	json_t *about;                      /* the object of a sidecar, or NULL */
 	const struct ct_dicom_taker *taker; /* or NULL */
 	/* within the module (dicom_from): what the user calls it; of the file that stands for its

@@ -340,7 +340,8 @@ int series_read(
 	l = &set.list[pick];
 	s = set.census.slice + l->first;
 	count = l->count;
-	if (series_whole(&set, pick, in->skip_damaged, env, e) ||
+	if (series_apart(s, count, in->out, e) ||
+		series_whole(&set, pick, in->skip_damaged, env, e) ||
 		check_values(s, count, in->units, e) || series_check_size(s, count, e))
 		goto out;
 	while ((rc = assemble(v, s, count, in, &failed, env, e)) != 0 && failed < count &&

@@ -23,6 +23,8 @@ void series_lines(const struct series_set *set, const struct ct_env *env);
  * a file. `without` slices at the end of the series are not. */
 void series_account(
 	const struct series_set *set, size_t pick, size_t without, const struct ct_env *env);
+/* CT_EOUTPUT if the output, a file or a folder, is a file of the slices or holds one. */
+int series_apart(const struct ct_slice *s, size_t n, const char *out, struct ct_err *e);
 /* CT_EINPUT for pictures of many bytes in files of few: nothing is decoded, nothing allocated. */
 int series_check_size(const struct ct_slice *s, size_t n, struct ct_err *e);
 /* CT_EINPUT naming a file that may belong to the series and cannot be read; with `skip` they are

@@ -29,9 +29,9 @@ static int find_template(struct dicom_from *from, const struct ct_dicom_out *o, 
 	return dicom_from(from, o->template ? &named : o->source, e);
 }
 
-/* The slices that the volume comes from, and what they say. */
+/* The slices that the volume comes from, and what they say; `path` is none of them. */
 static int read_template(struct image *im, struct series_set *set, const struct dicom_from *from,
-	bool other_patient, struct ct_err *e)
+	const char *path, bool other_patient, struct ct_err *e)
 {
 	const struct ct_series *l;
 	size_t pick;
@@ -41,8 +41,9 @@ static int read_template(struct image *im, struct series_set *set, const struct 
 	l = &set->list[pick];
 	im->source = set->census.slice + l->first;
 	im->n = l->count;
-	return (!other_patient && derive_check_space(im, e)) || derive_check(im, e) ||
-			       policy_read(&im->from, im->source, im->n, e)
+	return series_apart(im->source, im->n, path, e) ||
+			       (!other_patient && derive_check_space(im, e)) ||
+			       derive_check(im, e) || policy_read(&im->from, im->source, im->n, e)
 		       ? -1
 		       : 0;
 }
@@ -192,7 +193,7 @@ int dicom_write(const char *path, const struct ct_vol *v, const struct ct_dicom_
 			"the series that it belongs to",
 			path);
 	if (none < 0 || check_size(path, v, im.frames, e) || check_values(v, env, e) ||
-		(none == 0 && read_template(&im, &set, &from, o->other_patient, e)) ||
+		(none == 0 && read_template(&im, &set, &from, path, o->other_patient, e)) ||
 		image_head(&im, e))
 		goto out;
 	if (o->deid && image_has_writing(&im))

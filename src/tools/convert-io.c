@@ -73,6 +73,7 @@ static struct ct_dicom_in dicom_in(const struct convert *p, size_t n)
 		.gaps = (enum ct_gaps)p->gaps,
 		.units = (enum ct_units)p->units,
 		.skip_damaged = p->skip_damaged,
+		.out = p->out,
 		.about = p->about};
 }
 

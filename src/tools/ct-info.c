@@ -91,7 +91,7 @@ static int read_any(struct ct_any *a, const struct params *p, const char *path,
 {
 	if (p->measures && dicom_form_of(path) != NOT_DICOM) {
 		a->kind = CT_KIND_VOLUME;
-		return scan_read(&a->vol, path, p->series, NULL, env, e);
+		return scan_read(&a->vol, path, p->series, NULL, NULL, env, e);
 	}
 	if (ct_any_read(path, a, e))
 		return -1;

@@ -94,8 +94,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct ct_slice_fit s;
 	int rc = -1;
 
-	if (scan_read(&thick, p->thick, NULL, NULL, env, e) ||
-		scan_read(&thin, p->thin, NULL, NULL, env, e))
+	if (scan_read(&thick, p->thick, NULL, NULL, NULL, env, e) ||
+		scan_read(&thin, p->thin, NULL, NULL, NULL, env, e))
 		goto out;
 	if (ct_slice_fit(&s, &thick, &thin, env, e)) {
 		ct_blame(e, p->thick);

@@ -150,7 +150,7 @@ static int read_in(struct files *f, const struct ct_env *env, struct ct_err *e)
 
 	if (p->quality != DRAFT && prior_file_read(&f->prior, &f->prior_meta, p->prior, e))
 		return -1;
-	if (scan_read(&f->in, p->in, p->series, f->about, env, e))
+	if (scan_read(&f->in, p->in, p->series, p->out, f->about, env, e))
 		return -1;
 	input = ct_meta_get(&f->in.meta, CT_META_INPUT); /* NAME HASH */
 	if (p->deid && input &&

@@ -135,7 +135,7 @@ static int read_all(struct files *f, struct ct_refine_rule *rule, const struct p
 	rule->prior = &f->prior;
 	rule->arssr = &f->arssr;
 	rule->start = p->start ? &f->start : NULL;
-	return scan_read(&f->in, p->in, NULL, NULL, env, e) ||
+	return scan_read(&f->in, p->in, NULL, p->out, NULL, env, e) ||
 			       (p->start && ct_vol_read_hu(p->start, &f->start, env, e))
 		       ? -1
 		       : 0;

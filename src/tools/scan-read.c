@@ -7,13 +7,14 @@
 #include "dicom/sidecar.h"
 #include "tools/scan-read.h"
 
-int scan_read(struct ct_vol *v, const char *path, const char *series, json_t *about,
-	const struct ct_env *env, struct ct_err *e)
+int scan_read(struct ct_vol *v, const char *path, const char *series, const char *out,
+	json_t *about, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_dicom_in in = {.paths = &path,
 		.n = 1,
 		.series = series,
 		.units = (enum ct_units)ct_io_rule_of(env).units,
+		.out = out,
 		.about = about};
 
 	if (dicom_form_of(path) != NOT_DICOM
