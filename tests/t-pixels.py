@@ -135,6 +135,9 @@ def numbers():
     series("wide", lambda v: (v + far).astype("<u4").tobytes(), allocated=32, stored=32, high=31, intercept=str(-1024 - far))
     series("wide-signed", lambda v: (v - far + 9).astype("<i4").tobytes(), allocated=32, stored=32, high=31, signed=1,
            intercept=str(far - 9 - 1024))
+    full = dict(stored=16, high=15, intercept="0")
+    series("signed-says-not", lambda v: hu(v).tobytes(), **full)
+    series("saturated", lambda v: little(np.where(v == v.max(), 65535, v)), **{**full, "intercept": "-1024"})
     series("float", lambda v: v.astype("<f4").tobytes(), vr="OF", tag=0x7fe00008, allocated=32, stored=None)
     series("double", lambda v: v.astype("<f8").tobytes(), vr="OD", tag=0x7fe00009, allocated=64, stored=None)
     big = dict(syntax=BIG, big=True)
@@ -158,6 +161,8 @@ def numbers():
 
 def wrong():
     series("rows-half", little, rows=ROWS // 2)
+    series("rows-none", little, rows=0)
+    series("columns-none", little, columns=0)
     series("columns-less", little, columns=COLUMNS - 1)
     series("allocated-8", little, allocated=8, stored=8, high=7)
     series("two-more", lambda v: little(v) + b"\0\0")

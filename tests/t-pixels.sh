@@ -47,6 +47,10 @@ same signed '12 bits with the sign in the bits above'
 same signed-zeros-above '12 bits with a sign and zeros above'
 same overlay 'an overlay in the bits above'
 same above 'the same bits above all numbers'
+no signed-says-not 'negative numbers in a file that says they have no sign' \
+	'PixelRepresentation is 0, but its number 6.* is -.* with a sign'
+exits 0 '--units other reads numbers whose sign is doubtful' ct-convert -f --units other signed-says-not o.nii
+exits 0 'metal that fills 16 bits is taken for no negative number' ct-convert -f saturated o.nii
 same metal 'numbers that need more than BitsStored' metal-16
 same metal-signed 'signed numbers that need more than BitsStored' metal-16
 same wide '32 bits beyond what floats hold'
@@ -66,6 +70,7 @@ for n in rows-half columns-less allocated-8 two-more odd-three-more frame-less; 
 done
 same end-padding 'Data Set Trailing Padding'
 same end-rubbish 'rubbish at the end of the file'
+for n in rows columns; do no $n-none "a picture without $n" 'Rows or Columns is 0 or absent'; done
 # colours and tables
 no palette 'a picture with a palette' "PhotometricInterpretation is 'PALETTE COLOR': colours"
 no ybr 'a picture of one sample in YBR' 'YBR_FULL'

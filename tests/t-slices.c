@@ -177,6 +177,33 @@ static void test_refusals(void)
 	OK(grid(s, 1, affine, &err) && err.code == CT_EGEOM, "one slice is no volume");
 }
 
+static void test_sign(void)
+{
+	static const double x[3] = {1, 0, 0}, y[3] = {0, 1, 0};
+	struct ct_slice s[N];
+	float px[64] = {0};
+
+	stack(s, x, y, 2);
+	s->allocated = 16;
+	OK(s->columns * s->rows <= 64 && ct_slice_check_sign(s, px, &err) == 0,
+		"zeros without a sign are what they are");
+	px[3] = 64536;
+	OK(ct_slice_check_sign(s, px, &err) && err.code == CT_EINPUT && strstr(err.msg, "-1000"),
+		"64536 without a sign is refused as -1000");
+	s->is_signed = true;
+	OK(ct_slice_check_sign(s, px, &err) == 0, "a number with a sign is not looked at");
+	s->is_signed = false;
+	s->padded = true;
+	s->padding[0] = s->padding[1] = 64536;
+	OK(ct_slice_check_sign(s, px, &err) == 0, "padding of 64536 is no negative number");
+	s->padded = false;
+	px[4] = 50000;
+	OK(ct_slice_check_sign(s, px, &err) == 0, "numbers of all sizes are not negative ones");
+	px[3] = 65535;
+	px[4] = 0;
+	OK(ct_slice_check_sign(s, px, &err) == 0, "the largest number is no negative one");
+}
+
 static void test_colours(void)
 {
 	static const double x[3] = {1, 0, 0}, y[3] = {0, 1, 0};
@@ -649,6 +676,7 @@ int main(void)
 	test_orientations();
 	test_refusals();
 	test_series();
+	test_sign();
 	test_colours();
 	test_axes();
 	test_pairs();

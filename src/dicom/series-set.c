@@ -35,7 +35,8 @@ static int read_slice(void *ctx, size_t k, float *px, struct ct_err *e)
 	struct reader *r = ctx;
 
 	r->failed = k;
-	if (ct_dicom_source_read(r->from, k, px, e))
+	if (ct_dicom_source_read(r->from, k, px, e) ||
+		(r->in->units == CT_UNITS_AUTO && ct_slice_check_sign(&r->s[k], px, e)))
 		return -1;
 	ct_slice_scale(&r->s[k], r->none, px);
 	return 0;

@@ -58,6 +58,9 @@ void ct_slice_place(struct ct_slice *s, const double affine[3][4], size_t k)
 
 int ct_slice_check(const struct ct_slice *s, struct ct_err *e)
 {
+	char name[CT_SLICE_NAME];
+
+	ct_slice_name(name, s);
 	if (!s->placed && s->frames > 1)
 		return ct_fail(e, CT_EGEOM,
 			"%s: frame %zu has no position: neither a functional group with "
@@ -66,35 +69,33 @@ int ct_slice_check(const struct ct_slice *s, struct ct_err *e)
 	if (!s->placed)
 		return ct_fail(e, CT_EGEOM,
 			"%s: no ImagePositionPatient, ImageOrientationPatient or PixelSpacing",
-			s->path);
+			name);
 	if (s->samples != 1)
 		return ct_fail(e, CT_EINPUT, "%s: SamplesPerPixel is %zu: a picture in colour",
-			s->path, s->samples);
+			name, s->samples);
 	if (s->colours[0] && strncasecmp(s->colours, "MONOCHROME", 10) != 0)
 		return ct_fail(e, CT_EINPUT,
 			"%s: PhotometricInterpretation is '%s': colours, not HU (MONOCHROME2)",
-			s->path, s->colours);
+			name, s->colours);
 	if (s->table)
 		return ct_fail(e, CT_EINPUT,
-			"%s: ModalityLUTSequence: a table of values is not read", s->path);
+			"%s: ModalityLUTSequence: a table of values is not read", name);
 	if (!s->scaled || !isfinite(s->slope) || !isfinite(s->intercept) || s->slope == 0)
 		return ct_fail(e, CT_EINPUT,
 			"%s: no usable RescaleSlope and RescaleIntercept: the HU are not known",
-			s->path);
+			name);
 	for (int i = 0; i < 2; i++)
 		if (!(s->pitch[i] > 1e-6 && s->pitch[i] < 1e4))
-			return ct_fail(
-				e, CT_EGEOM, "%s: PixelSpacing is %g mm", s->path, s->pitch[i]);
+			return ct_fail(e, CT_EGEOM, "%s: PixelSpacing is %g mm", name, s->pitch[i]);
 	if (!(fabs(ct_vec3_dot(s->across, s->across) - 1) <= 1e-3 &&
 		    fabs(ct_vec3_dot(s->down, s->down) - 1) <= 1e-3 &&
 		    fabs(ct_vec3_dot(s->across, s->down)) <= 1e-4))
 		return ct_fail(e, CT_EGEOM,
 			"%s: ImageOrientationPatient is not two unit vectors at right angles",
-			s->path);
+			name);
 	for (int i = 0; i < 3; i++)
 		if (!isfinite(s->position[i]))
-			return ct_fail(
-				e, CT_EGEOM, "%s: ImagePositionPatient is not finite", s->path);
+			return ct_fail(e, CT_EGEOM, "%s: ImagePositionPatient is not finite", name);
 	return 0;
 }
 
@@ -107,7 +108,7 @@ bool ct_slice_parallel(const struct ct_slice *a, const struct ct_slice *b)
 			!(fabs(a->down[i] - b->down[i]) <= 1e-4))
 			return false;
 	for (int i = 0; i < 2 && a->placed; i++)
-		if (!(fabs(a->pitch[i] - b->pitch[i]) <= 1e-4 * a->pitch[i]))
+		if (!(fabs(a->pitch[i] - b->pitch[i]) <= 1e-4 * fabs(a->pitch[i])))
 			return false;
 	return true;
 }
@@ -265,6 +266,56 @@ bool ct_slice_is_radiograph(const struct ct_slice *s)
 	       strcmp(s->modality, "RF") == 0;
 }
 
+/* Can what is stored be HU of a CT, by its scale? */
+static int check_scale(const struct ct_slice *s, struct ct_err *e)
+{
+	const double steps = ldexp(1, s->allocated) - 1,
+		     first = s->is_signed ? -ldexp(1, s->allocated - 1) : 0,
+		     a = s->slope * first + s->intercept, b = a + s->slope * steps;
+
+	if (!s->scaled || s->floats || s->allocated < 8)
+		return 0;
+	if (!(fabs(s->slope) * steps >= 1))
+		return ct_fail(e, CT_EINPUT,
+			"%s: RescaleSlope is %g: all numbers of %d bits are within %g HU", s->path,
+			s->slope, s->allocated, fabs(s->slope) * steps);
+	if (!(fabs(s->slope) <= MOST_HU - LEAST_HU))
+		return ct_fail(e, CT_EINPUT,
+			"%s: RescaleSlope is %g: two numbers are further apart than air and bone",
+			s->path, s->slope);
+	if (!(fmin(a, b) <= MOST_HU && fmax(a, b) >= LEAST_HU))
+		return ct_fail(e, CT_EINPUT,
+			"%s: RescaleIntercept is %g: numbers of %d bits are from %g to %g HU, which no CT "
+			"is",
+			s->path, s->intercept, s->allocated, fmin(a, b), fmax(a, b));
+	return 0;
+}
+
+int ct_slice_check_sign(const struct ct_slice *s, const float *x, struct ct_err *e)
+{
+	const float beyond = 0x1p15f, least = -0x1p12f + 0x1p16f, most = 0x1p16f - 1;
+	const size_t n = s->columns * s->rows;
+	float found = 0;
+
+	if (s->is_signed || s->allocated != 16 || s->floats)
+		return 0;
+	for (size_t i = 0; i < n; i++) {
+		if (x[i] < beyond || x[i] == most ||
+			(s->padded && (double)x[i] >= fmin(s->padding[0], s->padding[1]) &&
+				(double)x[i] <= fmax(s->padding[0], s->padding[1])))
+			continue;
+		if (x[i] < least)
+			return 0; /* numbers of all sizes */
+		found = x[i];
+	}
+	if (found == 0)
+		return 0;
+	return ct_fail(e, CT_EINPUT,
+		"%s: PixelRepresentation is 0, but its number %g is %g with a sign: negative, or padding "
+		"that PixelPaddingValue should name",
+		s->path, (double)found, (double)found - 0x1p16);
+}
+
 int ct_slice_check_hu(const struct ct_slice *s, struct ct_err *e)
 {
 	static const char *const none[] = {
@@ -274,7 +325,7 @@ int ct_slice_check_hu(const struct ct_slice *s, struct ct_err *e)
 		return ct_fail(e, CT_EINPUT, "%s: modality is '%s', not CT", s->path, s->modality);
 	for (size_t i = 0; i < sizeof none / sizeof *none; i++)
 		if (strcasecmp(s->unit, none[i]) == 0)
-			return 0;
+			return check_scale(s, e);
 	return ct_fail(
 		e, CT_EINPUT, "%s: RescaleType is '%s': the values are not HU", s->path, s->unit);
 }

@@ -117,8 +117,12 @@ void ct_slice_widen(size_t n, float *out, const void *in, const struct ct_slice_
 void ct_slice_scale(const struct ct_slice *s, float none, float *x);
 /* A picture of X rays on a detector, by its modality? */
 bool ct_slice_is_radiograph(const struct ct_slice *s);
-/* CT_EINPUT, with the field that says so, unless the values are HU. */
+/* CT_EINPUT, with the field that says so, unless the values are HU, by what they are called and how
+ * they are scaled. */
 int ct_slice_check_hu(const struct ct_slice *s, struct ct_err *e);
+/* CT_EINPUT if stored values without a sign are as if they had one: some of them above 61440, none
+ * from there down to 32768, padding and the largest aside. */
+int ct_slice_check_sign(const struct ct_slice *s, const float *x, struct ct_err *e);
 
 #ifdef __cplusplus
 }

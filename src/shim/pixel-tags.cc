@@ -77,6 +77,8 @@ std::string wrong_pixels(vtkDICOMMetaData *m, Outline *o, uint64_t file_size, si
 	const double want = bytes_of(m, frames), is = o->length;
 	char text[120] = "";
 
+	if (!(m->Get(DC::Rows).AsDouble() > 0 && m->Get(DC::Columns).AsDouble() > 0))
+		return "Rows or Columns is 0 or absent: the size of the picture is not known";
 	if (native && o->length == NO_LENGTH)
 		std::snprintf(text, sizeof text,
 			o->uid ? "TransferSyntaxUID %.30s is not compressed, but PixelData is in fragments"
