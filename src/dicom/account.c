@@ -202,6 +202,26 @@ static void judge(const struct series_set *set, size_t pick, size_t without, int
 	}
 }
 
+/* Pictures that are not used, of files that are. */
+static void account_frames(
+	const struct series_set *set, size_t pick, const int *reason, const struct ct_env *env)
+{
+	const struct ct_census *c = &set->census;
+
+	for (size_t k = 0; k < set->n; k++) {
+		const struct ct_series *l = &set->list[k];
+		size_t count = 0;
+
+		for (size_t i = 0; i < l->count && k != pick; i++)
+			count += reason[c->slice[l->first + i].file] == USED;
+		if (count)
+			ct_log(env, CT_WARN, "%zu frame%s not used: %s", count,
+				count == 1 ? " is" : "s are",
+				l->role == CT_PICTURE_SLICES ? reason_word(OTHER_SERIES)
+							     : reason_word((int)l->role));
+	}
+}
+
 void series_account(
 	const struct series_set *set, size_t pick, size_t without, const struct ct_env *env)
 {
@@ -230,6 +250,7 @@ void series_account(
 	beside = count[STATES + CT_FILE_FOREIGN] + count[STATES + CT_FILE_BARE];
 	ct_log(env, count[USED] + beside < c->files ? CT_WARN : CT_INFO, "%zu of %zu file%s used%s",
 		count[USED], c->files, c->files == 1 ? "" : "s", text);
+	account_frames(set, pick, reason, env);
 	free(reason);
 }
 
@@ -271,6 +292,10 @@ static int check_parts(const struct series_set *set, size_t pick, bool skip,
 			continue;
 		last = s[i].whole;
 		part = lacking(&set->census, &s[i]);
+		if (part == 0 && s[i].parts == 0)
+			ct_log(env, CT_WARN,
+				"a concatenation has no InConcatenationTotalNumber: if its last part is not "
+				"here, nothing tells");
 		if (part == 0)
 			continue;
 		if (s[i].parts)
@@ -286,6 +311,30 @@ static int check_parts(const struct series_set *set, size_t pick, bool skip,
 	return 0;
 }
 
+/* CT_EINPUT if a picture of the series lies in it and is of another modality, or of none. */
+static int check_modality(const struct series_set *set, size_t pick, bool skip,
+	const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_slice *all = set->census.slice, *first = &all[set->list[pick].first];
+
+	for (size_t k = 0; k < set->n && set->list[pick].role == CT_PICTURE_SLICES; k++) {
+		const struct ct_slice *s = &all[set->list[k].first];
+
+		if (set->list[k].role != CT_PICTURE_OTHER || !*s->series || !s->placed ||
+			strcmp(s->series, first->series) != 0 || !ct_slice_parallel(s, first))
+			continue;
+		if (!skip)
+			return ct_fail(e, CT_EINPUT,
+				"%s: Modality is '%s', and that of its series is '%s'; ct-convert "
+				"--skip-damaged goes on without it",
+				s->path, s->modality, first->modality);
+		ct_log(env, CT_WARN,
+			"skipped: %s: Modality is '%s', and that of its series is '%s'", s->path,
+			s->modality, first->modality);
+	}
+	return 0;
+}
+
 int series_whole(const struct series_set *set, size_t pick, bool skip, const struct ct_env *env,
 	struct ct_err *e)
 {
@@ -295,7 +344,7 @@ int series_whole(const struct series_set *set, size_t pick, bool skip, const str
 	char text[sizeof e->msg];
 	size_t count = 0;
 
-	if (check_parts(set, pick, skip, env, e))
+	if (check_parts(set, pick, skip, env, e) || check_modality(set, pick, skip, env, e))
 		return -1;
 	for (size_t i = 0; i < c->files; i++) {
 		const struct ct_file *f = &c->file[i];

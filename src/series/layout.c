@@ -59,20 +59,24 @@ size_t ct_layout_gap(const struct ct_layout *l, const struct ct_slice *s, size_t
 /* Why are these no pictures of one stack? */
 static int check_pair(const struct ct_slice *a, const struct ct_slice *b, struct ct_err *e)
 {
+	char first[CT_SLICE_NAME], second[CT_SLICE_NAME];
+
 	if (ct_slice_parallel(a, b))
 		return 0;
+	ct_slice_name(first, a);
+	ct_slice_name(second, b);
 	if (a->columns != b->columns || a->rows != b->rows)
 		return ct_fail(e, CT_EGEOM, "mixed matrices: %zux%zu in %s and %zux%zu in %s",
-			a->columns, a->rows, a->path, b->columns, b->rows, b->path);
+			a->columns, a->rows, first, b->columns, b->rows, second);
 	for (int i = 0; i < 2; i++)
-		if (!(fabs(a->pitch[i] - b->pitch[i]) <= 1e-4 * a->pitch[i]))
+		if (!(fabs(a->pitch[i] - b->pitch[i]) <= 1e-4 * fabs(a->pitch[i])))
 			return ct_fail(e, CT_EGEOM,
 				"mixed pixel sizes: %g mm in %s and %g mm in %s", a->pitch[i],
-				a->path, b->pitch[i], b->path);
+				first, b->pitch[i], second);
 	return ct_fail(e, CT_EGEOM,
 		"mixed orientations: rows along (%.4f,%.4f,%.4f) in %s and (%.4f,%.4f,%.4f) in %s",
-		a->across[0], a->across[1], a->across[2], a->path, b->across[0], b->across[1],
-		b->across[2], b->path);
+		a->across[0], a->across[1], a->across[2], first, b->across[0], b->across[1],
+		b->across[2], second);
 }
 
 /* Put the slices in order of their place along u; l->at gets the places, the first at 0. */
@@ -196,7 +200,8 @@ static int refuse(const struct ct_layout *l, const struct ct_slice *s, enum ct_t
 				"%zu %s missing: spacing is %.4g mm, but %.4g mm between %s and %s; "
 				"ct-convert --gaps fill interpolates",
 				r->missing, r->missing == 1 ? "slice is" : "slices are", r->mid,
-				l->at[k] - l->at[k - 1], s[k - 1].path, s[k].path);
+				l->at[k] - l->at[k - 1], ct_slice_name(a, &s[k - 1]),
+				ct_slice_name(b, &s[k]));
 	if (uneven && gaps == CT_GAPS_ERROR)
 		return ct_fail(e, CT_EGEOM, "uneven slices: gaps run from %.4g to %.4g mm",
 			r->least, r->most);

@@ -14,7 +14,8 @@ enum {
 	ALWAYS = 1,  /* other values are other stacks, wherever they lie */
 	RANKS = 2,   /* it orders the slices of a place, where each place has values of its own */
 	PASSES = 4,  /* it may divide slices that lie between one another, */
-	FEW = 8,     /* if it has few values: numbers that count begin anew, times meet by chance */
+	FEW = 8,     /* if it has few values: numbers that count begin anew, times meet by chance,
+			UIDs may be of one slice each */
 	RATIO = 16,  /* and if they are far apart */
 	BLOCKS = 32, /* also where its values return several times, in blocks */
 };
@@ -31,6 +32,10 @@ enum {
 	TYPE,
 	THICKNESS,
 	INDEX,
+	SPACE,
+	STUDY,
+	ABOUT,
+	MAKER,
 	ACQUIRED,
 	MADE,
 	FIELDS
@@ -51,6 +56,10 @@ static const struct field {
 	[TYPE] = {"ImageType", PASSES | BLOCKS},
 	[THICKNESS] = {"SliceThickness", PASSES | RATIO},
 	[INDEX] = {"DimensionIndexValues", PASSES | FEW},
+	[SPACE] = {"FrameOfReferenceUID", PASSES | BLOCKS | FEW},
+	[STUDY] = {"StudyInstanceUID", PASSES | BLOCKS | FEW},
+	[ABOUT] = {"SeriesDescription", PASSES | BLOCKS | FEW},
+	[MAKER] = {"Manufacturer", PASSES | BLOCKS | FEW},
 	[ACQUIRED] = {"AcquisitionTime", RANKS},
 	[MADE] = {"ContentTime", RANKS},
 };
@@ -64,6 +73,10 @@ static const char *text_of(const struct ct_slice *s, int field)
 	case CONTRAST: return s->contrast;
 	case TYPE: return s->type;
 	case INDEX: return s->index;
+	case SPACE: return s->space;
+	case STUDY: return s->study;
+	case ABOUT: return s->about;
+	case MAKER: return s->maker;
 	default: return NULL;
 	}
 }

@@ -87,9 +87,28 @@ static int by_uid(const void *p, const void *q)
 	return c ? c : (a->frame > b->frame) - (a->frame < b->frame);
 }
 
+/* Of a name, without the bars behind it that part nothing. */
+static int length_of(const char *name)
+{
+	size_t n = strlen(name);
+
+	while (n > 0 && (name[n - 1] == '^' || name[n - 1] == ' '))
+		n--;
+	return (int)n;
+}
+
+/* Of one patient, as far as they say: by number, and by name in any case of letters. */
+static bool one_patient(const struct ct_slice *a, const struct ct_slice *b)
+{
+	const int n = length_of(a->name), m = length_of(b->name);
+
+	return strcmp(a->patient, b->patient) == 0 &&
+	       (n == 0 || m == 0 || (n == m && strncasecmp(a->name, b->name, (size_t)n) == 0));
+}
+
 static bool alike(const struct ct_slice *a, const struct ct_slice *b)
 {
-	return strcmp(a->series, b->series) == 0 && strcmp(a->patient, b->patient) == 0 &&
+	return strcmp(a->series, b->series) == 0 && one_patient(a, b) &&
 	       picture_of(a) == picture_of(b) && ct_slice_parallel(a, b);
 }
 
@@ -271,7 +290,7 @@ int ct_series_list(struct ct_slice *s, size_t n, const struct ct_series_pixels *
 static bool two_patients(const struct ct_series *list, size_t n, const struct ct_slice *s)
 {
 	for (size_t i = 1; i < n; i++)
-		if (strcmp(s[list[i].first].patient, s[list[0].first].patient) != 0)
+		if (!one_patient(&s[list[i].first], &s[list[0].first]))
 			return true;
 	return false;
 }
