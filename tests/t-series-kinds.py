@@ -82,6 +82,10 @@ def make_passes():
     passes("pass-kernel", ConvolutionKernel=["B30f", "B70f"])
     passes("pass-kvp", KVP=[80, 140])
     passes("pass-contrast", ContrastBolusAgent=[None, "Iodine"])
+    passes("pass-space", FrameOfReferenceUID=["1.9.7", "1.9.8"])
+    passes("pass-study", StudyInstanceUID=["1.9.7", "1.9.8"])
+    passes("pass-about", SeriesDescription=["native", "late"])
+    stack("each-space", 12, FrameOfReferenceUID=lambda k: "1.9.7.%d" % k, SeriesDescription=lambda k: "slice %d" % k)
     stack("pass-reversed", AcquisitionNumber=1)
     stack("pass-reversed", at=lambda k: N - k - .5, first=N, hu=100, AcquisitionNumber=2)
     stack("turns", 12, KVP=lambda k: 80 + 60 * (k % 2))
@@ -116,6 +120,7 @@ def make_frames():
     row = [(k, {"StackID": "1"}) for k in range(N)]
     enhanced("enhanced/e.dcm", row)
     enhanced("groups/e.dcm", row, 4)
+    enhanced("frame-lost/e.dcm", row[:2] + row[3:])
     enhanced("stacks/e.dcm", row + [(k + .5, {"StackID": "2"}) for k in range(N)])
     enhanced("index/e.dcm", [(k + p / 2, {"DimensionIndexValues": [k + 1, p + 1]}) for p in range(2) for k in range(N)],
              DimensionIndexSequence=dimensions(0x00209057, 0x00181060))
@@ -136,7 +141,23 @@ def make_frames():
         e.save_as(d + "/e.dcm", write_like_original=False)
 
 
+def make_others():
+    """One picture that does not belong: the last."""
+    for d, tags in (("modality-other", {"Modality": lambda k: "OT" if k == N - 1 else "CT"}),
+                    ("modality-none", {"Modality": lambda k: "" if k == N - 1 else "CT"}),
+                    ("name-other", {"PatientName": lambda k: "Doe^Jane" if k == N - 1 else "Roe^Richard"}),
+                    ("name-cases", {"PatientName": lambda k: ["Roe^Richard", "ROE^RICHARD^^", ""][k % 3]})):
+        stack(d, **tags)
+    enhanced("frame-other/e.dcm", [(k, {"StackID": "1"}) for k in range(N)])
+    e = pydicom.dcmread("frame-other/e.dcm")
+    for k, f in enumerate(e.PerFrameFunctionalGroupsSequence):
+        item(f, "CTImageFrameTypeSequence", FrameType=["ORIGINAL", "PRIMARY", "AXIAL" if k < N - 1 else "LOCALIZER", "NONE"])
+    e.save_as("frame-other/e.dcm", write_like_original=False)
+    enhanced("parts-unsaid/a.dcm", [(k, {"StackID": "1"}) for k in range(N)], ConcatenationUID="1.9.3", InConcatenationNumber=1)
+
+
 def make():
+    make_others()
     make_passes()
     make_copies()
     make_frames()
@@ -144,10 +165,14 @@ def make():
     for d, tags in (("zones", {"SliceThickness": lambda k: 2.5 if k < 5 else 5}),
                     ("zones-between", {"SpacingBetweenSlices": lambda k: 2.5 if k < 5 else 5}), ("lost", {})):
         stack(d, len(wide), at=lambda k: wide[k], **tags)
+    most = [0, 1, 4, 6, 7]
+    stack("most-lost", len(most), at=lambda k: most[k], InstanceNumber=lambda k: most[k] + 1)
+    stack("most-apart", len(most), at=lambda k: most[k])
     stack("zones-lost", 8, at=lambda k: [0, 1, 2, 3, 4, 6, 10, 12][k], SliceThickness=lambda k: 2.5 if k < 4 else 5)
     stack("bare", name="IM%04d")
     for d, say in (("yes", lambda k: "YES" if k == 3 else "NO"), ("no", "NO"), ("silent", lambda k: None),
-                   ("half", lambda k: "NO" if k else None)):
+                   ("half", lambda k: "NO" if k else None), ("word", lambda k: "True" if k == 2 else "NO"),
+                   ("second", lambda k: ["NO", "YES"] if k == 2 else "NO")):
         stack("burnt-" + d, BurnedInAnnotation=say)
         for f in sorted(glob.glob("burnt-%s/*" % d)):
             e = pydicom.dcmread(f)

@@ -25,6 +25,10 @@ several pass-phase 2 'NominalPercentageOfCardiacPhase 50$' 'phases of the heart'
 several pass-kernel 2 'ConvolutionKernel B70f$' 'kernels'
 several pass-kvp 2 'KVP 140$' 'energies'
 several pass-contrast 2 'ContrastBolusAgent Iodine$' 'scans with and without contrast'
+several pass-space 2 'FrameOfReferenceUID 1.9.8$' 'frames of reference'
+several pass-study 2 'StudyInstanceUID 1.9.8$' 'studies under one SeriesInstanceUID'
+several pass-about 2 'SeriesDescription native$' 'descriptions of one series'
+one each-space 'slices each of a space and a description of its own' 12
 several turns 2 'KVP 140$' 'energies in turn' 5
 exits 5 'energies that alternate in pairs are refused with status 5' ct-convert -f pairs d.nii
 has err 'mixed: 2 series' 'energies that alternate in pairs are listed as two series'
@@ -66,6 +70,8 @@ ct-convert groups d.nii 2>err
 has err 'NumberOfFrames is 6, but 4 functional groups' 'frames without a functional group are reported as damage'
 exits 5 'two frames at one place are refused with status 5' ct-convert twice d.nii
 has err 'twice/e.dcm (frame 4) and twice/e.dcm (frame 7)' 'the error of two frames at one place gives their numbers'
+exits 5 'a frame that is missing is refused with status 5' ct-convert frame-lost d.nii
+has err 'between frame-lost/e.dcm (frame 2) and frame-lost/e.dcm (frame 3)' 'the error of a missing frame gives the numbers beside it'
 one parts-whole 'parts of a concatenation' 6
 one parts-backwards 'parts of a concatenation in any order' 6
 for c in first middle last; do
@@ -83,6 +89,21 @@ for c in nowhere times; do
 	has err 'frame 1 has no position' "frames-$c: the error names the frame without a position"
 done
 
+# pictures that do not belong
+for c in other none; do
+	exits 3 "an outermost slice of another modality ($c) is refused with status 3" ct-convert modality-$c d.nii
+	has err "modality-$c/05.dcm: Modality is '.*', and that of its series is 'CT'" "the error of another modality ($c) names the file"
+	exits 0 "--skip-damaged leaves out a slice of another modality ($c)" ct-convert -f --skip-damaged modality-$c o.nii
+	has err "skipped: .*05.dcm: Modality is" "a slice of another modality ($c) that is left out is told"
+done
+exits 5 'slices of two PatientNames are refused with status 5' ct-convert name-other d.nii
+has err 'mixed: 2 series of different patients' 'the error of two PatientNames says that patients differ'
+one name-cases 'slices of one PatientName in several cases of letters' 6
+one frame-other 'frames of a file without its localizer' 5
+has err 'warning: 1 frame is not used: localizer' 'a frame that is not used is told'
+one parts-unsaid 'a part of a concatenation of unknown size' 6
+has err 'warning: .*no InConcatenationTotalNumber' 'a concatenation of unknown size gives a warning'
+
 # zones
 for c in zones zones-between; do
 	exits 0 "$c: slices that are farther apart by their own header are converted" ct-convert -f $c o.nii
@@ -91,6 +112,12 @@ for c in zones zones-between; do
 done
 exits 5 'a wider gap that no header states is refused with status 5' ct-convert lost d.nii
 has err '3 slices are missing' 'the error of a wider gap counts the missing slices'
+exits 5 'a stack that lacks most slices by InstanceNumber is refused with status 5' ct-convert most-lost d.nii
+has err '3 slices are missing: spacing is 2.5 mm, but 7.5 mm' 'the error of a stack that lacks most slices counts them'
+exits 0 '--gaps fill fills a stack that lacks most slices' ct-convert -f --gaps fill most-lost o.nii
+py planes o.nii 8
+ok $? 'a stack that lacks most slices gets one plane for each'
+one most-apart 'uneven slices whose numbers leave none out' 8
 exits 5 'a missing slice between wide ones is refused with status 5' ct-convert zones-lost d.nii
 has err '1 slice is missing' 'the error of a missing slice between wide ones counts it'
 
@@ -176,6 +203,11 @@ for c in silent half; do
 	deid $c
 	py tag deid-$c BurnedInAnnotation - && py tag deid-$c LossyImageCompression -
 	ok $? "$c: what not all slices state is not recorded"
+done
+for c in word second; do
+	deid $c
+	py tag deid-$c BurnedInAnnotation YES && py tag deid-$c PatientIdentityRemoved NO
+	ok $? "$c: a value that means YES in one slice is recorded for all"
 done
 ct-convert -q --deid burnt-yes one.dcm
 "$PY" -c 'import pydicom, sys; d = pydicom.dcmread("one.dcm"); sys.exit(d.BurnedInAnnotation != "YES" or d.PatientIdentityRemoved != "NO")'

@@ -1,5 +1,6 @@
 /* policy.c: see image.h. */
 #include "config.h"
+#include "core/number.h"
 #include "shim/dicom-file.h"
 #include "dicom/image.h"
 
@@ -81,10 +82,11 @@ static const struct row {
  * known. */
 static const struct guard {
 	const char *keyword, *worst, *best;
+	const char *also; /* words that mean the worst */
 } guards[] = {
-	{POLICY_BURNED, "YES", "NO"},
-	{"RecognizableVisualFeatures", "YES", "NO"},
-	{POLICY_LOSSY, "01", "00"},
+	{POLICY_BURNED, "YES", "NO", "YES|Y|TRUE|T|1"},
+	{"RecognizableVisualFeatures", "YES", "NO", "YES|Y|TRUE|T|1"},
+	{POLICY_LOSSY, "01", "00", "01|1|YES|Y|TRUE|T"},
 };
 
 static const struct row machine[] = {
@@ -132,17 +134,39 @@ static bool is_lossy(const struct ct_slice *s)
 	       strcmp(s->syntax, "1.2.840.10008.1.2.4.51") == 0;
 }
 
+/* Is one of the values of `text` one of the words? */
+static bool has_word(const char *words, const char *text)
+{
+	for (const char *t = text; *t; t += *t == '\\') {
+		const char *begin = t += strspn(t, " ");
+		size_t n = strcspn(t, "\\");
+
+		t += n;
+		while (n > 0 && begin[n - 1] == ' ')
+			n--;
+		for (const char *w = words; *w; w += *w == '|') {
+			const size_t m = strcspn(w, "|");
+
+			if (m == n && strncasecmp(w, begin, n) == 0)
+				return true;
+			w += m;
+		}
+	}
+	return false;
+}
+
 static void note_worst(struct worst *w, const struct ct_header *h, const struct ct_slice *s)
 {
 	const char *ratio = ct_header_get(h, POLICY_LOSSY "Ratio"),
 		   *method = ct_header_get(h, POLICY_LOSSY "Method");
-	const double most = ratio ? strtod(ratio, NULL) : 0;
+	const char *end;
+	const double most = ratio ? ct_number_begin(ratio, &end) : 0;
 
 	for (size_t i = 0; i < COUNT(guards); i++) {
 		const char *text = ct_header_get(h, guards[i].keyword);
 		const bool lossy = strcmp(guards[i].keyword, POLICY_LOSSY) == 0 && is_lossy(s);
 
-		w->bad[i] |= lossy || (text && strcasecmp(text, guards[i].worst) == 0);
+		w->bad[i] |= lossy || (text && has_word(guards[i].also, text));
 		w->unknown[i] |= !text || strcasecmp(text, guards[i].best) != 0;
 	}
 	if ((!ratio && !method) || most < w->ratio || (most == w->ratio && *w->methods))
