@@ -68,11 +68,33 @@ static const char *one_of(const struct ct_headed *h, const char *a, const char *
 	return ct_headed_get(h, a) ? a : b;
 }
 
-static bool is_true(const struct ct_headed *h, const char *key)
+/* A field that is true or false; false if it is not there. */
+static int truth(const struct ct_headed *h, const char *key, bool *is, struct ct_err *e)
 {
+	static const char *const words[] = {"false", "f", "0", "true", "t", "1"};
 	const char *s = ct_headed_get(h, key);
 
-	return s && (*s == 'T' || *s == 't' || *s == '1');
+	*is = false;
+	for (size_t i = 0; s && i < sizeof words / sizeof *words; i++)
+		if (strcasecmp(s, words[i]) == 0) {
+			*is = i >= 3;
+			return 0;
+		}
+	return s ? ct_fail(e, CT_EINPUT, "%s: '%.40s' is neither True nor False", key, s) : 0;
+}
+
+/* Are the highest bytes the first? By any of two names, which say the same. */
+static int parse_order(struct ct_headed *h, struct ct_err *e)
+{
+	static const char *const name[] = {"BinaryDataByteOrderMSB", "ElementByteOrderMSB"};
+	bool big[2];
+
+	if (truth(h, name[0], &big[0], e) || truth(h, name[1], &big[1], e))
+		return -1;
+	if (big[0] != big[1] && ct_headed_get(h, name[0]) && ct_headed_get(h, name[1]))
+		return ct_fail(e, CT_EINPUT, "%s: is not what %s says", name[1], name[0]);
+	h->stored.big = big[0] || big[1];
+	return 0;
 }
 
 /* A field that may be only this, if it is there. */
@@ -130,11 +152,12 @@ static int parse_file(struct ct_headed *h, struct ct_err *e)
 	const char *file = ct_headed_get(h, "ElementDataFile");
 	double skip = 0;
 
-	if (ct_headed_numbers(h, "HeaderSize", 1, &skip, e) < 0)
+	if (ct_headed_numbers(h, "HeaderSize", 1, &skip, e) < 0 ||
+		truth(h, "CompressedData", &h->packed, e))
 		return -1;
-	h->packed = is_true(h, "CompressedData");
 	h->at_end = skip == -1;
-	if ((skip < 0 && !h->at_end) || skip > 1e15 || (skip != 0 && h->packed))
+	if ((skip < 0 && !h->at_end) || skip > 1e15 || skip != floor(skip) ||
+		(skip != 0 && h->packed))
 		return ct_fail(e, CT_EINPUT, "HeaderSize: %g%s", skip,
 			h->packed ? " of compressed data" : "");
 	h->skip = h->at_end ? 0 : (size_t)skip;
@@ -165,8 +188,7 @@ int ct_headed_mha(FILE *f, char *line, struct ct_headed *h, struct ct_err *e)
 		return -1;
 	if (parse_dims(h, &dims, e) || ct_headed_sizes(h, "DimSize", dims, e) ||
 		ct_headed_number_type(h, "ElementType", types, e) || parse_place(h, dims, e) ||
-		parse_file(h, e))
+		parse_file(h, e) || parse_order(h, e))
 		return -1;
-	h->stored.big = is_true(h, one_of(h, "BinaryDataByteOrderMSB", "ElementByteOrderMSB"));
 	return 0;
 }

@@ -39,7 +39,11 @@ static int take_line(struct ct_headed *h, char *line, struct ct_err *e)
 		return ct_fail(e, CT_EINPUT, "'%.40s' is no field", line);
 	*field = '\0';
 	normalise(line);
-	return ct_headed_set(h, "ct:", line, field + 2, e);
+	if (ct_headed_set(h, "ct:", line, field + 2, e))
+		return -1;
+	if (strcmp(line, "datafile") == 0 && strncmp(ct_headed_get(h, line), "LIST", 4) == 0)
+		return ct_headed_file(h, "data file", "LIST", e); /* no fields are behind it */
+	return 0;
 }
 
 static int read_fields(FILE *f, struct ct_headed *h, struct ct_err *e)
@@ -269,7 +273,8 @@ static int parse_file(struct ct_headed *h, struct ct_err *e)
 		ct_headed_numbers(h, "byteskip", 1, &skip, e) < 0)
 		return -1;
 	h->at_end = skip == -1 && !h->packed;
-	if ((skip < 0 && !h->at_end) || skip > 1e15 || lines < 0 || lines > 1e9)
+	if ((skip < 0 && !h->at_end) || skip > 1e15 || lines < 0 || lines > 1e9 ||
+		skip != floor(skip) || lines != floor(lines))
 		return ct_fail(e, CT_EINPUT, "line skip: %g, byte skip: %g", lines, skip);
 	h->lines = (size_t)lines;
 	h->skip = h->at_end ? 0 : (size_t)skip;
