@@ -159,6 +159,7 @@ def _text(s, what):
 
 
 def _path(path):
+    """A name of a file: text, bytes or a path."""
     b = os.fsencode(path)
     if b'\0' in b:
         raise ValueError('path: %r holds a NUL' % (path,))
@@ -166,15 +167,29 @@ def _path(path):
 
 
 def _array(x, dtype=None):
-    """A numpy array. The mask of a masked array would be lost."""
+    """A numpy array. The mask of a masked array would be lost, and the imaginary part of complex numbers; text is no
+    number."""
     if isinstance(x, np.ma.MaskedArray):
         raise TypeError('a masked array: fill it, as by x.filled(-1024)')
+    x = np.asarray(x)
+    if x.dtype.kind not in 'biufO' or any(isinstance(v, (complex, str, bytes)) for v in x.flat if x.dtype.kind == 'O'):
+        raise TypeError('an array of %s: expected real numbers' % x.dtype)
     return np.asarray(x, dtype)
 
 
 def _three(x: Axes):
-    x = np.broadcast_to(_array(x, float), (3,))
-    return abi.D3(*x)
+    x = _array(x, float)
+    if x.shape not in ((), (1,), (3,)):
+        raise ValueError('%r: expected one number or three' % (x.tolist(),))
+    return abi.D3(*np.broadcast_to(x, (3,)))
+
+
+def _given(x: Axes, what):
+    """Where 0 would be taken for what is not given."""
+    x = _three(x)
+    if 0 in tuple(x):
+        raise Error(2, 'the %s 0 is not positive' % what)
+    return x
 
 
 def _index(words, word, what):
@@ -195,13 +210,15 @@ class Image:
         self.error: Optional[Image] = None  #: of superres(error=True): the predicted error, HU
         if self.data.ndim != 3 or self.affine.shape != (4, 4):
             raise Error(2, 'an image has three axes and an affine of 4 x 4')
+        if not np.array_equal(self.affine[3], [0, 0, 0, 1]):
+            raise Error(2, 'the last row of an affine is 0 0 0 1, not %s' % ' '.join('%g' % x for x in self.affine[3]))
 
     @classmethod
     def of(cls, x) -> 'Image':
         """An Image, the name of a file, an image of nibabel, or an array."""
         if isinstance(x, cls):
             return x
-        if isinstance(x, (str, os.PathLike)):
+        if isinstance(x, (str, bytes, os.PathLike)):
             return read(x)
         if hasattr(x, 'affine') and hasattr(x, 'dataobj'):
             return cls(np.asanyarray(x.dataobj), x.affine)
@@ -253,7 +270,7 @@ class Operator(NamedTuple):
 
 def _operator(factor: Axes, sigma: Axes = 0, sampling='sinc', noise=0.):
     o = abi.Operator(c.sizeof(abi.Operator))
-    o.factor, o.sigma, o.noise = _three(factor), _three(sigma), noise
+    o.factor, o.sigma, o.noise = _given(factor, 'factor'), _three(sigma), noise
     o.sampling = _index(_SAMPLING, sampling, 'sampling')
     return o
 
@@ -265,7 +282,7 @@ def version() -> str:
 
 def read(path) -> Image:
     """NIfTI, NRRD or MetaImage; DICOM, of a folder, a file or an archive, by the command ct-convert."""
-    path, v = os.fspath(path), abi.H()
+    path, v = os.fsdecode(_path(path)), abi.H()
     if os.path.isdir(path) or path.lower().endswith(('.dcm', '.zip', '.tar')):
         with tempfile.TemporaryDirectory() as t:
             made = os.path.join(t, 'dicom.nii')
@@ -279,7 +296,7 @@ def read(path) -> Image:
 
 def write(image, path, overwrite=False, threads=0) -> None:
     """By the end of the name: .nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd. int16 if all voxels are whole, else float32."""
-    end = os.fspath(path).lower()
+    end = os.fsdecode(path).lower()
     form = _lib.ctsr_nrrd if end.endswith(('.nrrd', '.nhdr')) else \
         _lib.ctsr_metaimage if end.endswith(('.mha', '.mhd')) else _lib.ctsr_nifti
     h = Image.of(image)._handle()
@@ -340,9 +357,9 @@ def _refine(name, image, factor, spacing, method, preset, sigma, sampling, noise
     o.iterations, o.tolerance = _whole(iterations, 31, 'iterations'), tolerance
     o.method, o.preset = _index(_METHODS, method, 'method'), _index(_PRESETS, preset, 'preset')
     if factor is not None:
-        o.factor = _three(factor)
+        o.factor = _given(factor, 'factor')
     if spacing is not None:
-        o.spacing = _three(spacing)
+        o.spacing = _given(spacing, 'spacing')
     if sigma is not None:
         o.sigma = _three(sigma)
     if sampling is not None:
