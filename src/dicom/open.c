@@ -9,6 +9,7 @@
 
 #include <dlfcn.h>
 #include <stdlib.h>
+#include <string.h>
 #include <unistd.h>
 
 #ifdef HAVE_VTK
@@ -31,9 +32,17 @@ static const struct dicom_module *module(struct ct_err *e)
 		handle = dlopen(path, RTLD_NOW | RTLD_LOCAL);
 	if (handle)
 		m = dlsym(handle, DICOM_MODULE_SYMBOL);
-	if (!m)
-		ct_fail(e, CT_EINPUT, "%s: %s; it reads and writes DICOM", path,
-			rc > 0 ? "is not installed" : dlerror());
+	if (!m && rc > 0)
+		ct_fail(e, CT_EINPUT, "%s: is not installed; it reads and writes DICOM", path);
+	else if (!m) {
+		const char *why = dlerror();
+
+		why = why ? why : "is no module of ours";
+		ct_fail(e,
+			strstr(why, "failed to map") || strstr(why, "annot allocate") ? CT_ENOMEM
+										      : CT_EINPUT,
+			"%s: %s; it reads and writes DICOM", path, why);
+	}
 	free(path);
 	if (m && m->begin(ct_inflate_allowed(), getenv("CTSR_CPU"), ct_temp_table(), e))
 		return NULL;
