@@ -20,8 +20,6 @@ WINDOW = -512:3071
 SAMPLERS = none ddnm ddnm+ simple ddim ddpm dpm-solver++ gdp bird-chain bird none-near ddnm-near
 OUT = samplers
 TIME = /usr/bin/time
-PYTHON = python3
-here := $(dir $(lastword $(MAKEFILE_LIST)))
 include $(dir $(lastword $(MAKEFILE_LIST)))scan.mk
 
 ROWS = $(foreach s,$(SAMPLERS),$(foreach n,$(NAMES),$(OUT)/$(n)/$(s).row))
@@ -60,7 +58,8 @@ define row
 		awk -v v=$(VIEWS) '$$$$1 == "work" {n = $$$$2; if (split($$$$0, part, ", ") > 1) d = part[2] + 0; \
 			print n / v, d / v}' >$$@.calls
 	@$(TIME) -o $$@.time -f %e ct-ddnm -q -f -x $(FACTOR) $(2) $$(OPTIONS_$(1)) $$*/low.exr $$@.exr
-	@$(PYTHON) $(here)../scripts/stack-metrics.py $$*/truth.exr $$@.exr $$*/low.exr >$$@.part
+	@ct-metrics --consistency $$*/low.exr $$*/truth.exr $$@.exr | \
+		awk '/^(psnr|ssim-wang|residual-percent) / {printf "%s ", $$$$2} END {print ""}' >$$@.part
 	@paste -d ' ' $$@.part $$@.calls $$@.time >$$@.all && rm $$@.part $$@.calls $$@.time && mv $$@.all $$@
 endef
 near = --init $$*/up.exr

@@ -120,6 +120,86 @@ static int degrade(ctsr_volume *in, const char *out)
 	return rc;
 }
 
+/* Figures as ct-metrics writes them; end: of the names of errors. */
+static int put_metrics(const ctsr_metrics *m, const char *ssim, const char *end, FILE *f)
+{
+	fprintf(f, "psnr %.6f\nssim-%s %.8f\n", m->psnr, ssim, m->ssim);
+	fprintf(f, "mae%s %.6f\nrmse%s %.6f\nbias%s %.6f\nmax%s %.6f\n", end, m->mae, end, m->rmse,
+		end, m->bias, end, m->max);
+	for (int a = 0; *end && a < 3; a++)
+		fprintf(f, "gradient-%c%s-mm %.6f\n", "ijk"[a], end, m -> gradient[a]);
+	return ferror(f);
+}
+
+static int compare(const char *ref, const char *test, FILE *f)
+{
+	double window[2] = {0};
+	ctsr_volume *a = NULL, *b = NULL, *mask = NULL;
+	ctsr_metrics m = {.size = sizeof m};
+	int rc;
+
+	window_of(window);
+	rc = ctsr_volume_read(&b, test, ctsr_formats_all(), &e) ||
+	     ctsr_volume_read(&a, ref, ctsr_formats_all(), &e) ||
+	     (value("mask") && ctsr_volume_read(&mask, value("mask"), ctsr_formats_all(), &e)) ||
+	     ctsr_compare(&m, a, b, mask, value("window") ? window : NULL, NULL, &e) ||
+	     put_metrics(&m, "r2", "-hu", f);
+	ctsr_volume_free(a);
+	ctsr_volume_free(b);
+	ctsr_volume_free(mask);
+	return rc;
+}
+
+static int compare_projections(const char *ref, const char *test, FILE *f)
+{
+	ctsr_projections *a = NULL, *b = NULL;
+	double psnr[100], ssim[100];
+	ctsr_metrics m = {.size = sizeof m};
+	size_t n[3] = {0};
+	int rc = ctsr_projections_read(&a, ref, &e) || ctsr_projections_read(&b, test, &e);
+
+	ctsr_projections_data(a, n);
+	rc = rc || n[0] > 100 ||
+	     ctsr_compare_projections(&m, psnr, ssim, a, b, number("range", 0), NULL, &e) ||
+	     put_metrics(&m, "wang", "", f);
+	for (size_t k = 0; rc == 0 && k < n[0]; k++)
+		fprintf(f, "%zu %.9g %.9g\n", k, psnr[k], ssim[k]);
+	ctsr_projections_free(a);
+	ctsr_projections_free(b);
+	return rc;
+}
+
+static int consistency(const char *low, const char *test, FILE *f)
+{
+	ctsr_volume *a = NULL, *b = NULL;
+	ctsr_consistency m = {.size = sizeof m};
+	const int rc = ctsr_volume_read(&a, low, ctsr_formats_all(), &e) ||
+		       ctsr_volume_read(&b, test, ctsr_formats_all(), &e) ||
+		       ctsr_check_consistency(&m, b, a, NULL, NULL, &e);
+
+	if (rc == 0)
+		fprintf(f,
+			"residual-max-hu %.6f\nresidual-p95-hu %.6f\nresidual-rms-hu %.6f\n"
+			"residual-mean-hu %.6f\n",
+			m.max, m.p95, m.rms, m.mean);
+	ctsr_volume_free(a);
+	ctsr_volume_free(b);
+	return rc;
+}
+
+/* To a file that is there only if there are figures. */
+static int figures(int (*how)(const char *a, const char *b, FILE *f), char **files)
+{
+	FILE *f = fopen(files[2], "w");
+	int rc = f ? how(files[0], files[1], f) : 1;
+
+	if (f && fclose(f))
+		rc = 1;
+	if (rc)
+		remove(files[2]);
+	return rc;
+}
+
 /* By ctsr_upsample, or with prior= by ctsr_superres. */
 static int refine(ctsr_volume *in, const char *out)
 {
@@ -148,9 +228,15 @@ int main(int argc, char **argv)
 	words = argv + 4;
 	if (strcmp(argv[1], "ddnm") == 0)
 		rc = ddnm(argv[2], argv[3]);
+	else if (strcmp(argv[1], "compare") == 0)
+		rc = figures(strstr(argv[2], ".exr") ? compare_projections : compare, argv + 2);
+	else if (strcmp(argv[1], "consistency") == 0)
+		rc = figures(consistency, argv + 2);
 	else
 		rc = ctsr_volume_read(&v, argv[2], ctsr_formats_all(), &e);
-	if (rc == 0 && strcmp(argv[1], "project") == 0)
+	if (!v)
+		;
+	else if (rc == 0 && strcmp(argv[1], "project") == 0)
 		rc = project(v, argv[3]);
 	else if (rc == 0 && strcmp(argv[1], "fit") == 0)
 		rc = fit(v, argv[3], argv[4]);

@@ -39,6 +39,26 @@ def real(o, *keys):
     return {k: float(o[k]) for k in keys if k in o}
 
 
+def compare(ref, test, o):
+    """Figures as ct-metrics writes them."""
+    rays = ref.endswith('.exr')
+    if rays:
+        m = ctsr.metrics(ctsr.read_projections(ref), ctsr.read_projections(test), value_range=float(o.get('range', 0)))
+    else:
+        m = ctsr.metrics(ref, test, mask=o.get('mask'), **window(o))
+    end = '' if rays else '-hu'
+    lines = ['psnr %.6f' % m['psnr'], 'ssim-%s %.8f' % ('wang' if rays else 'r2', m['ssim'])]
+    lines += ['%s%s %.6f' % (k, end, m[k]) for k in ('mae', 'rmse', 'bias', 'max')]
+    if rays:
+        return lines + ['%d %.9g %.9g' % x for x in zip(range(len(m['view_psnr'])), m['view_psnr'], m['view_ssim'])]
+    return lines + ['gradient-%s-hu-mm %.6f' % x for x in zip('ijk', m['gradient'])]
+
+
+def consistency(low, test):
+    m = ctsr.consistency(test, low)
+    return ['residual-%s-hu %.6f' % (k, m[k]) for k in ('max', 'p95', 'rms', 'mean')]
+
+
 def main(step, *words):
     files = [w for w in words if '=' not in w]
     o = dict(w.split('=', 1) for w in words if '=' in w)
@@ -59,6 +79,10 @@ def main(step, *words):
                                          **whole(o, 'factor', 'steps')), files[1])
     elif step == 'degrade':
         ctsr.write(ctsr.degrade(files[0], float(o['factor'])), files[1])
+    elif step in ('compare', 'consistency'):
+        lines = compare(*files[:2], o) if step == 'compare' else consistency(*files[:2])
+        with open(files[2], 'w') as f:
+            f.write('\n'.join(lines) + '\n')
     elif step == 'refine':
         f = ctsr.superres if 'prior' in o else ctsr.upsample
         how = {'method': METHODS[int(o['method'])]} if 'method' in o else {}

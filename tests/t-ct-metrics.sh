@@ -367,6 +367,54 @@ E2
 	[ "$(got --structures blob.nii water.nii)" = 'false-bright 0 false-dark 0 missed-bright 1 missed-dark 0 ' ]
 	ok $? 'and missed the other way'
 fi
+# Projections, beside Python: PSNR of all pixels, SSIM of Wang in each view, the means of pixels.
+cp "$srcdir/tests/exr.py" .
+ct-phantom -q --size 40x40x40 ellipsoids p.nii && ct-phantom -q -s 3 --size 40x40x40 ellipsoids q.nii && ct-project -q -n 3 p.nii p.exr &&
+	ct-project -q -n 3 q.nii q.exr && ct-project -q -n 3 --coarsen 4 --pixel mean p.nii low.exr && ct-project -q -n 3 --coarsen 4 --pixel sinc p.nii sinc.exr
+exits 0 'two stacks of projections are compared' ct-metrics --ssim all --per-slice views.csv --consistency low.exr --json p.exr q.exr
+"$PY" - >log 2>&1 <<'PY'; ok $? 'PSNR, SSIM, errors and the residual of projections are those of NumPy and scikit-image'
+import csv, json, numpy as np
+from exr import read, size
+from skimage.metrics import structural_similarity as ssim
+w, h = size('p.exr')
+a, b, low = (np.array(read(f)).reshape(3, n, n) for f, n in (('p.exr', h), ('q.exr', h), ('low.exr', h // 4)))
+r, top = json.load(open('out')), a.max()
+wang = [ssim(x, y, data_range=top, gaussian_weights=True, sigma=1.5, use_sample_covariance=False) for x, y in zip(a, b)]
+psnr = lambda x, y: 10 * np.log10(top ** 2 / ((x - y) ** 2).mean())
+res = b.reshape(3, h // 4, 4, h // 4, 4).mean((2, 4)) - low
+for k, v in dict(range=top, views=3, psnr=psnr(a, b), mae=abs(b - a).mean(), rmse=np.sqrt(((b - a) ** 2).mean()), bias=(b - a).mean(),
+                 max=abs(b - a).max()).items():
+    assert abs(r[k] - v) < 1e-4, (k, r[k], v)
+assert abs(r['ssim-wang'] - np.mean(wang)) < 1e-5 and 'ssim-r2' not in r
+assert abs(r['ssim-skimage'] - np.mean([ssim(x, y, data_range=top) for x, y in zip(a, b)])) < 1e-5
+assert abs(r['residual-rms'] - np.sqrt((res ** 2).mean())) < 1e-4 and abs(r['residual-percent'] - 100 * np.sqrt((res ** 2).mean()) / low.max()) < 1e-3
+for k, row in enumerate(csv.DictReader(open('views.csv'))):
+    assert int(row['view']) == k and abs(float(row['psnr']) - psnr(a[k], b[k])) < 1e-4 and abs(float(row['ssim-wang']) - wang[k]) < 1e-5
+assert k == 2
+PY
+sed 's/^/# /' log
+exits 0 'projections agree with the pixels they were made of' ct-metrics --max residual-percent=0.001 --consistency low.exr p.exr
+exits 0 'pixels cut at their Nyquist frequency are compared as such' ct-metrics --max residual-percent=0.001 --consistency sinc.exr p.exr
+exits 3 'projections that miss a limit end with status 3' ct-metrics --max residual-percent=0.001 --consistency low.exr q.exr
+exits 0 'REF of projections is read from a stream' sh -c 'ct-metrics - q.exr <p.exr'
+for t in 1 4; do ct-metrics -t $t --ssim all p.exr q.exr >t$t; done; cmp -s t1 t4; ok $? 'projections give the same figures with 1 and 4 threads'
+exits 2 'projections have no window' ct-metrics -w 0:1 p.exr q.exr
+exits 2 'projections have no mask' ct-metrics --mask padding p.exr q.exr
+exits 2 'projections have no SSIM of volumes' ct-metrics --ssim 3d p.exr q.exr
+exits 5 'low-resolution projections of another scan are refused' ct-metrics --consistency q.exr low.exr
+exits 3 'projections beside a CT are refused' ct-metrics p.exr p.nii; has err "p.nii: not an EXR file, but a volume" 'the error names what is no projections'
+
+# Several pairs.
+exits 0 'several pairs make a line each' ct-metrics --csv p.exr q.exr p.exr p.exr
+[ "$(wc -l <out)" -eq 3 ] && sed -n 3p out | grep -q '^"p.exr",.*,inf,1.00000000,'; ok $? 'below one line of names'
+head -n 2 out >two; ct-metrics --csv p.exr q.exr | cmp -s - two; ok $? 'the first two lines are those of the first pair alone'
+exits 3 'a limit that a pair misses ends the run' ct-metrics --csv --min psnr=99 p.exr q.exr p.exr p.exr
+[ "$(wc -l <out)" -eq 3 ]; ok $? 'after all pairs are reported'; has err 'q.exr: psnr .* is below 99' 'the error names the pair that misses a limit'
+exits 3 'pairs of other figures are refused' ct-metrics --csv p.exr q.exr p.nii q.nii
+exits 2 'several pairs need --csv' ct-metrics p.exr q.exr p.exr q.exr
+exits 2 'a REF of several pairs needs its TEST' ct-metrics --csv p.exr q.exr p.exr; has err 'the last REF is p.exr' 'the error names the REF that has no TEST'
+exits 2 'a table of slices is of one pair' ct-metrics --csv --per-slice none.csv p.exr q.exr p.exr q.exr
+
 # a thin volume: what can be measured
 ct-phantom -q -f --size 32x32x12 ellipsoids thin.nii; ct-phantom -q -f -s 2 --size 32x32x12 ellipsoids thin2.nii
 exits 0 'a thin volume' ct-metrics --harm --factor 4 thin.nii thin2.nii

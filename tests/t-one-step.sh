@@ -30,7 +30,19 @@ refused() {
 	[ ! -e "no.$end_" ]; ok $? 'and makes nothing'
 }
 # The message, without the name, the dashes of options, and what only a command or only a call can do about it.
-words() { sed "$1; s/^[^: ]*: //; s/--//g; s/ (but see .*//; s/low\.exr/projections/; 1q" err; }
+words() { sed "$1; s/^[^: ]*: //; s/--//g; s/ (but see .*//; s/: give .*//; s/low\.exr/projections/; s/fine\.nii/reference/; 1q" err; }
+# figures NAME STEP 'IN...' 'KEY=VALUE...' OPTION...: the three report the same of ct-metrics, of views those of --per-slice
+figures() {
+	name_=$1 step_=$2 in_=$3 how_=$4; shift 4
+	n=$((n + 1)); views=''
+	case $in_ in *.exr*) views="--per-slice v$n.csv" ;; esac
+	# shellcheck disable=SC2086
+	case $step_ in compare) exits 0 "$name_" ct-metrics -q "$@" $views $in_ ;; *) exits 0 "$name_" ct-metrics -q --consistency $in_ ;; esac
+	{ grep -E '^(psnr|ssim|mae|rmse|bias|max|gradient|residual-(max|p95|rms|mean))' out; [ -z "$views" ] || awk -F, 'NR > 1 {print $1, $3, $7}' "v$n.csv"; } >"a$n.txt"
+	# shellcheck disable=SC2086
+	{ exits 0 'figures by the library' c $step_ $in_ "b$n.txt" $how_; exits 0 'figures by Python' py $step_ $in_ "c$n.txt" $how_; }
+	cmp -s "a$n.txt" "b$n.txt" && cmp -s "a$n.txt" "c$n.txt"; ok $? 'the same figures'
+}
 n=0
 ct-phantom -q --size 24x24x24 --spacing 2 ellipsoids fine.nii && ct-degrade -q -x 2 fine.nii lr.nii && ct-degrade -q -x 2,2,1 fine.nii lr-axes.nii &&
 	ct-upsample -q -m linear lr.nii up.nii && ct-upsample -q -m linear lr-axes.nii up-axes.nii; ok $? 'a phantom'
@@ -53,6 +65,7 @@ clipped = ctsr.read('fine.nii')
 clipped.meta.pop('window')
 clipped.data = np.clip(clipped.data, -1000, 500)
 put('clipped.nii', clipped, clip='-1000:500')
+put('mask.nii', ctsr.Image(hu.data > -200, hu.affine), quantity='other')
 put('wide.nii', ctsr.Image(hu.data, hu.affine), window='-1024:2000')
 PY
 ok $? 'and others'
@@ -105,6 +118,26 @@ step 'no network' exr ddnm low.exr 'sampler=none' ct-ddnm -q --sampler none low.
 refused 'another factor' 2 exr ddnm low.exr "factor=2 prior=$prior" ct-ddnm -q -x 2 -p "$prior" low.exr
 refused 'a sampler that is not for the network' 2 exr ddnm low.exr "sampler=ddim prior=$rdn" ct-ddnm -q --sampler ddim -p "$rdn" low.exr
 refused 'Gaussians for a prior' 3 exr ddnm low.exr "prior=$g1" ct-ddnm -q -p "$g1" low.exr
+
+# Compared with the truth.
+figures 'a CT' compare 'fine.nii up.nii' ''
+figures 'in a window, in a mask' compare 'fine.nii up.nii' 'window=-200:300 mask=mask.nii' -w -200:300 --mask mask.nii
+figures 'reduced by a factor an axis' compare 'fine.nii up-axes.nii' ''
+figures 'of overshoots' compare 'fine.nii over-up.nii' ''
+figures 'with the scan' consistency 'lr.nii up.nii' ''
+ct-upsample -q -m tv lr-axes.nii tv-axes.nii; figures 'by the operator of the scan, an axis for itself' consistency 'lr-axes.nii tv-axes.nii' ''
+refused 'another quantity without a window' 2 csv compare 'mu.nii up.nii' '' ct-metrics -q mu.nii up.nii --per-slice
+refused 'quantities that differ' 3 csv compare 'fine.nii mu.nii' '' ct-metrics -q fine.nii mu.nii --per-slice
+refused 'no HU to compare' 3 csv compare 'up.nii grey.nii' '' ct-metrics -q up.nii grey.nii --per-slice
+refused 'another grid' 5 csv compare 'fine.nii lr.nii' '' ct-metrics -q fine.nii lr.nii --per-slice
+refused 'no operator' 3 nii consistency 'grey.nii plain.nii' '' ct-metrics -q --consistency grey.nii plain.nii --map
+refused 'a scan that was refined' 3 nii consistency 'up.nii up.nii' '' ct-metrics -q --consistency up.nii up.nii --map
+ct-project -q -n 6 up.nii up.exr && ct-project -q -n 5 up.nii five.exr; ok $? 'projections of a result'
+figures 'projections' compare 'fine.exr up.exr' ''
+figures 'with a range' compare 'fine.exr up.exr' 'range=30' --range 30
+figures 'with overshoots' compare 'over.exr open.exr' ''
+refused 'other views' 5 csv compare 'fine.exr five.exr' '' ct-metrics -q fine.exr five.exr --per-slice
+refused 'projections and a CT' 3 csv compare 'fine.exr fine.nii' '' ct-metrics -q fine.exr fine.nii --per-slice
 
 # The paper: the examples, and the commands one after the other.
 ct-project -q -n 4 lr.nii p.exr && ct-ddnm -q -x 2 -n 2 -p "$prior" p.exr p4.exr && ct-upsample -q -x 2 -m linear lr.nii p.nii &&

@@ -572,11 +572,21 @@ def _numbers(x):
     return {k: list(v) if hasattr(v, '__len__') else v for k, _ in x._fields_[1:] for v in [getattr(x, k)]}
 
 
-def metrics(reference, test, mask=None, window: Optional[Sequence[float]] = None, threads=0) -> Dict[str, Any]:
-    """psnr (dB), ssim, mae, rmse, bias, max (HU), gradient (HU/mm, three axes) of a volume beside a reference on the
-    same grid. window: LO, HI in HU of PSNR and SSIM, -512 to 3071. mask: only where it is not 0."""
+def metrics(reference, test, mask=None, window: Optional[Sequence[float]] = None, threads=0, value_range: float = 0) -> Dict[str, Any]:
+    """How far a volume is from a reference on the same grid, or Projections from others of the same geometry, as ct-metrics:
+    psnr (dB), ssim, mae, rmse, bias, max (HU; density mm), gradient (HU/mm, three axes); of projections also view_psnr and
+    view_ssim, of each.
+
+    window       of volumes: LO, HI in HU of PSNR and SSIM; default: -512 to 3071
+    mask         of volumes: only where it is not 0
+    value_range  of projections: data range; default: the largest pixel of the reference"""
+    m = abi.Metrics(c.sizeof(abi.Metrics))
+    if isinstance(reference, Projections):
+        each = [(c.c_double * reference.data.shape[0])() for _ in range(2)]
+        _Call(threads).run(_lib.ctsr_compare_projections, c.byref(m), *each, reference._h, test._h, value_range)
+        return dict(_numbers(m), view_psnr=list(each[0]), view_ssim=list(each[1]))
     a, b = Image.of(reference)._handle(), Image.of(test)._handle()
-    m, k = abi.Metrics(c.sizeof(abi.Metrics)), Image.of(mask)._handle() if mask is not None else None
+    k = Image.of(mask)._handle() if mask is not None else None
     w = c.byref((c.c_double * 2)(*window)) if window is not None else None
     _Call(threads).run(_lib.ctsr_compare, c.byref(m), a, b, k, w)
     return _numbers(m)

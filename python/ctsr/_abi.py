@@ -85,6 +85,7 @@ _SIGNATURES = {  # result, arguments
     'compose_options_init': (None, P(Compose), c.c_size_t),
     'compose': (c.c_int, P(H), P(H), H, H, P(Compose), _C, _E),
     'compare': (c.c_int, P(Metrics), H, H, H, P(c.c_double * 2), _C, _E),
+    'compare_projections': (c.c_int, P(Metrics), P(c.c_double), P(c.c_double), H, H, c.c_double, _C, _E),
     'check_consistency': (c.c_int, P(Consistency), H, H, P(Operator), _C, _E),
 }
 NAMES = sorted('ctsr_' + n for n in _SIGNATURES)

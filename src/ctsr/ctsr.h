@@ -9,22 +9,7 @@
  * projections, fits Gaussians to them and composes these with a volume. The commands of ctsr call
  * the same functions, and give the same voxels, pixels and Gaussians, and the same errors.
  *
- * THE SIMPLE CALL
- *
- *     ctsr_error e;
- *     ctsr_volume *in = NULL, *out = NULL;
- *     ctsr_superres_options o;
- *
- *     ctsr_superres_options_init(&o, sizeof o);
- *     o.factor[0] = o.factor[1] = o.factor[2] = 4;
- *     if (ctsr_volume_read(&in, "in.nii", ctsr_formats_all(), &e) ||
- *         ctsr_superres(&out, NULL, NULL, in, &o, NULL, &e) ||
- *         ctsr_volume_write(out, "out.nii", ctsr_nifti(), NULL, &e))
- *             puts(e.message);
- *     ctsr_volume_free(in);
- *     ctsr_volume_free(out);
- *
- * Compile with: cc prog.c $(pkg-config --cflags --libs ctsr), with --static for libctsr.a.
+ * A first program stands in ctsr(3), with how it is compiled; examples/paper.c runs the steps.
  *
  * UNITS AND AXES
  *
@@ -473,7 +458,7 @@ CTSR_API int ctsr_compose(ctsr_volume **out, ctsr_volume **added, const ctsr_vol
 typedef struct ctsr_metrics {
 	size_t size;
 	double psnr; /* dB, both clipped to the window; infinite if they are equal */
-	double ssim; /* of slices, mean over three axes; NaN for small volumes */
+	double ssim; /* of slices, mean over three axes */
 	double mae, rmse, bias, max; /* HU, not clipped: test - reference */
 	double gradient[3];          /* HU/mm: error of steps between neighbours along each axis */
 } ctsr_metrics;
@@ -485,9 +470,18 @@ typedef struct ctsr_consistency {
 } ctsr_consistency;
 
 /* Compare a volume with a reference on the same grid. window: LO, HI in HU of PSNR and SSIM; NULL:
- * -512 to 3071. mask, or NULL: only where it is not 0. CTSR_GEOMETRY; CTSR_NUMBER; CTSR_USAGE. */
+ * -512 to 3071. mask, or NULL: only where it is not 0. As ct-metrics(1), and the same figures.
+ * CTSR_USAGE; CTSR_INPUT for quantities that differ, and without a window for values that cannot be
+ * HU; CTSR_GEOMETRY; CTSR_NUMBER. */
 CTSR_API int ctsr_compare(ctsr_metrics *m, const ctsr_volume *reference, const ctsr_volume *test,
 	const ctsr_volume *mask, const double window[2], const ctsr_context *c, ctsr_error *e);
+/* Compare projections with a reference of the same geometry: errors in density mm, not clipped,
+ * SSIM (Wang et al. 2004) the mean of views, no gradient. range: of the data; 0: the largest pixel
+ * of the reference. psnr[views], ssim[views], or NULL <- of each view. CTSR_USAGE; CTSR_INPUT for
+ * quantities that differ; CTSR_GEOMETRY; CTSR_NUMBER. */
+CTSR_API int ctsr_compare_projections(ctsr_metrics *m, double *psnr, double *ssim,
+	const ctsr_projections *reference, const ctsr_projections *test, double range,
+	const ctsr_context *c, ctsr_error *e);
 /* How far a fine volume, degraded again, is from the coarse one. o NULL: the operator that the
  * metadata of `coarse` name, else that which ctsr_superres recorded in `fine`. CTSR_INPUT if there
  * is none; CTSR_GEOMETRY; CTSR_NUMBER. */

@@ -48,7 +48,7 @@ static struct ct_figure *append_to(
 	return o;
 }
 
-static struct ct_figure *append(struct ct_figures *f, const char *name, double v, int digits)
+struct ct_figure *ct_figures_add(struct ct_figures *f, const char *name, double v, int digits)
 {
 	return append_to(f, name, "", v, digits);
 }
@@ -83,25 +83,25 @@ static void append_metrics(
 	struct ct_figures *f, const struct ct_metrics *m, const struct ct_metrics_rule *r)
 {
 	if (r->window) {
-		struct ct_figure *w = append(f, "window", r->lo, -1);
+		struct ct_figure *w = ct_figures_add(f, "window", r->lo, -1);
 
 		w->v[1] = r->hi;
 		w->n = 2;
 		w->mark = ':';
 	}
-	append(f, "range", r->window ? 1.0 : r->range, -1);
-	append(f, "voxels", (double)m->voxels, 0);
-	append(f, "psnr", m->psnr, 6);
+	ct_figures_add(f, "range", r->window ? 1.0 : r->range, -1);
+	ct_figures_add(f, "voxels", (double)m->voxels, 0);
+	ct_figures_add(f, "psnr", m->psnr, 6);
 	for (int k = 0; k < CT_SSIM_KINDS; k++)
 		if (r->ssim[k])
-			append(f, ct_figures_ssim((enum ct_ssim_kind)k), m->ssim[k], 8);
-	append(f, "mae-hu", m->mae, 6);
-	append(f, "rmse-hu", m->rmse, 6);
-	append(f, "bias-hu", m->bias, 6);
-	append(f, "max-hu", m->max, 6);
-	append(f, "gradient-i-hu-mm", m->gradient[0], 6);
-	append(f, "gradient-j-hu-mm", m->gradient[1], 6);
-	append(f, "gradient-k-hu-mm", m->gradient[2], 6);
+			ct_figures_add(f, ct_figures_ssim((enum ct_ssim_kind)k), m->ssim[k], 8);
+	ct_figures_add(f, "mae-hu", m->mae, 6);
+	ct_figures_add(f, "rmse-hu", m->rmse, 6);
+	ct_figures_add(f, "bias-hu", m->bias, 6);
+	ct_figures_add(f, "max-hu", m->max, 6);
+	ct_figures_add(f, "gradient-i-hu-mm", m->gradient[0], 6);
+	ct_figures_add(f, "gradient-j-hu-mm", m->gradient[1], 6);
+	ct_figures_add(f, "gradient-k-hu-mm", m->gradient[2], 6);
 }
 
 void ct_compare_residual(
@@ -112,12 +112,12 @@ void ct_compare_residual(
 
 	for (size_t i = 0; i < sizeof keys / sizeof *keys; i++)
 		if (ct_meta_get(lr, keys[i]))
-			append(f, keys[i], 0, -1)->word = ct_meta_get(lr, keys[i]);
-	append(f, "residual-voxels", (double)c->voxels, 0);
-	append(f, "residual-max-hu", c->max, 6);
-	append(f, "residual-p95-hu", c->p95, 6);
-	append(f, "residual-rms-hu", c->rms, 6);
-	append(f, "residual-mean-hu", c->mean, 6);
+			ct_figures_add(f, keys[i], 0, -1)->word = ct_meta_get(lr, keys[i]);
+	ct_figures_add(f, "residual-voxels", (double)c->voxels, 0);
+	ct_figures_add(f, "residual-max-hu", c->max, 6);
+	ct_figures_add(f, "residual-p95-hu", c->p95, 6);
+	ct_figures_add(f, "residual-rms-hu", c->rms, 6);
+	ct_figures_add(f, "residual-mean-hu", c->mean, 6);
 }
 
 static int edges(struct ct_figures *f, const struct ct_compare_in *in,
@@ -131,13 +131,13 @@ static int edges(struct ct_figures *f, const struct ct_compare_in *in,
 		ct_log(env, CT_WARN, "%s: %s: left out", in->ref_name, e->msg);
 		return 0;
 	}
-	append(f, "edges", (double)s.count, 0);
-	append(f, "edge-rise-ref-mm", s.ref.rise, 5);
-	append(f, "edge-rise-test-mm", s.test.rise, 5);
-	append(f, "mtf50-ref", s.ref.mtf50, 5);
-	append(f, "mtf50-test", s.test.mtf50, 5);
-	append(f, "mtf10-ref", s.ref.mtf10, 5);
-	append(f, "mtf10-test", s.test.mtf10, 5);
+	ct_figures_add(f, "edges", (double)s.count, 0);
+	ct_figures_add(f, "edge-rise-ref-mm", s.ref.rise, 5);
+	ct_figures_add(f, "edge-rise-test-mm", s.test.rise, 5);
+	ct_figures_add(f, "mtf50-ref", s.ref.mtf50, 5);
+	ct_figures_add(f, "mtf50-test", s.test.mtf50, 5);
+	ct_figures_add(f, "mtf10-ref", s.ref.mtf10, 5);
+	ct_figures_add(f, "mtf10-test", s.test.mtf10, 5);
 	return 0;
 }
 
@@ -194,8 +194,8 @@ static int structures(struct ct_figures *f, const struct ct_compare_in *in,
 	}
 	if (r->sizes > 1)
 		structures_counts(f, &all, "");
-	append(f, "structures-false", (double)(all.falsely[0] + all.falsely[1]), 0);
-	append(f, "structures-missed", (double)(all.missed[0] + all.missed[1]), 0);
+	ct_figures_add(f, "structures-false", (double)(all.falsely[0] + all.falsely[1]), 0);
+	ct_figures_add(f, "structures-missed", (double)(all.missed[0] + all.missed[1]), 0);
 	return 0;
 }
 
@@ -208,14 +208,14 @@ static int frequencies(struct ct_figures *f, const struct ct_compare_in *in,
 
 	if (ct_hfen(&hfen, in->ref, in->test, in->mask, env, e))
 		return -1;
-	append(f, "hfen", hfen, 6);
+	ct_figures_add(f, "hfen", hfen, 6);
 	if (ct_fsc(&c, in->ref, in->test, env, e)) {
 		ct_fsc_free(&c);
 		return -1;
 	}
 	cross = ct_fsc_cross(&c, 0.5);
-	append(f, "fsc50", cross, 5);
-	append(f, "fsc50-mm", 1 / cross, 5);
+	ct_figures_add(f, "fsc50", cross, 5);
+	ct_figures_add(f, "fsc50-mm", 1 / cross, 5);
 	ct_fsc_free(&c);
 	return 0;
 }
@@ -228,8 +228,8 @@ static int banding(struct ct_figures *f, const unsigned char *map, const struct 
 
 	if (ct_banding(&b, map, in->ref, in->test, in->mask, r->factor, env, e))
 		return -1;
-	append(f, "banding-pieces", (double)b.pieces, 0);
-	append(f, "banding-rms-hu", b.rms, 6);
+	ct_figures_add(f, "banding-pieces", (double)b.pieces, 0);
+	ct_figures_add(f, "banding-rms-hu", b.rms, 6);
 	return 0;
 }
 
@@ -250,9 +250,9 @@ static int by_tissue(struct ct_figures *f, const struct ct_compare_in *in,
 			ct_tissue_flat(
 				&share[1], &voxels, map, in->test, in->mask, FLAT_STEP, env, e))
 			goto out;
-		append(f, "flat-voxels", (double)voxels, 0);
-		append(f, "flat-ref", share[0], 6);
-		append(f, "flat-test", share[1], 6);
+		ct_figures_add(f, "flat-voxels", (double)voxels, 0);
+		ct_figures_add(f, "flat-ref", share[0], 6);
+		ct_figures_add(f, "flat-test", share[1], 6);
 	}
 	if (ct_tissue_errors(&errors, map, in->ref, in->test, in->mask, env, e))
 		goto out;
@@ -263,7 +263,7 @@ static int by_tissue(struct ct_figures *f, const struct ct_compare_in *in,
 		append_to(f, name, "-rmse-hu", errors.row[k].rmse, 6);
 		append_to(f, name, "-bias-hu", errors.row[k].bias, 6);
 	}
-	append(f, "deep-smooth-rmse-hu", errors.smooth, 6);
+	ct_figures_add(f, "deep-smooth-rmse-hu", errors.smooth, 6);
 	rc = r->harm ? banding(f, map, in, r, env, e) : 0;
 out:
 	free(map);

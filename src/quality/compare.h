@@ -26,6 +26,8 @@ struct ct_figures {
 
 /* "ssim-r2" ... */
 const char *ct_figures_ssim(enum ct_ssim_kind kind);
+/* Append a number; `digits` as in struct ct_figure. */
+struct ct_figure *ct_figures_add(struct ct_figures *f, const char *name, double v, int digits);
 /* *v <- the first number of a figure; false if there is none of that name. */
 bool ct_figures_get(double *v, const struct ct_figures *f, const char *name);
 

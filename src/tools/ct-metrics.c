@@ -1,86 +1,85 @@
-/* ct-metrics: compares a CT with a reference, or with the low-resolution CT it was made from. */
+/* ct-metrics: compares a CT, or projections, with a reference, or with what they were made from. */
 #include "config.h"
 #include "core/number.h"
 #include "cli/cli.h"
 #include "cli/json.h"
+#include "formats/any.h"
 #include "formats/format.h"
 #include "formats/io.h"
 #include "formats/units.h"
-#include "quality/compare.h"
-#include "operator/padding.h"
+#include "steps/step-compare.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 struct params {
-	const char *first, *second, *window, *mask, *consistency, *map, *per_slice, *std, *blob,
-		*factor, *min, *max;
-	const char *ref, *test; /* the operands by their role; ref may be NULL */
-	struct ct_compare_rule rule;
+	const char *first, *second, *window, *mask, *low, *map, *per_slice, *std, *blob, *factor,
+		*min, *max;
+	struct ct_list more; /* further pairs */
+	struct ct_step_compare_rule rule;
 	bool csv;
-	int ssim;
 };
 
-/* The last words of --ssim. */
-#define ALL_OR_NONE(X)                                                                             \
-	X(ALL, "all")                                                                              \
-	X(NONE, "none")
-enum { ALL = CT_SSIM_KINDS };
-
-static const struct params defaults = {.ssim = -1, .rule = {.metrics = {.lo = -512, .hi = 3071}}};
+static const struct params defaults = {.rule = CT_STEP_COMPARE_DEFAULTS};
 
 #define CT_PARAMS struct params
 #define WITH_REF CT_WHEN(CT_IF(second))
 
 static const struct ct_opt opts[] = {
 	CT_ARG(first, CT_READS, "REF",
-		"the true CT, or - for standard input; with --consistency it may be left out"),
-	CT_ARG_MAYBE(second, CT_READS, "TEST", "the CT to judge, on the same grid, or -"),
+		"the truth, a CT or projections, or - for standard input; with --consistency it "
+		"may be left out"),
+	CT_ARG_MAYBE(second, CT_READS, "TEST",
+		"the CT or projections to judge, on the same grid or of the same geometry, or -"),
+	CT_ARG_MAYBE(more, CT_READS, "REF TEST", "further pairs, with --csv: a line each"),
 	CT_TEXT(window, 'w', "window", "LO:HI",
 		"clip both volumes to LO:HI HU for PSNR and SSIM (default: -512:3071)",
-		CT_WHEN(CT_IF(second), CT_UNLESS(rule.metrics.range))),
-	CT_OPT(rule.metrics.range, 0, "range", "R", 0, 1e9,
-		"do not clip; use the data range R for PSNR and SSIM (0: use the window)",
+		CT_WHEN(CT_IF(second), CT_UNLESS(rule.range))),
+	CT_OPT(rule.range, 0, "range", "R", 0, 1e9,
+		"do not clip; use the data range R for PSNR and SSIM (0: use the window; of "
+		"projections the largest value of REF)",
 		WITH_REF),
 	CT_INPUT(mask, 0, "mask", "FILE",
 		"count only voxels where FILE, on the same grid, is not zero; the word padding: that "
 		"are no padding in REF",
 		WITH_REF),
-	CT_CHOICE(ssim, 0, "ssim", CT_WORDS_TWO(CT_SSIM_LIST, ALL_OR_NONE),
-		"use this definition of SSIM (default: r2); none leaves it out", WITH_REF),
-	CT_OUTPUT(per_slice, 0, "per-slice", "CSV", CT_ENDS_TABLE,
-		"write a table with a line for each slice across each axis", WITH_REF),
-	CT_FLAG(rule.harm, 0, "harm",
-		"report false structures, texture, sharpness and errors by tissue", WITH_REF),
-	CT_FLAG(rule.edges, 0, "edges", "report sharpness: the rise of edges and the MTF",
+	CT_CHOICE(rule.ssim, 0, "ssim", CT_WORDS_TWO(CT_SSIM_LIST, CT_STEP_COMPARE_SSIM),
+		"use this definition of SSIM (default: r2, of projections wang); none leaves it out",
 		WITH_REF),
-	CT_FLAG(rule.structures, 0, "structures",
+	CT_OUTPUT(per_slice, 0, "per-slice", "CSV", CT_ENDS_TABLE,
+		"write a table with a line for each slice across each axis, or for each view",
+		CT_WHEN(CT_IF(second), CT_UNLESS(more))),
+	CT_FLAG(rule.figures.harm, 0, "harm",
+		"report false structures, texture, sharpness and errors by tissue", WITH_REF),
+	CT_FLAG(rule.figures.edges, 0, "edges", "report sharpness: the rise of edges and the MTF",
+		WITH_REF),
+	CT_FLAG(rule.figures.structures, 0, "structures",
 		"count the false and the missed structures in soft tissue", WITH_REF),
 	CT_TEXT(factor, 'x', "factor", "S|X,Y,Z",
 		"length of a low-resolution voxel in voxels, which sets the size of structures "
 		"(default: from the header of TEST)",
-		CT_WHEN(CT_IF(rule.structures), CT_IF(rule.harm), CT_UNLESS(blob))),
-	CT_FLAG(rule.tissues, 0, "tissues",
+		CT_WHEN(CT_IF(rule.figures.structures), CT_IF(rule.figures.harm), CT_UNLESS(blob))),
+	CT_FLAG(rule.figures.tissues, 0, "tissues",
 		"report errors by tissue: air, lung, fat, soft, brain, bone, inside soft tissue",
 		WITH_REF),
 	CT_INPUT(std, 0, "uncertainty", "FILE",
 		"compare the error with the predicted error in FILE (one standard deviation, HU)",
 		WITH_REF),
-	CT_INPUT(consistency, 0, "consistency", "LR",
+	CT_INPUT(low, 0, "consistency", "LR",
 		"report the data consistency: degrade TEST as the header of LR says, and compare "
-		"it with LR"),
+		"it with LR, a CT or projections"),
 	CT_OUTPUT(map, 0, "map", "OUT", CT_ENDS_VOLUME,
-		"write the residual of --consistency as a volume, HU", CT_WHEN(CT_IF(consistency))),
+		"write the residual of --consistency as a volume, HU",
+		CT_WHEN(CT_IF(low), CT_UNLESS(more))),
 	CT_TEXT(min, 0, "min", "NAME=X,...",
 		"exit with status 3 if a reported figure is lower, as psnr=30,ssim-r2=0.9"),
 	CT_TEXT(max, 0, "max", "NAME=X,...",
 		"exit with status 3 if a reported figure is higher, as rmse-hu=20"),
-	CT_FLAG(csv, 0, "csv", "report as two lines of CSV: names and values"),
+	CT_FLAG(csv, 0, "csv", "report as CSV: a line of names, and one of values for each pair"),
 	CT_EXPERT(blob, "blob-sigma", "V,...", 0, 0,
 		"sizes of structures: one to four standard deviations in voxels",
-		CT_WHEN(CT_IF(rule.structures), CT_IF(rule.harm))),
+		CT_WHEN(CT_IF(rule.figures.structures), CT_IF(rule.figures.harm))),
 	CT_OPT_END,
 };
 
@@ -100,8 +99,13 @@ static int check(const struct params *p, bool json, struct ct_err *e)
 {
 	const bool taken = is_taken(p);
 
-	if (!p->ref && !p->consistency)
+	if (!p->second && !p->low)
 		return ct_fail(e, CT_EUSAGE, "missing TEST: give REF and TEST, or --consistency");
+	if (p->more.n % 2)
+		return ct_fail(
+			e, CT_EUSAGE, "missing TEST: the last REF is %s", p->more.v[p->more.n - 1]);
+	if (p->more.n && !p->csv)
+		return ct_fail(e, CT_EUSAGE, "several pairs need --csv");
 	if ((taken || p->csv) && json)
 		return ct_fail(e, CT_EUSAGE, "--json: standard output already holds a table");
 	if (taken && p->csv)
@@ -133,81 +137,17 @@ static int parse_sizes(struct ct_compare_rule *r, const struct params *p, struct
 	return 0;
 }
 
-static int parse_rule(struct params *p, struct ct_err *e)
+static int parse_rule(struct ct_step_compare_rule *r, const struct params *p, struct ct_err *e)
 {
-	struct ct_compare_rule *r = &p->rule;
-	double lohi[2] = {r->metrics.lo, r->metrics.hi};
-
-	if (p->window && ct_cli_range("window", p->window, lohi, e))
+	if (p->window && ct_cli_range("window", p->window, r->window, e))
 		return -1;
-	r->metrics.window = !(r->metrics.range > 0);
-	r->metrics.lo = lohi[0];
-	r->metrics.hi = lohi[1];
-	return parse_sizes(r, p, e);
-}
-
-/* Which definitions of SSIM to compute for a volume of n voxels. */
-static void choose_ssim(struct ct_metrics_rule *r, const struct params *p, const size_t n[static 3],
-	const struct ct_env *env)
-{
-	const int ssim = p->ssim < 0 ? CT_SSIM_R2 : p->ssim;
-
-	for (int k = 0; k < CT_SSIM_KINDS; k++) {
-		const enum ct_ssim_kind kind = (enum ct_ssim_kind)k;
-
-		r->ssim[k] = ssim == k || (ssim == ALL && ct_metrics_fits(kind, n));
-		if (ssim == ALL && !r->ssim[k])
-			ct_log(env, CT_WARN, "%s is left out: its window is larger than the volume",
-				ct_figures_ssim(kind));
-	}
-}
-
-static int read_checked(struct ct_vol *v, const char *path, struct ct_err *e)
-{
-	if (ct_vol_read(path, v, e))
-		return -1;
-	return ct_vol_check_finite(v, e) ? ct_blame(e, path) : 0;
-}
-
-/* The default window is in HU. A file that names no quantity is in HU. */
-static int check_quantity(const struct ct_vol *ref, const struct ct_vol *test,
-	const struct params *p, struct ct_err *e)
-{
-	const char *r = ct_meta_get(&ref->meta, CT_META_QUANTITY),
-		   *t = ct_meta_get(&test->meta, CT_META_QUANTITY);
-	const bool other = r && strcasecmp(r, CT_QUANTITY_HU) != 0,
-		   any = p->window || p->rule.metrics.range > 0;
-
-	if (other && !any)
-		return ct_fail(e, CT_EUSAGE, "%s: holds %.40s, not HU: give --range or --window",
-			p->ref, r);
-	if (t && strcasecmp(t, r ? r : CT_QUANTITY_HU) != 0)
-		return ct_fail(e, CT_EINPUT,
-			"%s: holds %.40s, but %s holds %.40s: both must hold the same", p->test, t,
-			p->ref, r ? r : CT_QUANTITY_HU);
-	if (!any && ct_units_check(ref, "--range or --window", e))
-		return ct_blame(e, p->ref);
-	if (!any && ct_units_check(test, "--range or --window", e))
-		return ct_blame(e, p->test);
-	return 0;
-}
-
-/* *mask: 1 where ref is no padding. */
-static int mask_padding(
-	struct ct_vol *mask, const struct ct_vol *ref, const struct ct_env *env, struct ct_err *e)
-{
-	const size_t n = ct_vol_count(ref);
-	struct ct_padding p;
-	int rc;
-
-	if (ct_vol_check_finite(ref, e) || ct_padding_find(&p, ref->data, ref->n, e))
-		return -1;
-	ct_log(env, CT_INFO, "%zu of %zu voxels are padding", p.count, n);
-	rc = ct_vol_like(mask, ref, e);
-	for (size_t i = 0; rc == 0 && i < n; i++)
-		mask->data[i] = p.is && p.is[i] ? 0 : 1;
-	ct_padding_free(&p);
-	return rc;
+	r->padding = p->mask && strcmp(p->mask, "padding") == 0;
+	r->mask = r->padding ? NULL : p->mask;
+	r->std = p->std;
+	r->low = p->low;
+	r->slices = p->per_slice != NULL;
+	r->map = p->map != NULL;
+	return parse_sizes(&r->figures, p, e);
 }
 
 /* Text from a header must not control the terminal. In quotes, a quote inside is doubled. */
@@ -252,12 +192,14 @@ static void put_lines(const struct ct_figures *f)
 	}
 }
 
-static void put_csv(const struct ct_figures *f, const char *test)
+static void put_csv(const struct ct_figures *f, const char *test, bool names)
 {
-	printf("test");
-	for (size_t i = 0; i < f->n; i++)
-		printf(",%s", f->at[i].name);
-	putchar('\n');
+	if (names) {
+		printf("test");
+		for (size_t i = 0; i < f->n; i++)
+			printf(",%s", f->at[i].name);
+		putchar('\n');
+	}
 	put_word(test, true);
 	for (size_t i = 0; i < f->n; i++) {
 		const struct ct_figure *o = &f->at[i];
@@ -319,104 +261,129 @@ static void put_cell(FILE *f, double v)
 		fprintf(f, ",%.9g", v);
 }
 
-static int write_slices(const char *path, struct ct_metrics_slice *const slice[3],
-	const size_t n[static 3], const struct ct_metrics_rule *r, const struct ct_env *env,
-	struct ct_err *e)
+/* A row a slice of each axis, or a view. */
+static int write_slices(const char *path, const struct ct_step_compare_report *r,
+	const struct ct_step_compare *plan, const struct ct_env *env, struct ct_err *e)
 {
+	const bool *ssim = plan->rule.figures.metrics.ssim, rays = plan->of->test_rays != NULL;
 	struct ct_out o = {0};
 
 	if (ct_out_open(&o, path, env, e))
 		return -1;
-	fputs("axis,slice,voxels,psnr,mae-hu,rmse-hu,bias-hu,gradient-hu-mm", o.f);
+	fputs(rays ? "view,pixels,psnr,mae,rmse,bias"
+		   : "axis,slice,voxels,psnr,mae-hu,rmse-hu,bias-hu,gradient-hu-mm",
+		o.f);
 	for (int k = 0; k < CT_SSIM_KINDS; k++)
-		if (r->ssim[k])
+		if (ssim[k])
 			fprintf(o.f, ",%s", ct_figures_ssim((enum ct_ssim_kind)k));
 	fputc('\n', o.f);
 	for (int a = 0; a < 3; a++)
-		for (size_t s = 0; s < n[a]; s++) {
-			const struct ct_metrics_slice *m = &slice[a][s];
+		for (size_t s = 0; s < r->slices[a]; s++) {
+			const struct ct_metrics_slice *m = &r->slice[a][s];
 
-			fprintf(o.f, "%c,%zu,%zu", "ijk"[a], s, m -> voxels);
+			if (!rays)
+				fprintf(o.f, "%c,", "ijk"[a]);
+			fprintf(o.f, "%zu,%zu", s, m->voxels);
 			put_cell(o.f, m->psnr);
 			put_cell(o.f, m->mae);
 			put_cell(o.f, m->rmse);
 			put_cell(o.f, m->bias);
-			put_cell(o.f, m->gradient);
+			if (!rays)
+				put_cell(o.f, m->gradient);
 			for (int k = 0; k < CT_SSIM_KINDS; k++)
-				if (r->ssim[k])
+				if (ssim[k])
 					put_cell(o.f, m->ssim[k]);
 			fputc('\n', o.f);
 		}
 	return ct_out_commit(&o, e);
 }
 
-/* Everything that needs REF. */
-static int compare(struct ct_figures *f, struct params *p, const struct ct_vol *test,
-	const struct ct_env *env, struct ct_err *e)
-{
-	struct ct_metrics_slice *slice[3] = {0};
-	struct ct_vol ref = {0}, mask = {0}, std = {0};
-	const struct ct_compare_in in = {.ref = &ref,
-		.test = test,
-		.mask = p->mask ? &mask : NULL,
-		.std = p->std ? &std : NULL,
-		.ref_name = p->ref,
-		.test_name = p->test,
-		.std_name = p->std};
-	int rc = -1;
+/* One pair. */
+struct compare_job {
+	struct ct_vol ref, test, mask, std, low;
+	struct ct_stack ref_rays, test_rays, low_rays;
+	struct ct_step_compare_data data;
+	struct ct_step_compare plan;
+	struct ct_step_compare_report found;
+};
 
-	if (ct_vol_read(p->ref, &ref, e) || check_quantity(&ref, test, p, e) ||
-		(p->mask && (strcmp(p->mask, "padding") == 0 ? mask_padding(&mask, &ref, env, e)
-							     : read_checked(&mask, p->mask, e))) ||
-		(p->mask && ct_vol_same_grid(&ref, &mask, e) && ct_blame(e, p->mask)) ||
-		(p->std && ct_vol_read(p->std, &std, e)))
-		goto out;
-	choose_ssim(&p->rule.metrics, p, ref.n, env);
-	rc = ct_compare(f, p->per_slice ? slice : NULL, &in, &p->rule, env, e);
-	if (rc == 0 && p->per_slice)
-		rc = write_slices(p->per_slice, slice, ref.n, &p->rule.metrics, env, e);
-out:
-	for (int a = 0; a < 3; a++)
-		free(slice[a]);
-	ct_vol_free(&ref);
-	ct_vol_free(&mask);
-	ct_vol_free(&std);
-	return rc;
+static int read_volume(
+	const struct ct_vol **to, struct ct_vol *v, const char *path, struct ct_err *e)
+{
+	*to = path ? v : NULL;
+	return path ? ct_vol_read(path, v, e) : 0;
 }
 
-/* The data consistency. lr and test stay: the figures borrow words of their headers. */
-static int consistency(struct ct_figures *f, struct ct_vol *lr, const struct params *p,
-	const struct ct_vol *test, const struct ct_env *env, struct ct_err *e)
+static int read_rays(
+	const struct ct_stack **to, struct ct_stack *s, const char *path, struct ct_err *e)
 {
-	struct ct_vol map = {0};
-	struct ct_degrade d;
-	struct ct_data_residual c;
-	const struct ct_meta *from;
-	int rc = -1;
+	*to = path ? s : NULL;
+	return path ? ct_stack_read(path, s, e) : 0;
+}
 
-	if (read_checked(lr, p->consistency, e))
-		return -1;
-	if (ct_data_residual_operator(&d, &from, &lr->meta, &test->meta, e))
-		return ct_blame(e, from == &lr->meta ? p->consistency : p->test);
-	if (ct_data_residual(&c, &map, lr, test, &d, env, e)) {
-		ct_blame(e, p->test);
-		goto out;
-	}
-	if (from != &lr->meta)
-		ct_log(env, CT_TOLD, "operator as assumed by ct-sr: %s",
-			ct_meta_get(from, CT_META_ASSUMED) ? ct_meta_get(from, CT_META_ASSUMED)
-							   : "by the header of TEST");
-	ct_compare_residual(f, &c, from);
-	if (p->map && (ct_meta_copy(&map.meta, &lr->meta, e) ||
-			      ct_meta_set(&map.meta, CT_META_QUANTITY, CT_QUANTITY_RESIDUAL, e) ||
-			      ct_meta_step(&map.meta, env, 2,
-				      (const struct ct_meta *const[]){&lr->meta, &test->meta}, e) ||
-			      ct_vol_write(p->map, &map, env, e)))
-		goto out;
-	rc = 0;
-out:
-	ct_vol_free(&map);
-	return rc;
+/* By its first bytes; a stream is what the others are. */
+static bool is_rays(const char *path)
+{
+	unsigned char head[CT_SNIFF];
+
+	return path && ct_any_sniff(head, ct_any_head(head, path)) == CT_KIND_STACK;
+}
+
+/* In the order in which errors are reported. */
+static int read_all(struct compare_job *j, const struct ct_step_compare_rule *r, struct ct_err *e)
+{
+	struct ct_step_compare_data *d = &j->data;
+
+	if (is_rays(r->ref) || is_rays(r->test) || is_rays(r->low))
+		return read_rays(&d->test_rays, &j->test_rays, r->test, e) ||
+				       read_rays(&d->ref_rays, &j->ref_rays, r->ref, e) ||
+				       read_rays(&d->low_rays, &j->low_rays, r->low, e) ||
+				       read_volume(&d->mask, &j->mask, r->mask, e) ||
+				       read_volume(&d->std, &j->std, r->std, e)
+			       ? -1
+			       : 0;
+	return read_volume(&d->test, &j->test, r->test, e) ||
+			       read_volume(&d->ref, &j->ref, r->ref, e) ||
+			       read_volume(&d->mask, &j->mask, r->mask, e) ||
+			       read_volume(&d->std, &j->std, r->std, e) ||
+			       read_volume(&d->low, &j->low, r->low, e)
+		       ? -1
+		       : 0;
+}
+
+static int check_units(
+	const struct compare_job *j, const struct ct_step_compare_rule *r, struct ct_err *e)
+{
+	if (!ct_step_compare_needs_hu(&j->plan))
+		return 0;
+	if (ct_units_check(&j->ref, "--range or --window", e))
+		return ct_blame(e, r->ref);
+	return ct_units_check(&j->test, "--range or --window", e) ? ct_blame(e, r->test) : 0;
+}
+
+static int write_map(
+	const char *path, struct compare_job *j, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_vol *map = &j->found.map;
+
+	return ct_meta_step(&map->meta, env, 2,
+		       (const struct ct_meta *const[]){&j->low.meta, &j->test.meta}, e) ||
+			       ct_vol_write(path, map, env, e)
+		       ? -1
+		       : 0;
+}
+
+static int compare(struct compare_job *j, const struct params *p,
+	const struct ct_step_compare_rule *r, const struct ct_env *env, struct ct_err *e)
+{
+	return read_all(j, r, e) || ct_step_compare_plan(&j->plan, r, &j->data, env, e) ||
+			       check_units(j, r, e) ||
+			       ct_step_compare_run(&j->found, &j->plan, env, e) ||
+			       (p->per_slice &&
+				       write_slices(p->per_slice, &j->found, &j->plan, env, e)) ||
+			       (p->map && write_map(p->map, j, env, e))
+		       ? -1
+		       : 0;
 }
 
 /* One NAME=X of --min or --max; *text moves behind it. A figure that is not a number passes
@@ -442,54 +409,85 @@ static int bound(const struct ct_figures *f, const char **text, bool least, cons
 		e, CT_EINPUT, "%s: %s %.8g is %s %g", test, name, v, least ? "below" : "above", x);
 }
 
-static int judge(const struct ct_figures *f, const struct params *p, struct ct_err *e)
+static int judge(
+	const struct ct_figures *f, const struct params *p, const char *test, struct ct_err *e)
 {
 	for (const char *at = p->min; at;)
-		if (bound(f, &at, true, p->test, e))
+		if (bound(f, &at, true, test, e))
 			return -1;
 	for (const char *at = p->max; at;)
-		if (bound(f, &at, false, p->test, e))
+		if (bound(f, &at, false, test, e))
 			return -1;
 	return 0;
 }
 
-static int report(const struct ct_figures *f, const struct params *p, const struct ct_env *env,
-	struct ct_err *e)
+/* head: the figures of the first pair, or NULL if this is it. */
+static int report(const struct ct_figures *f, const struct ct_figures *head, const struct params *p,
+	const char *test, const struct ct_env *env, struct ct_err *e)
 {
+	bool same = !head || head->n == f->n;
+
+	for (size_t i = 0; head && same && i < f->n; i++)
+		same = strcmp(head->at[i].name, f->at[i].name) == 0;
+	if (!same)
+		return ct_fail(e, CT_EINPUT,
+			"%s: other figures than those of the first pair: compare it alone", test);
 	if (is_taken(p))
 		return 0;
 	if (env->command->json)
 		return put_json(f, e);
 	if (p->csv)
-		put_csv(f, p->test);
+		put_csv(f, test, !head);
 	else
 		put_lines(f);
 	return 0;
 }
 
+static void job_free(struct compare_job *j)
+{
+	ct_step_compare_report_free(&j->found);
+	ct_step_compare_free(&j->plan);
+	ct_vol_free(&j->ref);
+	ct_vol_free(&j->test);
+	ct_vol_free(&j->mask);
+	ct_vol_free(&j->std);
+	ct_vol_free(&j->low);
+	ct_stack_free(&j->ref_rays);
+	ct_stack_free(&j->test_rays);
+	ct_stack_free(&j->low_rays);
+}
+
+/* All pairs are reported before a limit that one of them misses ends the run. */
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
-	struct params p = *(const struct params *)params;
-	struct ct_vol test = {0}, lr = {0};
-	struct ct_figures f = {0};
-	int rc = -1;
+	const struct params *p = params;
+	struct ct_step_compare_rule r = p->rule;
+	struct ct_err missed = {0};
+	struct ct_figures head;
 
-	p.ref = p.second ? p.first : NULL;
-	p.test = p.second ? p.second : p.first;
-	if (check(&p, env->command->json, e) || parse_rule(&p, e) ||
-		(p.ref ? ct_vol_read(p.test, &test, e) : read_checked(&test, p.test, e)))
-		goto out;
-	if ((p.ref && compare(&f, &p, &test, env, e)) ||
-		(p.consistency && consistency(&f, &lr, &p, &test, env, e)) ||
-		report(&f, &p, env, e))
-		goto out;
-	rc = judge(&f, &p, e);
-out:
-	ct_vol_free(&test);
-	ct_vol_free(&lr);
-	return rc;
+	if (check(p, env->command->json, e) || parse_rule(&r, p, e))
+		return -1;
+	for (size_t i = 0; i <= p->more.n; i += 2) {
+		struct compare_job j = {0};
+		int rc;
+
+		r.ref = i ? p->more.v[i - 2] : p->second ? p->first : NULL;
+		r.test = i ? p->more.v[i - 1] : p->second ? p->second : p->first;
+		rc = compare(&j, p, &r, env, e) ||
+		     report(&j.found.figures, i ? &head : NULL, p, r.test, env, e);
+		if (rc == 0 && judge(&j.found.figures, p, r.test, e) && !missed.code)
+			missed = *e;
+		if (i == 0)
+			head = j.found.figures;
+		job_free(&j);
+		if (rc)
+			return -1;
+	}
+	if (missed.code)
+		*e = missed;
+	return missed.code ? -1 : 0;
 }
 
 CT_CLI_MAIN("ct-metrics",
-	"Compare a CT with a reference, or with the low-resolution CT it was made from.",
+	"Compare a CT or projections with a reference, or with what they were made from.",
 	CT_REPORTS)
