@@ -108,14 +108,26 @@ static int ddnm(const char *in, const char *out)
 	return rc;
 }
 
+/* "2", for three axes, or "2,2,1". */
+static void three(double to[3], const char *key)
+{
+	to[0] = to[1] = to[2] = number(key, 0);
+	if (value(key))
+		sscanf(value(key), "%lf,%lf,%lf", &to[0], &to[1], &to[2]);
+}
+
 static int degrade(ctsr_volume *in, const char *out)
 {
-	const double x = number("factor", 1);
-	const ctsr_operator o = {.size = sizeof o, .factor = {x, x, x}};
+	ctsr_operator o = {.size = sizeof o,
+		.sampling = (int)number("sampling", 0),
+		.noise = number("noise", 0)};
 	ctsr_volume *v = NULL;
-	const int rc = ctsr_degrade(&v, in, &o, NULL, &e) ||
-		       ctsr_volume_write(v, out, ctsr_nifti(), NULL, &e);
+	int rc;
 
+	three(o.factor, "factor");
+	three(o.sigma, "sigma");
+	rc = ctsr_degrade(&v, in, &o, NULL, &e) ||
+	     ctsr_volume_write(v, out, ctsr_nifti(), NULL, &e);
 	ctsr_volume_free(v);
 	return rc;
 }

@@ -5,6 +5,7 @@ import numpy as np
 import ctsr
 
 METHODS = ('auto', 'linear', 'cubic', 'bspline', 'lanczos', 'sinc', 'dc', 'tv', 'htv', 'prior', 'arssr')
+SAMPLING = ('sinc', 'point', 'mean')
 PIXELS = ('point', 'mean', 'sinc')
 
 
@@ -29,6 +30,12 @@ def same(*paths):
 
 def window(o):
     return {'window': [float(x) for x in o['window'].split(':')]} if 'window' in o else {}
+
+
+def three(text):
+    """"2", for three axes, or "2,2,1"."""
+    x = [float(t) for t in text.split(',')]
+    return x if len(x) == 3 else x * 3
 
 
 def whole(o, *keys):
@@ -78,7 +85,8 @@ def main(step, *words):
                                          pixel=PIXELS[int(o['pixel'])] if 'pixel' in o else None,
                                          **whole(o, 'factor', 'steps')), files[1])
     elif step == 'degrade':
-        ctsr.write(ctsr.degrade(files[0], float(o['factor'])), files[1])
+        ctsr.write(ctsr.degrade(files[0], three(o['factor']), three(o.get('sigma', '0')), SAMPLING[int(o.get('sampling', 0))],
+                                **real(o, 'noise')), files[1])
     elif step in ('compare', 'consistency'):
         lines = compare(*files[:2], o) if step == 'compare' else consistency(*files[:2])
         with open(files[2], 'w') as f:

@@ -106,6 +106,11 @@ refused 'no HU' 3 nii compose "grey.nii $g1" '' ct-compose -q grey.nii $g1
 
 # A coarser grid.
 step 'degraded' nii degrade fine.nii 'factor=2' ct-degrade -q -x 2 --sigma 0 fine.nii
+step 'by a factor an axis, blurred' nii degrade fine.nii 'factor=2,3,1 sigma=1,0.5,0' ct-degrade -q -x 2,3,1 --sigma 1,0.5,0 fine.nii
+step 'by means of cells, with noise' nii degrade fine.nii 'factor=1.5 sampling=2 noise=20' ct-degrade -q -x 1.5 --sigma 0 --decimate mean --noise 20 fine.nii
+step 'a CT that was clipped' nii degrade clipped.nii 'factor=2 sampling=1' ct-degrade -q -x 2 --sigma 0 --decimate point clipped.nii
+step 'another quantity is degraded' nii degrade mu.nii 'factor=2' ct-degrade -q -x 2 --sigma 0 mu.nii
+refused 'a factor longer than an axis' 5 nii degrade fine.nii 'factor=2,2,30' ct-degrade -q -x 2,2,30 --sigma 0 fine.nii
 refused 'no HU is not degraded' 3 nii degrade grey.nii 'factor=2' ct-degrade -q -x 2 --sigma 0 grey.nii
 
 # Projections on a finer detector.

@@ -123,12 +123,13 @@ static int consistency(ctsr_consistency *to, const ctsr_volume *fine, const ctsr
 	const struct ct_figures *f = &did.figures;
 	struct ct_err *e = &k->err;
 	struct ct_degrade by;
+	double noise;
 	int rc = -1;
 
 	rule.test = "fine";
 	rule.low = "coarse";
 	rule.by = o ? &by : NULL;
-	if ((!o || ctsr_degrade_of(&by, o, e) == 0) && ctsr_check_volume(fine, e) == 0 &&
+	if ((!o || ctsr_degrade_of(&by, &noise, o, e) == 0) && ctsr_check_volume(fine, e) == 0 &&
 		ctsr_check_volume(coarse, e) == 0 && run(&did, &rule, &d, NULL, NULL, k) == 0)
 		rc = ctsr_give_report(to,
 			&(ctsr_consistency){.max = figure(f, "residual-max-hu"),

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "ctsr/ctsr-impl.h"
 #include "estimate/operator.h"
+#include "steps/step-degrade.h"
 
 #include <math.h>
 #include <string.h>
@@ -11,7 +12,7 @@ _Static_assert((int)CTSR_SINC == CT_DECIMATE_SINC && (int)CTSR_POINT == CT_DECIM
 	"the kinds of sampling are the same");
 
 /* Written so that NaN is refused. */
-int ctsr_degrade_of(struct ct_degrade *d, const ctsr_operator *o, struct ct_err *e)
+int ctsr_degrade_of(struct ct_degrade *d, double *noise, const ctsr_operator *o, struct ct_err *e)
 {
 	ctsr_operator mine = {0};
 
@@ -34,6 +35,7 @@ int ctsr_degrade_of(struct ct_degrade *d, const ctsr_operator *o, struct ct_err 
 	if (!(mine.noise >= 0 && mine.noise <= 1e6))
 		return ct_fail(e, CT_EUSAGE, "the noise %g HU is outside [0, 1e6]", mine.noise);
 	d->decimate = (enum ct_decimate)mine.sampling;
+	*noise = mine.noise;
 	return 0;
 }
 
@@ -72,9 +74,10 @@ static int estimate(ctsr_operator *o, const ctsr_volume *v, struct ctsr_call *k)
 	struct ct_vol bare = v->v;
 	struct ct_operator r;
 	struct ct_degrade d;
+	double unused;
 
 	bare.meta = (struct ct_meta){0};
-	if (ctsr_degrade_of(&d, o, &k->err) || ctsr_check_hu(v, "volume", &k->err) ||
+	if (ctsr_degrade_of(&d, &unused, o, &k->err) || ctsr_check_hu(v, "volume", &k->err) ||
 		ctsr_check_volume(v, &k->err) || ct_meta_need_hu(&v->v.meta, false, &k->err))
 		return -1;
 	memcpy(said.factor, d.factor, sizeof said.factor);
@@ -99,12 +102,20 @@ static int degrade(
 	struct ct_vol *out, const ctsr_volume *in, const ctsr_operator *o, struct ctsr_call *k)
 {
 	const struct ct_meta *const from[] = {&in->v.meta};
-	struct ct_degrade d;
+	struct ct_step_degrade_rule rule = CT_STEP_DEGRADE_DEFAULTS;
+	struct ct_vol bare = in->v; /* is not clipped */
+	struct ct_step_degrade plan;
+	struct ct_err *e = &k->err;
+	struct ct_degrade by;
 
-	return ctsr_degrade_of(&d, o, &k->err) || ctsr_check_hu(in, "volume", &k->err) ||
-			       ctsr_check_volume(in, &k->err) ||
-			       ct_degrade_volume(out, &in->v, &d, o->noise, k->env.seed, k->env.par,
-				       &k->err) ||
+	if (ctsr_degrade_of(&by, &rule.noise, o, e))
+		return -1;
+	memcpy(rule.factor, by.factor, sizeof rule.factor);
+	memcpy(rule.sigma, by.sigma, sizeof rule.sigma);
+	rule.decimate = (int)by.decimate;
+	return ctsr_check_hu(in, rule.name, e) || ctsr_check_volume(in, e) ||
+			       ct_step_degrade_plan(&plan, &rule, &bare, e) ||
+			       ct_step_degrade_run(out, &plan, &k->env, e) ||
 			       ctsr_note_history(k, &out->meta, 1, from)
 		       ? -1
 		       : 0;

@@ -6,3 +6,4 @@ libct_a_SOURCES += src/steps/step-compose.c src/steps/step-compose.h
 libct_a_SOURCES += src/steps/step-project.c src/steps/step-project.h
 libct_a_SOURCES += src/steps/step-ddnm.c src/steps/step-ddnm.h
 libct_a_SOURCES += src/steps/step-compare.c src/steps/step-compare.h
+libct_a_SOURCES += src/steps/step-degrade.c src/steps/step-degrade.h
