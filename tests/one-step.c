@@ -132,6 +132,33 @@ static int degrade(ctsr_volume *in, const char *out)
 	return rc;
 }
 
+static int reconstruct(const char *in, const char *out)
+{
+	ctsr_reconstruct_options o;
+	ctsr_projections *p = NULL;
+	ctsr_volume *v = NULL, *like = NULL;
+	int rc;
+
+	ctsr_reconstruct_options_init(&o, sizeof o);
+	o.method = value("method");
+	o.filter = value("filter");
+	o.iterations = (size_t)number("iterations", 0);
+	o.parker = (int)number("parker", 0);
+	o.density = (int)number("density", 0);
+	o.nonnegative = (int)number("nonnegative", 0);
+	o.voxels = (size_t)number("voxels", 0);
+	o.tv = number("tv", o.tv);
+	window_of(o.window);
+	rc = ctsr_projections_read(&p, in, &e) ||
+	     (value("like") && ctsr_volume_read(&like, value("like"), ctsr_formats_all(), &e)) ||
+	     ctsr_reconstruct(&v, p, like, &o, NULL, &e) ||
+	     ctsr_volume_write(v, out, ctsr_nifti(), NULL, &e);
+	ctsr_projections_free(p);
+	ctsr_volume_free(v);
+	ctsr_volume_free(like);
+	return rc;
+}
+
 /* Figures as ct-metrics writes them; end: of the names of errors. */
 static int put_metrics(const ctsr_metrics *m, const char *ssim, const char *end, FILE *f)
 {
@@ -240,6 +267,8 @@ int main(int argc, char **argv)
 	words = argv + 4;
 	if (strcmp(argv[1], "ddnm") == 0)
 		rc = ddnm(argv[2], argv[3]);
+	else if (strcmp(argv[1], "reconstruct") == 0)
+		rc = reconstruct(argv[2], argv[3]);
 	else if (strcmp(argv[1], "compare") == 0)
 		rc = figures(strstr(argv[2], ".exr") ? compare_projections : compare, argv + 2);
 	else if (strcmp(argv[1], "consistency") == 0)

@@ -84,6 +84,10 @@ def main(step, *words):
         ctsr.write_projections(ctsr.ddnm(ctsr.read_projections(files[0]), o.get('prior'), o.get('sampler'),
                                          pixel=PIXELS[int(o['pixel'])] if 'pixel' in o else None,
                                          **whole(o, 'factor', 'steps')), files[1])
+    elif step == 'reconstruct':
+        how = {k: o[k] for k in ('like', 'method', 'filter') if k in o}
+        ctsr.write(ctsr.reconstruct(ctsr.read_projections(files[0]), **how, **window(o), **real(o, 'tv'),
+                                    **whole(o, 'iterations', 'parker', 'density', 'nonnegative', 'voxels')), files[1])
     elif step == 'degrade':
         ctsr.write(ctsr.degrade(files[0], three(o['factor']), three(o.get('sigma', '0')), SAMPLING[int(o.get('sampling', 0))],
                                 **real(o, 'noise')), files[1])

@@ -30,7 +30,7 @@ refused() {
 	[ ! -e "no.$end_" ]; ok $? 'and makes nothing'
 }
 # The message, without the name, the dashes of options, and what only a command or only a call can do about it.
-words() { sed "$1; s/^[^: ]*: //; s/--//g; s/ (but see .*//; s/: give .*//; s/low\.exr/projections/; s/fine\.nii/reference/; 1q" err; }
+words() { sed "$1; s/^[^: ]*: //; s/--//g; s/ (but see .*//; s/: give .*//; s/-m fbp/method fbp/; s/add quantity/add/; s/\(low\|fine\)\.exr/projections/; s/fine\.nii/reference/; 1q" err; }
 # figures NAME STEP 'IN...' 'KEY=VALUE...' OPTION...: the three report the same of ct-metrics, of views those of --per-slice
 figures() {
 	name_=$1 step_=$2 in_=$3 how_=$4; shift 4
@@ -112,6 +112,20 @@ step 'a CT that was clipped' nii degrade clipped.nii 'factor=2 sampling=1' ct-de
 step 'another quantity is degraded' nii degrade mu.nii 'factor=2' ct-degrade -q -x 2 --sigma 0 mu.nii
 refused 'a factor longer than an axis' 5 nii degrade fine.nii 'factor=2,2,30' ct-degrade -q -x 2,2,30 --sigma 0 fine.nii
 refused 'no HU is not degraded' 3 nii degrade grey.nii 'factor=2' ct-degrade -q -x 2 --sigma 0 grey.nii
+
+# A volume of projections.
+ct-project -q -n 8 --beam parallel fine.nii parallel.exr && ct-project -q -n 8 --beam fan --arc 220 wide.nii fan.exr; ok $? 'other beams'
+step 'reconstructed' nii reconstruct fine.exr '' ct-fdk -q fine.exr
+step 'with overshoots, on a grid of its own' nii reconstruct open.exr 'like=over-up.nii filter=hann' ct-fdk -q --grid over-up.nii --filter hann open.exr
+step 'of parallel rays, as density' nii reconstruct parallel.exr 'density=1 voxels=20' ct-fdk -q --quantity density --grid 20 parallel.exr
+step 'a short scan of a fan, in its window' nii reconstruct fan.exr 'parker=1' ct-fdk -q --parker fan.exr
+step 'by iteration' nii reconstruct fine.exr 'method=cgls iterations=3' ct-fdk -q -m cgls -n 3 fine.exr
+step 'with the least variation' nii reconstruct fine.exr 'method=tv iterations=3 tv=40 nonnegative=1' ct-fdk -q -m tv -n 3 --tv 40 --nonnegative fine.exr
+refused 'a method for another beam' 2 nii reconstruct fine.exr 'method=fbp' ct-fdk -q -m fbp fine.exr
+refused 'a window that contradicts the projections' 2 nii reconstruct fine.exr 'window=0:100' ct-fdk -q -w 0:100 fine.exr
+refused 'a grid beside the projections' 5 nii reconstruct fine.exr 'like=beside.nii' ct-fdk -q --grid beside.nii fine.exr
+refused 'HU without a filter' 2 nii reconstruct fine.exr 'filter=none' ct-fdk -q --filter none fine.exr
+refused 'no projections' 3 nii reconstruct up.nii '' ct-fdk -q up.nii
 
 # Projections on a finer detector.
 ct-project -q -n 2 --det 32 --coarsen 4 --pixel mean fine.nii low.exr && ct-project -q -n 2 --det 32 --coarsen 4 --pixel sinc fine.nii sinc.exr; ok $? 'projections'

@@ -32,7 +32,7 @@ import numpy as np
 from . import _abi as abi
 
 __all__ = ['Error', 'Image', 'Operator', 'Projections', 'version', 'read', 'write', 'degrade', 'estimate_operator',
-           'superres', 'upsample', 'project', 'ddnm', 'read_projections', 'write_projections', 'backproject', 'fdk', 'Gaussians',
+           'superres', 'upsample', 'project', 'ddnm', 'read_projections', 'write_projections', 'backproject', 'reconstruct', 'fdk', 'Gaussians',
            'fit', 'read_gaussians', 'write_gaussians', 'compose', 'metrics', 'consistency']
 _lib = abi.load()
 _SAMPLING = ('sinc', 'point', 'mean')
@@ -477,20 +477,42 @@ def write_projections(p: Projections, path, overwrite=False, threads=0) -> None:
     _Call(threads, overwrite=overwrite).run(_lib.ctsr_projections_write, p._h, _path(path))
 
 
-def _back(f, p, like, threads, progress):
+def backproject(p: Projections, like, threads=0, progress: Optional[Progress] = None) -> Image:
+    """The adjoint of project, without its window, on the grid of `like`."""
     out, h = abi.H(), Image.of(like)._handle()
-    _Call(threads, progress).run(f, c.byref(out), p._h, h, made=[out])
+    _Call(threads, progress).run(_lib.ctsr_backproject, c.byref(out), p._h, h, made=[out])
     return Image._own(out)
 
 
-def backproject(p: Projections, like, threads=0, progress: Optional[Progress] = None) -> Image:
-    """The adjoint of project, without its window, on the grid of `like`."""
-    return _back(_lib.ctsr_backproject, p, like, threads, progress)
+def reconstruct(p: Projections, like=None, method='auto', filter='ram-lak', cutoff: float = 0, parker=False, iterations=0,
+                tolerance: float = 0, nonnegative=False, integral='siddon', tv: float = 10, density=False, voxels=0,
+                window: Optional[Sequence[float]] = None, threads=0, progress: Optional[Progress] = None, log=None,
+                history: Optional[str] = None) -> Image:
+    """A volume, HU, as ct-fdk, where methods and filters are explained.
+
+    like      its grid; default: that of the projected volume, or the cube that all views see
+    method    auto, fdk, fbp; sirt, cgls or tv, which iterate: iterations (0: 30 of cgls, else 100), tolerance, nonnegative,
+              integral (siddon or joseph), tv (weight, HU)
+    filter    of the first three, with cutoff (0: what the voxels can show) and parker (of a short scan)
+    density   the result is not HU. voxels: without `like`, along the longest side
+    window    HU of density 0 and 1; default: what the projections say"""
+    o, out, h = abi.Reconstruct(), abi.H(), Image.of(like)._handle() if like is not None else None
+    _lib.ctsr_reconstruct_options_init(c.byref(o), c.sizeof(o))
+    o.method, o.filter = _text(method, 'method'), _text(filter, 'filter')
+    o.iterations, o.voxels = _whole(iterations, 31, 'iterations'), _whole(voxels, 31, 'voxels')
+    o.cutoff, o.tolerance, o.tv = cutoff, tolerance, tv
+    o.parker, o.nonnegative, o.density = bool(parker), bool(nonnegative), bool(density)
+    o.integral = _index(_INTEGRALS, integral, 'integral')
+    if window is not None:
+        o.window = (c.c_double * 2)(*window)
+    _Call(threads, progress, log, history=history).run(
+        _lib.ctsr_reconstruct, c.byref(out), p._h, h, c.byref(o), made=[out])
+    return Image._own(out)
 
 
-def fdk(p: Projections, like, threads=0, progress: Optional[Progress] = None) -> Image:
-    """Filtered backprojection on the grid of `like`, HU, as ct-fdk."""
-    return _back(_lib.ctsr_fdk, p, like, threads, progress)
+def fdk(p: Projections, like=None, threads=0, progress: Optional[Progress] = None, log=None) -> Image:
+    """Filtered backprojection, HU: reconstruct with its defaults."""
+    return reconstruct(p, like, threads=threads, progress=progress, log=log)
 
 
 class Gaussians:

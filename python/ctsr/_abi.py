@@ -37,6 +37,9 @@ Ddnm = _struct('Ddnm', ('sampler', c.c_char_p), ('factor', c.c_size_t), ('prior_
                ('sigma_y', c.c_double), ('norm', c.c_double), ('init', c.c_void_p), ('start', c.c_int),
                ('travel', c.c_size_t * 2), ('guidance', c.c_double), ('iterations', c.c_size_t), ('rate', c.c_double),
                ('frozen', c.c_int), ('first_channel', c.c_int))
+Reconstruct = _struct('Reconstruct', ('method', c.c_char_p), ('filter', c.c_char_p), ('cutoff', c.c_double), ('parker', c.c_int),
+                      ('iterations', c.c_size_t), ('tolerance', c.c_double), ('nonnegative', c.c_int), ('density', c.c_int),
+                      ('integral', c.c_int), ('tv', c.c_double), ('voxels', c.c_size_t), ('window', c.c_double * 2))
 Metrics = _struct('Metrics', ('psnr', c.c_double), ('ssim', c.c_double), ('mae', c.c_double), ('rmse', c.c_double),
                   ('bias', c.c_double), ('max', c.c_double), ('gradient', D3))
 Consistency = _struct('Consistency', ('max', c.c_double), ('p95', c.c_double), ('rms', c.c_double), ('mean', c.c_double))
@@ -72,6 +75,8 @@ _SIGNATURES = {  # result, arguments
     'projections_view': (c.c_int, P(View), H, c.c_size_t, _E),
     'project': (c.c_int, P(H), H, P(Geometry), _C, _E),
     'backproject': (c.c_int, P(H), H, H, _C, _E),
+    'reconstruct_options_init': (None, P(Reconstruct), c.c_size_t),
+    'reconstruct': (c.c_int, P(H), H, H, P(Reconstruct), _C, _E),
     'fdk': (c.c_int, P(H), H, H, _C, _E),
     'ddnm_options_init': (None, P(Ddnm), c.c_size_t),
     'ddnm': (c.c_int, P(H), P(H), H, P(Ddnm), _C, _E),

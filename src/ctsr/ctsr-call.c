@@ -4,6 +4,7 @@
 #include "core/simd.h"
 #include "ctsr/ctsr-impl.h"
 
+#include <math.h>
 #include <sched.h>
 #include <stdio.h>
 #include <string.h>
@@ -55,6 +56,18 @@ int ctsr_take_options(void *mine, size_t size, const void *theirs, struct ct_err
 			size);
 	memcpy(mine, theirs, n);
 	memcpy(mine, &size, sizeof size);
+	return 0;
+}
+
+int ctsr_take_window(struct ct_window_rule *r, const double asked[2], struct ct_err *e)
+{
+	*r = (struct ct_window_rule){0};
+	if (isnan(asked[0]) && isnan(asked[1]))
+		return 0;
+	if (!(asked[0] < asked[1]))
+		return ct_fail(e, CT_EUSAGE, "the window %g to %g is none", asked[0], asked[1]);
+	memcpy(r->range, asked, sizeof r->range);
+	snprintf(r->words, sizeof r->words, "window %.17g:%.17g", asked[0], asked[1]);
 	return 0;
 }
 

@@ -5,8 +5,6 @@
 #include "steps/evidence.h"
 
 #include <math.h>
-#include <stdio.h>
-#include <string.h>
 
 void ctsr_compose_options_init(ctsr_compose_options *o, size_t size)
 {
@@ -31,15 +29,7 @@ static int rule_of(struct ct_step_compose_rule *r, const ctsr_compose_options *o
 	r->gain = o->gain;
 	r->floor = o->floor;
 	r->spacing = o->spacing;
-	if (isnan(o->window[0]) && isnan(o->window[1]))
-		return 0;
-	if (!(o->window[0] < o->window[1]))
-		return ct_fail(
-			e, CT_EUSAGE, "the window %g to %g is none", o->window[0], o->window[1]);
-	memcpy(r->window.range, o->window, sizeof r->window.range);
-	snprintf(r->window.words, sizeof r->window.words, "window %.17g:%.17g", o->window[0],
-		o->window[1]);
-	return 0;
+	return ctsr_take_window(&r->window, o->window, e);
 }
 
 static int compose(struct ct_vol *out, struct ct_vol *added, const ctsr_volume *base,

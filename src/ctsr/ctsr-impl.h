@@ -9,6 +9,7 @@
 #include "ctsr/ctsr.h"
 #include "formats/io.h"
 #include "operator/degrade.h"
+#include "steps/window-rule.h"
 
 #include <stdbool.h>
 
@@ -61,6 +62,8 @@ void ctsr_give_defaults(void *theirs, size_t size, const void *defaults, size_t 
 /* mine (initialised, of `size` bytes) <- the members that *theirs has; its first is its size.
  * NULL: all defaults. */
 int ctsr_take_options(void *mine, size_t size, const void *theirs, struct ct_err *e);
+/* The window that is asked for; NaN: none. */
+int ctsr_take_window(struct ct_window_rule *r, const double asked[2], struct ct_err *e);
 /* As much of a report as fits into the caller's, whose first member is its size; or NULL. */
 int ctsr_give_report(void *theirs, void *mine, size_t size, struct ct_err *e);
 

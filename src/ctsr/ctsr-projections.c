@@ -3,7 +3,6 @@
 #include "core/mem.h"
 #include "ctsr/ctsr-impl.h"
 #include "formats/format.h"
-#include "recon/reconstruct.h"
 #include "steps/evidence.h"
 #include "steps/step-project.h"
 #include "xray/geometry.h"
@@ -252,39 +251,15 @@ static int adjoint(struct ct_vol *v, const struct ct_stack *s, struct ctsr_call 
 	return rc;
 }
 
-static int fdk(struct ct_vol *v, const struct ct_stack *s, struct ctsr_call *k)
-{
-	const struct ct_reconstruct_rule how = {.filter = CT_RAMP_RAM_LAK};
-
-	return ct_reconstruct(v, s, &how, &k->env, &k->err) ||
-			       ct_window_rule_reconstructed(v, s, NULL, false, &k->err)
-		       ? -1
-		       : 0;
-}
-
-/* What both have in common. */
-static int back(int (*how)(struct ct_vol *, const struct ct_stack *, struct ctsr_call *),
-	const char *name, ctsr_volume **v, const ctsr_projections *p, const ctsr_volume *like,
+int ctsr_backproject(ctsr_volume **v, const ctsr_projections *p, const ctsr_volume *like,
 	const ctsr_context *c, ctsr_error *e)
 {
-	struct ctsr_call k = CTSR_CALL(name);
+	struct ctsr_call k = CTSR_CALL(__func__);
 	const int rc = ctsr_make_volume(&k, v) || ctsr_call_begin(&k, p && like, c) ||
 		       ct_stack_check(&p->s, &k.err) || ct_stack_check_finite(&p->s, &k.err) ||
-		       ctsr_zeros_like(&(*v)->v, like, &k.err) || how(&(*v)->v, &p->s, &k) ||
+		       ctsr_zeros_like(&(*v)->v, like, &k.err) || adjoint(&(*v)->v, &p->s, &k) ||
 		       ctsr_note_history(
 			       &k, &(*v)->v.meta, 1, (const struct ct_meta *const[]){&p->s.meta});
 
 	return ctsr_call_end(&k, rc, e);
-}
-
-int ctsr_backproject(ctsr_volume **v, const ctsr_projections *p, const ctsr_volume *like,
-	const ctsr_context *c, ctsr_error *e)
-{
-	return back(adjoint, __func__, v, p, like, c, e);
-}
-
-int ctsr_fdk(ctsr_volume **v, const ctsr_projections *p, const ctsr_volume *like,
-	const ctsr_context *c, ctsr_error *e)
-{
-	return back(fdk, __func__, v, p, like, c, e);
 }

@@ -1,15 +1,11 @@
 /* ctsr.h: super-resolution of computed tomography (CT) as a library.
  *
- * INTRODUCTION
- *
- * libctsr refines a CT scan to a finer grid. It first inverts the blur and the sampling of the
- * scanner. It can then add the detail that a network, trained on slices of other CTs, predicts.
- * Both steps keep the result consistent with the scan: blurred and sampled again, it gives the
- * scan. The library also runs the steps of the paper: it projects volumes, super-resolves the
- * projections, fits Gaussians to them and composes these with a volume. The commands of ctsr call
- * the same functions, and give the same voxels, pixels and Gaussians, and the same errors.
- *
- * A first program stands in ctsr(3), with how it is compiled; examples/paper.c runs the steps.
+ * libctsr refines a CT scan to a finer grid: it inverts the blur and the sampling of the scanner,
+ * and can then add the detail that a network, trained on slices of other CTs, predicts. Blurred and
+ * sampled again, the result gives the scan. The library also runs the steps of the paper: it
+ * projects volumes, super-resolves the projections, fits Gaussians to them and composes these with
+ * a volume. The commands of ctsr call the same functions, and give the same voxels, pixels and
+ * Gaussians, and the same errors. A first program stands in ctsr(3), with how it is compiled.
  *
  * UNITS AND AXES
  *
@@ -21,24 +17,24 @@
  *
  * ERRORS
  *
- * A function that can fail returns 0, or -1 and fills in *e. Its message is one English line that
- * says what is wrong. e may be NULL. On failure, what a function was to create is NULL. The library
- * prints nothing, ends no process, installs no signal handler and reads no environment variable.
+ * A function that can fail returns 0, or -1 and fills in *e, whose message is one English line. e
+ * may be NULL. On failure, what a function was to create is NULL. The library prints nothing, ends
+ * no process, installs no signal handler and reads no environment variable.
  *
  * THREADS
  *
- * Every function is reentrant: threads may call at the same time if no two of them change the same
- * object. The only global state is the level of the processor's vectors, found once, and a list of
- * the temporary files that are being written. A call starts its own threads (ctsr_context.threads)
- * and joins them before it returns. The result has the same bytes for any number of threads.
+ * Threads may call at the same time if no two of them change the same object. The only global state
+ * is the level of the processor's vectors, found once, and a list of the temporary files that are
+ * being written. A call starts its own threads (ctsr_context.threads) and joins them before it
+ * returns. The result has the same bytes for any number of threads.
  *
  * VERSIONS
  *
  * The library follows semantic versioning. Objects are opaque. Structs that a caller fills begin
  * with their size; the other members are 0 by default: ctsr_context c = {.size = sizeof c}. Where
  * that is not so there is a function that sets the defaults and the size, ctsr_..._init. Later
- * versions add members at the end, and a default that keeps the old behaviour. So a program that
- * was built for libctsr.so.0 runs with every libctsr.so.0.
+ * versions add members at the end, and a default that keeps the old behaviour: a program that was
+ * built for libctsr.so.0 runs with every libctsr.so.0.
  */
 #ifndef CTSR_H
 #define CTSR_H
@@ -56,16 +52,13 @@ extern "C" {
 #endif
 
 /* ------------------------------------------------------------------------------------ version */
-
 #define CTSR_VERSION_MAJOR 0
 #define CTSR_VERSION_MINOR 1
 #define CTSR_VERSION_PATCH 0
-
 /* Version of the library that runs, "0.1.0". Static text. */
 CTSR_API const char *ctsr_version(void);
 
 /* ------------------------------------------------------------------------------------- errors */
-
 /* Codes. They are the exit statuses of the commands, too. */
 enum ctsr_code {
 	CTSR_OK = 0,
@@ -86,7 +79,6 @@ typedef struct ctsr_error {
 } ctsr_error;
 
 /* ------------------------------------------------------------------------------------ context */
-
 /* How a call runs. Every function that takes a context takes NULL too: all defaults. */
 typedef struct ctsr_context {
 	size_t size;
@@ -106,7 +98,6 @@ typedef struct ctsr_context {
 } ctsr_context;
 
 /* ------------------------------------------------------------------------------------ volumes */
-
 /* A volume of 32-bit floats on a grid, with metadata: pairs of a key and a text. */
 typedef struct ctsr_volume ctsr_volume;
 
@@ -142,7 +133,6 @@ CTSR_API int ctsr_volume_sample(
 	float *values, const ctsr_volume *v, size_t n, const double (*points)[3], ctsr_error *e);
 
 /* ---------------------------------------------------------------------------- files of volumes */
-
 /* A file format. A static link holds only the formats that a program names. */
 typedef struct ctsr_format ctsr_format;
 
@@ -164,7 +154,6 @@ CTSR_API int ctsr_volume_write(const ctsr_volume *v, const char *path, const cts
 	const ctsr_context *c, ctsr_error *e);
 
 /* ----------------------------------------------------------------------------------- operators */
-
 /* How a low-resolution CT is made of a high-resolution one: Gaussian blur, sampling, noise. */
 enum ctsr_sampling {
 	CTSR_SINC = 0,  /* band-limited, then sampled */
@@ -196,7 +185,6 @@ CTSR_API int ctsr_degrade(ctsr_volume **out, const ctsr_volume *in, const ctsr_o
 	const ctsr_context *c, ctsr_error *e);
 
 /* ---------------------------------------------------------------------------- super-resolution */
-
 /* Interpolation, regularised inversion, and the inversion with a learned prior on top. */
 enum ctsr_method {
 	/* CTSR_TV; CTSR_HTV for aliased points and texture; CTSR_BSPLINE without an operator */
@@ -276,7 +264,6 @@ CTSR_API int ctsr_upsample(ctsr_volume **out, ctsr_volume **error, ctsr_superres
 	ctsr_error *e);
 
 /* --------------------------------------------------------------------------------- projections */
-
 /* X-ray projections with the geometry of every view: line integrals, density x mm, where density =
  * (HU - LO)/(HI - LO) of the metadata key "window" "LO:HI". */
 typedef struct ctsr_projections ctsr_projections;
@@ -343,8 +330,29 @@ CTSR_API int ctsr_project(ctsr_projections **p, const ctsr_volume *v, const ctsr
  * solvers of one's own. CTSR_GEOMETRY; CTSR_NUMBER; CTSR_CANCELLED; CTSR_MEMORY. */
 CTSR_API int ctsr_backproject(ctsr_volume **v, const ctsr_projections *p, const ctsr_volume *like,
 	const ctsr_context *c, ctsr_error *e);
-/* *v <- filtered backprojection on the grid of `like`, HU: FDK for cones (Feldkamp et al. 1984),
- * FBP for parallel rays. As ct-fdk(1). CTSR_GEOMETRY for a scan that has none. */
+
+typedef struct ctsr_reconstruct_options {
+	size_t size;
+	const char *method;       /* in a word of ct-fdk(1); NULL (default): auto, FDK or FBP */
+	const char *filter;       /* in another, of these two; NULL (default): ram-lak */
+	double cutoff;            /* of the filter, 0 to 1; 0 (default): what the voxels can show */
+	int parker;               /* 1: rays that a short scan sees twice count once */
+	size_t iterations;        /* of the others; 0 (default): 30 of cgls, 100 of sirt and tv */
+	double tolerance;         /* they stop at this |A x - b| / |b|, 0 to 1; default 0 */
+	int nonnegative, density; /* 1: no density below 0, not of cgls; 1: the result is not HU */
+	int integral;             /* of enum ctsr_integral; default CTSR_SIDDON */
+	double tv;                /* weight of the total variation, HU; default 10 */
+	size_t voxels;    /* without `like`: along the longest side; 0 (default): as projected */
+	double window[2]; /* HU of density 0 and 1; NaN (default): what the metadata say */
+} ctsr_reconstruct_options;
+CTSR_API void ctsr_reconstruct_options_init(ctsr_reconstruct_options *o, size_t size);
+/* *v <- a volume, HU, on the grid of `like`, or with NULL on that of the projected volume, or the
+ * cube that all views see. As ct-fdk(1), and the same voxels. CTSR_USAGE for what contradicts the
+ * projections; CTSR_INPUT for another quantity; CTSR_GEOMETRY for a grid beside the scan, and a
+ * scan that cannot be inverted so; CTSR_NUMBER; CTSR_CANCELLED; CTSR_MEMORY. */
+CTSR_API int ctsr_reconstruct(ctsr_volume **v, const ctsr_projections *p, const ctsr_volume *like,
+	const ctsr_reconstruct_options *o, const ctsr_context *c, ctsr_error *e);
+/* The same with all defaults: FDK for cones (Feldkamp et al. 1984), FBP for parallel rays. */
 CTSR_API int ctsr_fdk(ctsr_volume **v, const ctsr_projections *p, const ctsr_volume *like,
 	const ctsr_context *c, ctsr_error *e);
 
@@ -385,7 +393,6 @@ CTSR_API int ctsr_ddnm(ctsr_projections **out, ctsr_projections **deviation,
 	ctsr_error *e);
 
 /* ----------------------------------------------------------------------------------- Gaussians */
-
 /* A sum of signed 3-D Gaussians: density(x) = sum of a exp(-|R'(x - position)/sigma|^2 / 2). */
 typedef struct ctsr_gaussians ctsr_gaussians;
 
@@ -453,7 +460,6 @@ CTSR_API int ctsr_compose(ctsr_volume **out, ctsr_volume **added, const ctsr_vol
 	ctsr_error *e);
 
 /* ------------------------------------------------------------------------------------- metrics */
-
 /* The caller sets size = sizeof, the library fills in as much as fits. */
 typedef struct ctsr_metrics {
 	size_t size;

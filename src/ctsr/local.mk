@@ -8,7 +8,7 @@ include_HEADERS = src/ctsr/ctsr.h
 libctsr_a_SOURCES = src/ctsr/ctsr-call.c src/ctsr/ctsr-impl.h src/ctsr/ctsr-volume.c src/ctsr/ctsr-file.c \
 	src/ctsr/ctsr-formats.c src/ctsr/ctsr-nifti.c src/ctsr/ctsr-nrrd.c src/ctsr/ctsr-metaimage.c \
 	src/ctsr/ctsr-operator.c src/ctsr/ctsr-superres.c src/ctsr/ctsr-projections.c src/ctsr/ctsr-gaussians.c src/ctsr/ctsr-compose.c src/ctsr/ctsr-ddnm.c \
-	src/ctsr/ctsr-metrics.c
+	src/ctsr/ctsr-metrics.c src/ctsr/ctsr-reconstruct.c
 CTSR_INTERNAL = $(filter-out src/cli/% src/report/% src/tools/%,$(libct_a_OBJECTS)) $(libct_a_LIBADD)
 libctsr_a_LIBADD = $(CTSR_INTERNAL)
 libctsr_a_DEPENDENCIES = $(CTSR_INTERNAL)

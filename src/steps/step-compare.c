@@ -32,8 +32,8 @@ static int check_quantity(const struct ct_step_compare *p, struct ct_err *e)
 		   *t = ct_meta_get(&p->of->test->meta, CT_META_QUANTITY);
 
 	if (r && strcasecmp(r, CT_QUANTITY_HU) != 0 && !has_scale(is))
-		return ct_fail(e, CT_EUSAGE, "%s: holds %.40s, not HU: give --range or --window",
-			is->ref, r);
+		return ct_fail(e, CT_EUSAGE, "%s: holds %.40s, not HU: give %s", is->ref, r,
+			is->dashed ? "--range or --window" : "a window");
 	if (t && strcasecmp(t, r ? r : CT_QUANTITY_HU) != 0)
 		return ct_fail(e, CT_EINPUT,
 			"%s: holds %.40s, but %s holds %.40s: both must hold the same", is->test, t,

@@ -12,6 +12,7 @@
 #include "formats/io.h"
 #include "formats/units.h"
 #include "estimate/operator.h"
+#include "steps/step-reconstruct.h"
 #include "tools/lib/evidence-files.h"
 #include "tools/lib/geometry-opts.h"
 #include "xray/window.h"
@@ -117,15 +118,20 @@ static int is_stack(bool *stack, const char *in, bool rays, struct ct_err *e)
 
 static int read_stack(struct field_input *i, const struct field_files *f, struct ct_err *e)
 {
+	struct ct_vol like = {0};
+	int voxels, rc;
+
 	if (f->factor)
 		return ct_fail(
 			e, CT_EUSAGE, "--factor: %s is a stack, whose grid --grid says", f->in);
-	if (ct_evidence_files_stack(&i->rays, f->in, CT_QUANTITY_LINE_INTEGRAL, e) ||
-		ct_geometry_opts_window(i->window, f->window, &i->rays.meta, e) ||
-		ct_geometry_opts_grid(&i->fine, f->grid, &i->rays, e))
-		return -1;
+	rc = ct_evidence_files_stack(&i->rays, f->in, CT_QUANTITY_LINE_INTEGRAL, e) ||
+	     ct_geometry_opts_window(i->window, f->window, &i->rays.meta, e) ||
+	     ct_geometry_opts_grid(&voxels, &like, f->grid, e) ||
+	     ct_step_reconstruct_grid(
+		     &i->fine, like.data ? &like : NULL, f->grid, (size_t)voxels, &i->rays, e);
+	ct_vol_free(&like);
 	i->out = i->fine;
-	return 0;
+	return rc ? -1 : 0;
 }
 
 /* Do the boxes along the world's axes meet? A field says nothing of what lies beyond IN. */

@@ -115,23 +115,17 @@ int ct_geometry_opts_window(
 		       : ct_window_rule_choose(window, &r, m, e);
 }
 
-int ct_geometry_opts_grid(
-	struct ct_vol *grid, const char *option, const struct ct_stack *scan, struct ct_err *e)
+int ct_geometry_opts_grid(int *voxels, struct ct_vol *like, const char *option, struct ct_err *e)
 {
-	struct ct_vol like = {0};
 	double n = 0;
 
-	if (!option || ct_number_read(&n, option))
-		return option && (!(n >= 1 && n <= 1 << 16) || n != floor(n))
-			       ? ct_fail(e, CT_EUSAGE, "--grid: %s is no number of voxels", option)
-			       : ct_scan_grid(grid, (size_t)n, scan, e);
-	if (ct_vol_read(option, &like, e))
-		return -1;
-	memcpy(grid->n, like.n, sizeof like.n);
-	memcpy(grid->affine, like.affine, sizeof like.affine);
-	ct_vol_free(&like);
-	return ct_vol_check_grid(grid, e) || ct_geometry_seen(scan, grid, e) ? ct_blame(e, option)
-									     : 0;
+	*voxels = 0;
+	if (option && !ct_number_read(&n, option))
+		return ct_vol_read(option, like, e);
+	if (option && (!(n >= 1 && n <= 1 << 16) || n != floor(n)))
+		return ct_fail(e, CT_EUSAGE, "--grid: %s is no number of voxels", option);
+	*voxels = (int)n;
+	return 0;
 }
 
 int ct_geometry_opts_volume(struct ct_vol *out, const struct ct_stack *in, const char *option,

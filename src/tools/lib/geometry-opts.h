@@ -76,10 +76,9 @@ int ct_geometry_opts_asked(struct ct_window_rule *r, const char *option, struct 
  * 3071 HU. CT_EUSAGE if option and metadata contradict. m may be NULL. */
 int ct_geometry_opts_window(
 	double window[2], const char *option, const struct ct_meta *m, struct ct_err *e);
-/* --grid of a reconstruction, into the zeroed *grid: a number of voxels, a volume whose grid it is,
- * or NULL: ct_scan_grid. CT_EUSAGE, codes of the reader, CT_EGEOM. */
-int ct_geometry_opts_grid(
-	struct ct_vol *grid, const char *option, const struct ct_stack *scan, struct ct_err *e);
+/* --grid of a reconstruction: a number of voxels, or the volume whose grid it is, into the zeroed
+ * *like; NULL: neither. CT_EUSAGE, codes of the reader. */
+int ct_geometry_opts_grid(int *voxels, struct ct_vol *like, const char *option, struct ct_err *e);
 /* A volume of density that was reconstructed from a stack gets its metadata, and becomes HU by the
  * window unless it is to stay density. */
 int ct_geometry_opts_volume(struct ct_vol *out, const struct ct_stack *in, const char *window,

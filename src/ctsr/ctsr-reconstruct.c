@@ -1,0 +1,89 @@
+/* ctsr-reconstruct.c: volumes of projections. */
+#include "config.h"
+#include "ctsr/ctsr-impl.h"
+#include "steps/step-reconstruct.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+void ctsr_reconstruct_options_init(ctsr_reconstruct_options *o, size_t size)
+{
+	const ctsr_reconstruct_options all = {
+		.size = size, .tv = 10, .window = {(double)NAN, (double)NAN}};
+
+	ctsr_give_defaults(o, size, &all, sizeof all);
+}
+
+/* The place of a word; NULL: of the first. */
+static int take(int *place, const char *words, const char *what, const char *word, struct ct_err *e)
+{
+	*place = 0;
+	if (!word || ct_words_take(place, words, what, word, e) == 0)
+		return 0;
+	e->code = CT_EUSAGE;
+	return -1;
+}
+
+/* Written so that NaN is refused where a number is needed. */
+static int rule_of(
+	struct ct_step_reconstruct_rule *r, const ctsr_reconstruct_options *o, struct ct_err *e)
+{
+	if (!(o->cutoff >= 0 && o->cutoff <= 1) || !(o->tolerance >= 0 && o->tolerance <= 1) ||
+		!(o->tv >= 0 && o->tv <= 1e6) || o->iterations > 1000000 || o->voxels > 65536)
+		return ct_fail(e, CT_EUSAGE,
+			"a cutoff and a tolerance of 0 to 1, a variation of 0 to 1e6 HU, at most "
+			"1e6 iterations and 65536 voxels are expected");
+	if (o->integral < CTSR_SIDDON || o->integral > CTSR_JOSEPH)
+		return ct_fail(e, CT_EUSAGE, "the integral %d is not one of 0 and 1", o->integral);
+	*r = (struct ct_step_reconstruct_rule)CT_STEP_RECONSTRUCT_DEFAULTS;
+	if (take(&r->method, CT_WORDS_TWO(CT_STEP_RECONSTRUCT_METHODS, CT_SOLVER_LIST), "method",
+		    o->method, e) ||
+		take(&r->filter, CT_WORDS(CT_RAMP_LIST), "filter", o->filter, e))
+		return -1;
+	r->iterations = (int)o->iterations;
+	r->voxels = (int)o->voxels;
+	r->tv = o->tv;
+	r->density = o->density != 0;
+	r->how.cutoff = o->cutoff;
+	r->how.parker = o->parker != 0;
+	r->how.projector = o->integral;
+	r->how.rule.tolerance = o->tolerance;
+	r->how.rule.nonnegative = o->nonnegative != 0;
+	return ctsr_take_window(&r->window, o->window, e);
+}
+
+static int reconstruct(struct ct_vol *v, const ctsr_projections *p, const ctsr_volume *like,
+	const ctsr_reconstruct_options *o, struct ctsr_call *k)
+{
+	const struct ct_meta *const from[] = {&p->s.meta};
+	struct ct_step_reconstruct_rule rule;
+	struct ct_step_reconstruct plan = {0};
+
+	return rule_of(&rule, o, &k->err) ||
+			       ct_step_reconstruct_plan(
+				       &plan, &rule, &p->s, like ? &like->v : NULL, &k->err) ||
+			       ct_step_reconstruct_run(v, &plan, &k->env, &k->err) ||
+			       ctsr_note_history(k, &v->meta, 1, from)
+		       ? -1
+		       : 0;
+}
+
+int ctsr_reconstruct(ctsr_volume **v, const ctsr_projections *p, const ctsr_volume *like,
+	const ctsr_reconstruct_options *o, const ctsr_context *c, ctsr_error *e)
+{
+	struct ctsr_call k = CTSR_CALL(__func__);
+	ctsr_reconstruct_options mine;
+	int rc = ctsr_make_volume(&k, v) || ctsr_call_begin(&k, p, c);
+
+	ctsr_reconstruct_options_init(&mine, sizeof mine);
+	rc = rc || ctsr_take_options(&mine, sizeof mine, o, &k.err) ||
+	     reconstruct(&(*v)->v, p, like, &mine, &k);
+	return ctsr_call_end(&k, rc, e);
+}
+
+int ctsr_fdk(ctsr_volume **v, const ctsr_projections *p, const ctsr_volume *like,
+	const ctsr_context *c, ctsr_error *e)
+{
+	return ctsr_reconstruct(v, p, like, NULL, c, e);
+}
