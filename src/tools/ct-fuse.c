@@ -7,9 +7,8 @@
 #include "core/clock.h"
 #include "formats/format.h"
 #include "formats/io.h"
-#include "recon/fuse.h"
+#include "steps/step-fuse.h"
 #include "tools/lib/evidence-files.h"
-#include "xray/window.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -17,12 +16,11 @@
 struct params {
 	struct ct_evidence_files files;
 	const char *out, *residual;
-	int iterations, every;
-	double lambda;
+	struct ct_step_fuse_rule rule;
 	bool resume;
 };
 
-static const struct params defaults = {.iterations = 15};
+static const struct params defaults = {.rule = {.iterations = 15}};
 
 #define CT_PARAMS struct params
 static const struct ct_opt opts[] = {
@@ -37,15 +35,16 @@ static const struct ct_opt opts[] = {
 	CT_INPUT(files.std, 0, "uncertainty", "STACK",
 		"standard deviation of PROJECTIONS, EXR, as ct-ddnm --std writes it: the less "
 		"certain a pixel, the less it counts"),
-	CT_EXPERT(lambda, "lambda-projections", "W", 0, 1e9,
+	CT_EXPERT(rule.lambda, "lambda-projections", "W", 0, 1e9,
 		"weight of PROJECTIONS against the variation, 1/HU; 0 chooses it by how well the "
 		"views predict each other"),
-	CT_OPT(iterations, 'n', "iterations", "N", 1, 10000000, "iterations, of all views each"),
+	CT_OPT(rule.iterations, 'n', "iterations", "N", 1, 10000000,
+		"iterations, of all views each"),
 	CT_TEXT(files.window, 'w', "window", "LO:HI",
 		"HU of density 0 and 1 (-1024:3071, or what BASE or else PROJECTIONS says)"),
 	CT_OUTPUT(residual, 0, "residual-out", "FILE", CT_ENDS_VOLUME,
 		"write what is added to BASE too, in HU, NIfTI"),
-	CT_OPT(every, 0, "checkpoint-every", "N", 0, 10000000,
+	CT_OPT(rule.checkpoint_every, 0, "checkpoint-every", "N", 0, 10000000,
 		"iterations between states in OUT.state; 0 writes one only when stopped",
 		CT_WHEN(CT_IF_FILE(out)), CT_IDLE),
 	CT_FLAG(resume, 0, "resume", "continue from OUT.state if it is there", CT_IDLE),
@@ -111,22 +110,10 @@ static int save_state(void *job, const struct ct_joint *joint, struct ct_err *e)
 
 static int prepare(struct fuse_job *j, struct ct_err *e)
 {
-	struct ct_evidence *d = &j->data;
-	struct ct_fuse *f = &j->fuse;
-
-	*f = (struct ct_fuse){.base = &d->base,
-		.lack = &d->lr,
-		.by = d->by,
-		.y = &d->in,
-		.gap = &d->base_proj,
-		.weight = &d->weight,
-		.window = {d->window[0], d->window[1]},
-		.lambda = j->p->lambda,
-		.iterations = (size_t)j->p->iterations};
-	f->joint.rule.every = (size_t)j->p->every;
-	f->joint.save = save_state;
-	f->joint.ctx = j;
-	return name_run(j, e) || ct_fuse_alloc(f, j->env, e) ? -1 : 0;
+	j->fuse.joint.save = save_state;
+	j->fuse.joint.ctx = j;
+	return name_run(j, e) || ct_step_fuse_begin(&j->fuse, &j->p->rule, &j->data, j->env, e) ? -1
+												: 0;
 }
 
 static int estimate(struct fuse_job *j, struct ct_err *e)
@@ -138,50 +125,33 @@ static int estimate(struct fuse_job *j, struct ct_err *e)
 		return -1;
 	cost.seconds = (before + cost.seconds) / (double)ct_par_threads(j->env->par);
 	snprintf(cost.work, sizeof cost.work, "%d iterations on %zu voxels and %zu views",
-		j->p->iterations, ct_vol_count(&j->data.base), j->data.in.views);
+		j->p->rule.iterations, ct_vol_count(&j->data.base), j->data.in.views);
 	return ct_cost_print(&cost, j->env, e);
-}
-
-static int write_residual(struct fuse_job *j, size_t n, const struct ct_meta *const *in,
-	const struct ct_env *env, struct ct_err *e)
-{
-	struct ct_vol v = j->data.base;
-	int rc = -1;
-
-	v.meta = (struct ct_meta){0};
-	v.data = j->fuse.residual;
-	if (ct_meta_copy(&v.meta, &j->data.base.meta, e) == 0 &&
-		ct_window_put(&v.meta, j->data.window, e) == 0 &&
-		ct_meta_set(&v.meta, CT_META_QUANTITY, CT_QUANTITY_RESIDUAL, e) == 0 &&
-		ct_meta_step(&v.meta, env, n, in, e) == 0)
-		rc = ct_vol_write(j->p->residual, &v, env, e);
-	ct_meta_free(&v.meta);
-	return rc;
 }
 
 /* The residual, and the volume that was fitted. */
 static int write_all(struct fuse_job *j, struct ct_err *e)
 {
 	struct ct_evidence *d = &j->data;
+	const struct params *p = j->p;
 	const struct ct_meta *const in[] = {
 		&d->base.meta, &d->lr.meta, &d->in.meta, &d->base_proj.meta, &d->weight.meta};
 	const size_t n = sizeof in / sizeof *in;
 	struct ct_out_set both = {0};
 	struct ct_io_rule rule = ct_io_rule_of(j->env);
 	struct ct_env own = *j->env;
-	int rc = -1;
+	struct ct_vol added = {0};
+	int rc;
 
-	rule.together = j->p->residual ? &both : NULL;
-	own.files = &rule;
-	if (j->p->residual && write_residual(j, n, in, &own, e))
-		goto out;
-	ct_window_rule_warn(&d->base, j->p->files.base, d->window, j->env);
-	ct_window_add(
-		ct_vol_count(&d->base), d->base.data, j->fuse.residual, 1, d->window[0], d->window);
-	if (ct_meta_step(&d->base.meta, j->env, n, in, e) == 0 &&
-		ct_vol_write(j->p->out, &d->base, &own, e) == 0)
-		rc = ct_out_set_commit(&both, e);
-out:
+	own.together = p->residual ? &both : NULL;
+	rc = ct_step_fuse_compose(&added, &j->fuse, d, j->env, e) ||
+			     (p->residual && (ct_meta_step(&added.meta, &own, n, in, e) ||
+						     ct_vol_write(p->residual, &added, &own, e))) ||
+			     ct_meta_step(&d->base.meta, j->env, n, in, e) ||
+			     ct_vol_write(p->out, &d->base, &own, e) || ct_out_set_commit(&both, e)
+		     ? -1
+		     : 0;
+	ct_meta_free(&added.meta);
 	ct_out_set_drop(&both);
 	return rc;
 }
@@ -205,12 +175,8 @@ static int fuse(struct fuse_job *j, struct ct_err *e)
 		rc = ct_resume_load(&j->resume, unpack, &j->fuse, e);
 	if (rc == 0)
 		ct_log(j->env, CT_INFO, "%s: continuing", j->resume.path);
-	if (rc < 0 || ct_fuse_run(&j->fuse, &r, e))
+	if (rc < 0 || ct_step_fuse_run(&j->fuse, &r, e))
 		return -1;
-	if (r.verdict == CT_FUSE_DISTRUST)
-		ct_log(j->env, CT_WARN,
-			"projections do not predict each other: the base stays as it is "
-			"(--expert lambda-projections=W insists)");
 	if (write_all(j, e))
 		return ct_resume_rescue(&j->resume, pack, &j->fuse, e);
 	ct_resume_done(&j->resume);

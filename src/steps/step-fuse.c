@@ -1,0 +1,49 @@
+/* step-fuse.c: see step-fuse.h. */
+#include "config.h"
+#include "steps/step-fuse.h"
+#include "xray/window.h"
+
+int ct_step_fuse_begin(struct ct_fuse *f, const struct ct_step_fuse_rule *r, struct ct_evidence *d,
+	const struct ct_env *env, struct ct_err *e)
+{
+	f->base = &d->base;
+	f->lack = &d->lr;
+	f->by = d->by;
+	f->y = &d->in;
+	f->gap = &d->base_proj;
+	f->weight = &d->weight;
+	f->window[0] = d->window[0];
+	f->window[1] = d->window[1];
+	f->lambda = r->lambda;
+	f->iterations = (size_t)r->iterations;
+	f->joint.rule.every = (size_t)r->checkpoint_every;
+	return ct_fuse_alloc(f, env, e);
+}
+
+int ct_step_fuse_run(struct ct_fuse *f, struct ct_fuse_report *report, struct ct_err *e)
+{
+	if (ct_fuse_run(f, report, e))
+		return -1;
+	if (report->verdict == CT_FUSE_DISTRUST)
+		ct_log(f->env, CT_WARN,
+			"projections do not predict each other: the base stays as it is "
+			"(--expert lambda-projections=W insists)");
+	return 0;
+}
+
+int ct_step_fuse_compose(struct ct_vol *added, const struct ct_fuse *f, struct ct_evidence *d,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_vol *base = &d->base;
+
+	*added = *base;
+	added->meta = (struct ct_meta){0};
+	added->data = f->residual;
+	if (ct_meta_copy(&added->meta, &base->meta, e) ||
+		ct_window_put(&added->meta, d->window, e) ||
+		ct_meta_set(&added->meta, CT_META_QUANTITY, CT_QUANTITY_RESIDUAL, e))
+		return -1;
+	ct_window_rule_warn(base, d->is.base, d->window, env);
+	ct_window_add(ct_vol_count(base), base->data, f->residual, 1, d->window[0], d->window);
+	return 0;
+}
