@@ -29,8 +29,8 @@ int ct_units_note(struct ct_vol *v, enum ct_units units, struct ct_err *e);
 int ct_units_check(const struct ct_vol *v, const char *option, struct ct_err *e);
 /* Warn of what in the header contradicts the place of the voxels. */
 void ct_vol_doubt(const struct ct_vol *v, const char *path, const struct ct_env *env);
-/* ct_vol_read of what is to be HU: env->units are noted, or checked for auto. CT_ENUMERIC for a
- * voxel that is not finite. */
+/* ct_vol_read of what is to be HU: the units of env->files are noted, or checked for auto.
+ * CT_ENUMERIC for a voxel that is not finite. */
 int ct_vol_read_hu(const char *path, struct ct_vol *v, const struct ct_env *env, struct ct_err *e);
 
 #endif

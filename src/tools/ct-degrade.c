@@ -73,7 +73,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct ct_vol in = {0}, out = {0};
 	int rc = -1;
 
-	if (parse_rule(&rule, p, &env->command->given, e) || ct_vol_read_hu(rule.name, &in, env, e) ||
+	if (parse_rule(&rule, p, &env->command->given, e) ||
+		ct_vol_read_hu(rule.name, &in, env, e) ||
 		ct_step_degrade_plan(&plan, &rule, &in, e))
 		goto out;
 	if (env->seed && !(plan.noise > 0)) {

@@ -143,7 +143,8 @@ static int write_all(struct fuse_job *j, struct ct_err *e)
 	struct ct_vol added = {0};
 	int rc;
 
-	own.together = p->residual ? &both : NULL;
+	rule.together = p->residual ? &both : NULL;
+	own.files = &rule;
 	rc = ct_step_fuse_compose(&added, &j->fuse, d, j->env, e) ||
 			     (p->residual && (ct_meta_step(&added.meta, &own, n, in, e) ||
 						     ct_vol_write(p->residual, &added, &own, e))) ||

@@ -327,7 +327,7 @@ static bool is_rays(const char *path)
 {
 	unsigned char head[CT_SNIFF];
 
-	return path && ct_any_sniff(head, ct_any_head(head, path)) == CT_KIND_STACK;
+	return path && ct_signature_kind(head, ct_any_head(head, path)) == CT_KIND_STACK;
 }
 
 /* In the order in which errors are reported. */
