@@ -30,7 +30,7 @@ refused() {
 	[ ! -e "no.$end_" ]; ok $? 'and makes nothing'
 }
 # The message, without the name, the dashes of options, and what only a command or only a call can do about it.
-words() { sed "$1; s/^[^: ]*: //; s/--//g; s/ (but see .*//; s/: give .*//; s/-m fbp/method fbp/; s/add quantity/add/; s/\(low\|fine\)\.exr/projections/; s/fine\.nii/reference/; 1q" err; }
+words() { sed "$1; s/^[^: ]*: //; s/--//g; s/ (but see .*//; s/: give .*//; s/-m fbp/method fbp/; s/add quantity/add/; s/\(low\|fine\|sinc\)\.exr/projections/; s/fine\.nii/reference/; 1q" err; }
 # figures NAME STEP 'IN...' 'KEY=VALUE...' OPTION...: the three report the same of ct-metrics, of views those of --per-slice
 figures() {
 	name_=$1 step_=$2 in_=$3 how_=$4; shift 4
@@ -135,6 +135,8 @@ step 'another sampler, of other pixels' exr ddnm sinc.exr "steps=3 prior=$prior 
 step 'a network of super-resolution' exr ddnm low.exr "prior=$rdn" ct-ddnm -q -p "$rdn" low.exr
 step 'no network' exr ddnm low.exr 'sampler=none' ct-ddnm -q --sampler none low.exr
 refused 'another factor' 2 exr ddnm low.exr "factor=2 prior=$prior" ct-ddnm -q -x 2 -p "$prior" low.exr
+refused 'a larger factor than that of the pixels' 2 exr ddnm low.exr "factor=8 prior=$prior" ct-ddnm -q -x 8 -p "$prior" low.exr
+refused 'also without a network' 2 exr ddnm sinc.exr 'factor=8 sampler=none' ct-ddnm -q -x 8 --sampler none sinc.exr
 refused 'a sampler that is not for the network' 2 exr ddnm low.exr "sampler=ddim prior=$rdn" ct-ddnm -q --sampler ddim -p "$rdn" low.exr
 refused 'Gaussians for a prior' 3 exr ddnm low.exr "prior=$g1" ct-ddnm -q -p "$g1" low.exr
 
@@ -171,5 +173,7 @@ step 'interpolated' nii refine lr.nii 'factor=2 method=2' ct-upsample -q -x 2 -m
 step 'inverted' nii refine lr-axes.nii '' ct-upsample -q lr-axes.nii
 step 'with a prior' nii refine lr.nii "prior=$slices" ct-upsample -q -m prior -p "$slices" lr.nii
 refused 'no HU' 3 nii refine grey.nii 'factor=2 method=2' ct-upsample -q -x 2 -m cubic grey.nii
+refused 'another quantity for a prior' 3 nii refine mu.nii "factor=2 prior=$slices" ct-sr -q -x 2 mu.nii
+refused 'another quantity for an interpolation' 3 nii refine mu.nii 'factor=2 method=2' ct-upsample -q -x 2 -m cubic mu.nii
 refused 'nor for a prior' 3 nii refine grey.nii "factor=2 prior=$slices" ct-sr -q -x 2 grey.nii
 done_testing

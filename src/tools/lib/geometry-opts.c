@@ -127,14 +127,3 @@ int ct_geometry_opts_grid(int *voxels, struct ct_vol *like, const char *option, 
 	*voxels = (int)n;
 	return 0;
 }
-
-int ct_geometry_opts_volume(struct ct_vol *out, const struct ct_stack *in, const char *option,
-	bool density, struct ct_err *e)
-{
-	struct ct_window_rule r;
-
-	return ct_geometry_opts_asked(&r, option, e) ||
-			       ct_window_rule_reconstructed(out, in, &r, density, e)
-		       ? -1
-		       : 0;
-}

@@ -79,9 +79,5 @@ int ct_geometry_opts_window(
 /* --grid of a reconstruction: a number of voxels, or the volume whose grid it is, into the zeroed
  * *like; NULL: neither. CT_EUSAGE, codes of the reader. */
 int ct_geometry_opts_grid(int *voxels, struct ct_vol *like, const char *option, struct ct_err *e);
-/* A volume of density that was reconstructed from a stack gets its metadata, and becomes HU by the
- * window unless it is to stay density. */
-int ct_geometry_opts_volume(struct ct_vol *out, const struct ct_stack *in, const char *window,
-	bool density, struct ct_err *e);
 
 #endif
