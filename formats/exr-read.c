@@ -445,7 +445,7 @@ static int read_all(struct reader *d, struct ct_stack *s)
 	return 0;
 }
 
-static int sign(struct ct_stack *s, const char *path, struct ct_err *e)
+int ct_stack_sign(struct ct_stack *s, const char *path, struct ct_err *e)
 {
 	const uint64_t head[4] = {s->views, s->h, s->w, (uint64_t)s->beam};
 	const struct ct_piece piece[] = {{head, sizeof head}, {s->view, s->views * sizeof *s->view},
@@ -459,7 +459,7 @@ static int read_stack(
 {
 	struct reader d = {.data = data, .bytes = n, .e = e};
 	const int rc =
-		open_file(&d, name) || read_all(&d, &a->stack) || sign(&a->stack, name, e) ? -1 : 0;
+		open_file(&d, name) || read_all(&d, &a->stack) || ct_stack_sign(&a->stack, name, e) ? -1 : 0;
 
 	if (d.c)
 		exr_finish(&d.c);

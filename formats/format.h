@@ -18,6 +18,12 @@ int ct_vol_read(const char *path, struct ct_vol *v, struct ct_err *e);
 /* int16 if every voxel is an integer that fits, else float32. */
 int ct_vol_write(
 	const char *path, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e);
+/* What a reader would make of the file of that name that the writer made: the same numbers, with the
+ * metadata, affine and key "input" that come back, in place, without the file. Steps that hand on
+ * their results so compute what commands with files between them do. CT_EGEOM, CT_ENOMEM. */
+int ct_vol_as_read(struct ct_vol *v, const char *name, struct ct_err *e);
+int ct_stack_as_read(struct ct_stack *s, const char *name, struct ct_err *e);
+int ct_gauss_as_read(struct ct_gauss *g, const char *name, struct ct_err *e);
 /* OpenEXR, one part a view. */
 int ct_stack_read(const char *path, struct ct_stack *s, struct ct_err *e);
 int ct_stack_write(
@@ -35,6 +41,7 @@ int ct_tensors_write(const char *path, const struct ct_tensors *w, bool half,
 int ct_tensors_read_meta(const char *path, struct ct_meta *m, struct ct_err *e);
 /* Set their key "input": the last thing that a reader does. */
 int ct_tensors_sign(struct ct_tensors *w, const char *path, struct ct_err *e);
+int ct_stack_sign(struct ct_stack *s, const char *path, struct ct_err *e);
 /* As F32, for the owner of the file alone, over what is there. */
 int ct_tensors_write_private(const char *path, const struct ct_tensors *w, struct ct_err *e);
 

@@ -237,6 +237,15 @@ int ct_source_volume(struct ct_source *s, const struct ct_stored *how, const cha
 		       : 0;
 }
 
+int ct_source_sign(struct ct_vol *v, const char *name, struct ct_err *e)
+{
+	struct ct_hash hash;
+
+	start_hash(&hash, v);
+	ct_hash_add(&hash, v->data, ct_vol_count(v) * sizeof *v->data);
+	return ct_vol_check_grid(v, e) ? -1 : ct_hash_input(&hash, &v->meta, name, e);
+}
+
 int ct_source_whole(FILE *f, const struct ct_stored *how, size_t n, float *out, const char *longer,
 	struct ct_err *e)
 {

@@ -58,6 +58,9 @@ int ct_stored_bytes(
  * short; CT_ENOMEM. */
 int ct_source_volume(struct ct_source *s, const struct ct_stored *how, const char *name,
 	struct ct_vol *v, struct ct_err *e);
+/* The key "input" of a volume that is not read: as ct_source_volume sets it. CT_EGEOM, CT_ENOMEM.
+ */
+int ct_source_sign(struct ct_vol *v, const char *name, struct ct_err *e);
 /* The numbers that are all of f: "longer than LONGER" if there are more. */
 int ct_source_whole(FILE *f, const struct ct_stored *how, size_t n, float *out, const char *longer,
 	struct ct_err *e);
