@@ -459,7 +459,9 @@ static int read_stack(
 {
 	struct reader d = {.data = data, .bytes = n, .e = e};
 	const int rc =
-		open_file(&d, name) || read_all(&d, &a->stack) || ct_stack_sign(&a->stack, name, e) ? -1 : 0;
+		open_file(&d, name) || read_all(&d, &a->stack) || ct_stack_sign(&a->stack, name, e)
+			? -1
+			: 0;
 
 	if (d.c)
 		exr_finish(&d.c);

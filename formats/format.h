@@ -18,9 +18,9 @@ int ct_vol_read(const char *path, struct ct_vol *v, struct ct_err *e);
 /* int16 if every voxel is an integer that fits, else float32. */
 int ct_vol_write(
 	const char *path, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e);
-/* What a reader would make of the file of that name that the writer made: the same numbers, with the
- * metadata, affine and key "input" that come back, in place, without the file. Steps that hand on
- * their results so compute what commands with files between them do. CT_EGEOM, CT_ENOMEM. */
+/* What a reader would make of the file of that name that the writer made: the same numbers, with
+ * the metadata, affine and key "input" that come back, in place, without the file. Steps that hand
+ * on their results so compute what commands with files between them do. CT_EGEOM, CT_ENOMEM. */
 int ct_vol_as_read(struct ct_vol *v, const char *name, struct ct_err *e);
 int ct_stack_as_read(struct ct_stack *s, const char *name, struct ct_err *e);
 int ct_gauss_as_read(struct ct_gauss *g, const char *name, struct ct_err *e);

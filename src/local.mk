@@ -59,7 +59,8 @@ else
 ct_ddnm_LDADD = $(LDADD)
 endif
 bin_PROGRAMS += ct-sr
-ct_sr_SOURCES = src/tools/ct-sr.c src/tools/sr-chain.c src/tools/sr.h $(PAGE_SOURCES) src/tools/lib/libraries.cc
+ct_sr_SOURCES = src/tools/ct-sr.c src/tools/sr-paper.c src/tools/sr-keep.c src/tools/sr-words.c src/tools/sr.h \
+	src/tools/ddnm-state.c src/tools/ddnm-parts.h $(PAGE_SOURCES) src/tools/lib/libraries.cc
 ct_sr_LDADD = $(DICOM_LDADD)
 bin_PROGRAMS += ct-profile
 ct_profile_SOURCES = src/tools/ct-profile.c

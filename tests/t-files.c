@@ -2,7 +2,6 @@
  * is.
  */
 #include "config.h"
-#include "cli/chain.h"
 #include "cli/content.h"
 #include "cli/files.h"
 #include "cli/keep.h"
@@ -222,129 +221,6 @@ static void test_content(void)
 	free(big);
 }
 
-static void test_temporary(void)
-{
-	struct ct_chain c, d;
-	char path[200], left[100];
-	FILE *f;
-
-	setenv("TMPDIR", "", 1);
-	OK(strcmp(ct_keep_folder(), "/tmp") == 0, "where temporary files go");
-	unsetenv("TMPDIR");
-	OK(ct_chain_open(&c, NULL, true, &e) == 0 && !c.kept && c.lock == -1 &&
-			strcmp(c.folder, "/tmp/ct-sr.ct-XXXXXX") == 0,
-		"a dry one is named");
-	ct_chain_close(&c);
-	if (mkdir("tmp", 0777) || mkdir("tmp/ct-sr.ct-stale0", 0777))
-		exit(99);
-	put_text("tmp/ct-sr.ct-stale0/lr.nii", "");
-	setenv("TMPDIR", "tmp", 1);
-	OK(ct_chain_open(&c, NULL, false, &e) == 0 && !c.kept && c.lock >= 0 &&
-			strncmp(c.folder, "tmp/.ctsr-tmp-", 14) == 0 && rights_of(c.folder) == 0700,
-		"a temporary folder");
-	OK(is_there("tmp/ct-sr.ct-stale0/lr.nii"), "what has no mark stays");
-	for (int others = 0; others < 2; others++) {
-		const pid_t pid = fork(); /* a run that is killed at work */
-
-		if (pid == 0) {
-			if (ct_chain_open(&d, NULL, false, &e))
-				_exit(1);
-			put_text("left", d.folder);
-			snprintf(path, sizeof path, "%s/up.nii", d.folder);
-			put_text(path, "");
-			snprintf(path, sizeof path, "%s/notes.txt", d.folder);
-			if (others)
-				put_text(path, "");
-			_exit(0);
-		}
-		waitpid(pid, NULL, 0);
-		f = fopen("left", "r");
-		if (!f || !fgets(left, sizeof left, f))
-			exit(99);
-		fclose(f);
-		OK(is_there(left), "a killed run leaves its folder");
-		OK(ct_chain_open(&d, NULL, false, &e) == 0 && is_there(left) == others, "%s",
-			others ? "the next run keeps one that holds another file"
-			       : "the next run removes it");
-		ct_chain_close(&d);
-	}
-	OK(ct_chain_open(&d, NULL, false, &e) == 0 && is_there(c.folder), "one in use stays");
-	snprintf(path, sizeof path, "%s", d.folder);
-	ct_chain_close(&d);
-	OK(!is_there(path) && is_there(c.folder) && !d.folder && d.lock == -1,
-		"one that is closed goes");
-	snprintf(path, sizeof path, "%s", c.folder);
-	ct_chain_close(&c);
-	OK(!is_there(path), "the other as well");
-	setenv("TMPDIR", "nowhere", 1);
-	OK(ct_chain_open(&c, NULL, false, &e) == -1 && e.code == CT_EOUTPUT &&
-			strstr(e.msg, "No such file"),
-		"%s", e.msg);
-	ct_chain_close(&c);
-}
-
-/* Holds the lock of `path` for a while from now on. */
-static pid_t keep_locked(const char *path, double seconds)
-{
-	int ready[2];
-	pid_t pid;
-	char byte = 0;
-
-	if (pipe(ready))
-		exit(99);
-	pid = fork();
-	if (pid == 0) {
-		if (!ct_temp_lock(open(path, O_RDWR)) || write(ready[1], &byte, 1) != 1)
-			_exit(1);
-		ct_clock_sleep(seconds);
-		_exit(0);
-	}
-	close(ready[1]);
-	if (read(ready[0], &byte, 1) != 1)
-		exit(99);
-	close(ready[0]);
-	return pid;
-}
-
-static void test_folder(void)
-{
-	struct ct_chain f;
-	double start;
-	pid_t pid;
-
-	OK(ct_chain_open(&f, "d", true, &e) == 0 && !is_there("d"), "a dry folder is not made");
-	ct_chain_close(&f);
-	OK(ct_chain_open(&f, "d", false, &e) == 0 && rights_of("d") == 0755 && f.kept &&
-			rights_of("d/lock") == 0600 && strcmp(f.folder, "d") == 0,
-		"another is, and locked");
-	ct_chain_close(&f);
-	OK(f.lock == -1 && !f.folder && is_there("d/lock"), "and stays");
-	pid = keep_locked("d/lock", 0.3);
-	OK(ct_chain_open(&f, "d", false, &e) == 0 && f.lock >= 0, "what ends soon is waited for");
-	ct_chain_close(&f);
-	waitpid(pid, NULL, 0);
-	pid = keep_locked("d/lock", 60);
-	start = ct_clock_wall();
-	OK(ct_chain_open(&f, "d", false, &e) == -1 && e.code == CT_EOUTPUT &&
-			strcmp(e.msg, "d: another run works in it") == 0,
-		"what does not is another run");
-	OK(ct_clock_wall() - start < 20, "which is told soon");
-	ct_chain_close(&f);
-	kill(pid, SIGKILL);
-	waitpid(pid, NULL, 0);
-	OK(ct_chain_open(&f, "a", false, &e) == -1 && strcmp(e.msg, "a/lock: Not a directory") == 0,
-		"%s", e.msg);
-	ct_chain_close(&f);
-	OK(ct_chain_open(&f, "x/y", false, &e) == -1 &&
-			strcmp(e.msg, "x/y: No such file or directory") == 0,
-		"%s", e.msg);
-	ct_chain_close(&f);
-	if (mkdir("l", 0777) || symlink("../a", "l/lock"))
-		exit(99);
-	OK(ct_chain_open(&f, "l", false, &e) == -1, "a lock is no link");
-	ct_chain_close(&f);
-}
-
 int main(void)
 {
 	alarm(60); /* what would read a pipe waits */
@@ -354,7 +230,5 @@ int main(void)
 	test_names();
 	test_more();
 	test_content();
-	test_temporary();
-	test_folder();
 	return tap_done();
 }

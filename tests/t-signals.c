@@ -1,7 +1,6 @@
 /* How a run ends that is told to: at once, where it has saved its state, or soon in any case. Each
  * case is a process, all at the same time. */
 #include "config.h"
-#include "cli/chain.h"
 #include "cli/resume.h"
 #include "cli/stop.h"
 #include "core/clock.h"
@@ -144,21 +143,6 @@ static void saved(void)
 	waits();
 }
 
-/* Has run a command, and does not any more. */
-static void ran(void)
-{
-	const struct ct_env env = {.verbose = -1};
-	struct ct_chain c;
-	struct ct_err e;
-
-	if (ct_chain_open(&c, "chain", false, &e))
-		_exit(1);
-	ct_chain_add(&c, false, "-", "true");
-	if (ct_chain_run(&c, &env, &e))
-		_exit(1);
-	waits();
-}
-
 /* What it starts is told by the signals again. */
 static void starts(void)
 {
@@ -191,7 +175,6 @@ static const struct plan {
 	{"one that works a little is let alone", works_a_little, 0, 2.4, 0.4, 1},
 	{"one that saves is waited for", saves, CT_ESTOP, 2.4, 1.2, 4},
 	{"one that has saved", saved, CT_ESTOP, 0.9, 0, 0.5},
-	{"one that has run a command", ran, CT_ESTOP, 0.9, 0, 0.5},
 	{"signals are free again", starts, 0, 0, 0, 0.5},
 };
 enum { N = sizeof plans / sizeof *plans };

@@ -1,5 +1,5 @@
 #!/bin/sh
-# The whole chain on a small phantom: by ct-sr, by hand, interrupted.
+# The published method on a small phantom: by ct-sr, by hand, interrupted; and ours.
 . "$srcdir/tests/tap.sh"
 ct-phantom -q -w -512:3071 ellipsoids --size 32x32x32 --spacing 4 hr.nii; ok $? 'a phantom'
 ct-convert hr.nii - | ct-degrade -x 4 - - | ct-upsample -x 4 -m cubic - cubic.nii.gz
@@ -8,7 +8,7 @@ ct-project --views 8 - - <hr.nii | ct-info - >info.txt; ok $? 'project and info 
 grep -q cone info.txt; ok $? 'and the scan is told'
 ct-degrade -q --clip -512:3071 -x 4 hr.nii lr.nii
 set -- -x 4 --paper --expert views=16,iterations=200,gaussians=4000
-exits 0 'the chain' ct-sr -q "$@" --keep k lr.nii sr.nii
+exits 0 'the published method is kept' ct-sr -q "$@" --keep k lr.nii sr.nii
 for f in lr.nii up.nii up-proj.exr lr-proj.exr sr-proj.exr residual.ply commands.sh; do
 	[ -s "k/$f" ]; ok $? "$f is kept"
 done
@@ -20,12 +20,13 @@ ct-sr -q "$@" - - <lr.nii >pipe.nii; ok $? 'from a pipe to a pipe'
 ct-info pipe.nii >info.txt; ok $? 'and nothing but the volume comes out'
 echo mine >mine.nii
 exits 4 'a run that goes on writes over nothing' ct-sr -q "$@" --keep k lr.nii mine.nii
-exits 0 'a finished chain has nothing to do' ct-sr -q "$@" --keep k lr.nii sr.nii
+exits 0 'a finished run of the paper has nothing to do' ct-sr -q "$@" --keep k lr.nii sr.nii
 voxels() { ct-convert -q --type f32 "$1" - | tail -c 131072; }
 voxels sr.nii >a
 # interrupted in the middle, resumed
-(export CTSR_TEST_SIGNAL='ct-ddnm 3 15'; exec setsid ct-sr -q "$@" --keep i lr.nii cut.nii) >/dev/null; s=$?
-[ $s -eq 75 ]; ok $? "SIGTERM stops the chain (status $s)"
+(export CTSR_TEST_SIGNAL='ct-sr 40 15'; exec setsid ct-sr -q "$@" --keep i lr.nii cut.nii) >/dev/null; s=$?
+[ $s -eq 75 ]; ok $? "SIGTERM stops the paper at the network (status $s)"
+[ -s i/sr-proj.exr.state ]; ok $? 'the views that the network has made are kept'
 [ ! -e cut.nii ]; ok $? 'no half-written output'
 exits 0 'resumes' ct-sr -q "$@" --keep i lr.nii cut.nii
 voxels cut.nii >b; cmp -s a b; ok $? 'the same voxels after an interruption'

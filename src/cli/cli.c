@@ -110,13 +110,13 @@ static bool parse_hidden(struct parser *s, const char *a)
 	return s->show != NULL;
 }
 
-static bool is_idle(const struct ct_opt *o)
+bool ct_cli_is_idle(const char *name)
 {
 	static const char *const names[] = {
 		"quiet", "verbose", "force", "threads", "resume", "expand", "memory"};
 
 	for (size_t k = 0; k < sizeof names / sizeof *names; k++)
-		if (strcmp(o->name, names[k]) == 0)
+		if (strcmp(name, names[k]) == 0)
 			return true;
 	return false;
 }
@@ -141,7 +141,7 @@ static int parse_option(struct parser *s, char **argv, int *i, struct ct_err *e)
 			return ct_fail(e, CT_EUSAGE, "option '%s' needs a value", a);
 		if (o->common && strcmp(o->name, "expert") == 0)
 			return take_experts(s, val, e);
-		s->idle[first] = s->idle[*i] = is_idle(o);
+		s->idle[first] = s->idle[*i] = ct_cli_is_idle(o->name);
 		return take(s, o, val, e);
 	}
 	do { /* -fq is -f -q; -x4 is -x 4 */
@@ -154,7 +154,7 @@ static int parse_option(struct parser *s, char **argv, int *i, struct ct_err *e)
 			if (!val)
 				return ct_fail(e, CT_EUSAGE, "option '-%c' needs a value", *a);
 		}
-		idle &= is_idle(o);
+		idle &= ct_cli_is_idle(o->name);
 		if (take(s, o, val, e))
 			return -1;
 	} while (more);
@@ -223,29 +223,6 @@ static size_t threads_wanted(int flag)
 	return 1;
 }
 
-enum { SAID = 2048 }; /* bytes of what is said at once, at the most */
-
-/* out <- text, cut off if it is too long, with what CT_CALLED calls a file in the place of that. */
-static void put_said(char out[SAID], const char *text)
-{
-	const char *file = getenv(CT_CALLED), *end = file ? strchr(file, '\n') : NULL, *from = text;
-	const size_t len = end ? (size_t)(end - file) : 0;
-	size_t at = 0;
-
-	while (*text && at + 1 < SAID) {
-		const bool begins = text == from || strchr(" '(", text[-1]);
-
-		if (len > 0 && begins && strncmp(text, file, len) == 0) {
-			const int put = snprintf(out + at, SAID - at, "%s", end + 1);
-
-			at = at + (size_t)put < SAID ? at + (size_t)put : SAID - 1;
-			text += len;
-		} else
-			out[at++] = *text++;
-	}
-	out[at] = '\0';
-}
-
 /* A line of the log, at once, so that those of commands that run at the same time stay whole. */
 static void put_log(const struct ct_env *env, const char *what, const char *text)
 {
@@ -279,11 +256,8 @@ static void log_end(const struct ct_env *env, double start, int status)
 	put_log(env, status ? "failed after " : "took ", text);
 }
 
-static void say(const struct ct_env *env, enum ct_level level, const char *said)
+static void say(const struct ct_env *env, enum ct_level level, const char *text)
 {
-	char text[SAID];
-
-	put_said(text, said);
 	if (level == CT_BEHIND && env->command->behind) {
 		fprintf(env->command->behind, "%s: %s\n", env->tool, text);
 		return;
@@ -302,21 +276,33 @@ static void say(const struct ct_env *env, enum ct_level level, const char *said)
 	fprintf(stderr, "%s: %s%s\n", env->tool, level == CT_WARN ? "warning: " : "", text);
 }
 
-/* A word of the command, files by their names alone: where they lay is nobody's business and would
- * make the same data differ. With --deid their names are not told either. */
-static void put_history(FILE *f, const struct parser *s, const char *word)
+/* The name behind "--option=", or the word. */
+static const char *named(const char *word)
 {
-	const char *equals = strchr(word, '='), *name = word, *hidden;
+	const char *equals = strchr(word, '=');
+
+	return word[0] == '-' && word[1] == '-' && equals ? equals + 1 : word;
+}
+
+/* Files by their names alone: where they lay is nobody's business and would make the same data
+ * differ. With --deid their names are not told either. */
+void ct_cli_put_history(FILE *f, const char *word, ct_cli_hidden *hidden, const void *ctx)
+{
+	const char *name = named(word), *by = hidden ? hidden(ctx, name) : NULL;
 	const char *quote = strpbrk(word, " \t\n\"'\\$") ? "'" : "";
 
-	if (word[0] == '-' && word[1] == '-' && equals)
-		name = equals + 1;
 	fprintf(f, " %s%.*s", quote, (int)(name - word), word);
-	hidden = ct_files_hidden(s->t->opts, s->params, name);
 	for (const char *c = name; *c; c++)
 		if (*c == '/' && c[1] && c[1] != '/')
 			name = c + 1;
-	fprintf(f, "%s%s", hidden ? hidden : name, quote);
+	fprintf(f, "%s%s", by ? by : name, quote);
+}
+
+static const char *hidden(const void *parser, const char *name)
+{
+	const struct parser *s = parser;
+
+	return ct_files_hidden(s->t->opts, s->params, name);
 }
 
 static int put_command(char **text, const struct parser *s, int argc, char **argv, struct ct_err *e)
@@ -329,7 +315,7 @@ static int put_command(char **text, const struct parser *s, int argc, char **arg
 	fprintf(f, "%s %s", s->t->name, PACKAGE_VERSION);
 	for (int i = 1; i < argc; i++)
 		if (!s->idle[i])
-			put_history(f, s, argv[i]);
+			ct_cli_put_history(f, argv[i], hidden, s);
 	return ct_stream_close(f, text, e);
 }
 
@@ -414,7 +400,7 @@ int ct_cli_main(const struct ct_tool *t, int argc, char **argv)
 	struct ct_err e = {0};
 	struct ct_common common = ct_common_defaults;
 	struct parser s = {.t = t, .common = &common, .operand = t->opts};
-	char said[SAID], *behind = NULL;
+	char *behind = NULL;
 	size_t length = 0;
 	int rc;
 
@@ -451,8 +437,7 @@ int ct_cli_main(const struct ct_tool *t, int argc, char **argv)
 		free(behind);
 		return 0;
 	}
-	put_said(said, e.msg);
-	fprintf(stderr, "%s: %s\n", t->name, said);
+	fprintf(stderr, "%s: %s\n", t->name, e.msg);
 	if (behind && length > 0)
 		fputs(behind, stderr);
 	free(behind);

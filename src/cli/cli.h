@@ -15,6 +15,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdio.h>
 
 enum ct_type { CT_T_END, CT_T_FLAG, CT_T_INT, CT_T_REAL, CT_T_STR, CT_T_LIST };
 
@@ -183,10 +184,6 @@ struct ct_tool {
 	unsigned flags;
 };
 
-/* Of the environment, for a step of a chain (chain.h): the name of a file between the steps, and on
- * the next line what messages call it, the user's own name of what it was made of. */
-#define CT_CALLED "CTSR_CALLED"
-
 /* Of the environment: a file that is there, to which every command appends its warnings, --quiet or
  * not, as standard error shows them, and a line when it ends: "ct-upsample: took 12.3 s, 20.1 s of
  * CPU time, 345 MiB". A dry run appends nothing. What cannot be written is not said. */
@@ -202,6 +199,13 @@ int ct_cli_main(const struct ct_tool *t, int argc, char **argv);
 			tool_name, tool_brief, opts, &defaults, sizeof defaults, run, tool_flags}; \
 		return ct_cli_main(&tool, argc, argv);                                             \
 	}
+
+/* A word of a command as its history tells it; `hidden`, or NULL, says what stands for the name of
+ * a file that is not to be told, and NULL for others. And is an option of this name not told, as it
+ * says how to work and not what to make? */
+typedef const char *ct_cli_hidden(const void *ctx, const char *name);
+void ct_cli_put_history(FILE *f, const char *word, ct_cli_hidden *hidden, const void *ctx);
+bool ct_cli_is_idle(const char *name);
 
 /* Values of options that are more than one number. CT_EUSAGE naming the option. */
 /* "a,b,c" (also "axbxc" with sep 'x'): exactly n numbers, or one that stands for all if spread. */

@@ -65,8 +65,11 @@ void ct_progress_draw(
 	if (t - p->last < 0.2)
 		return;
 	p->last = t;
-	fprintf(stderr, "\r\033[K%s: %s %zu%s%zu", env->tool, what, done,
-		likely ? " of at most " : "/", total);
+	if (strcmp(what, CT_PROGRESS_WHOLE) == 0)
+		fprintf(stderr, "\r\033[K%s: %zu %%", env->tool, 100 * done / total);
+	else
+		fprintf(stderr, "\r\033[K%s: %s %zu%s%zu", env->tool, what, done,
+			likely ? " of at most " : "/", total);
 	if (done > p->first)
 		put_left(p, (t - p->start) * (double)(end - done) / (double)(done - p->first),
 			likely > 0, likely < total);

@@ -42,6 +42,9 @@ void ct_log(const struct ct_env *env, enum ct_level level, const char *fmt, ...)
 void ct_progress(const struct ct_env *env, const char *what, size_t done, size_t total);
 void ct_progress_until(
 	const struct ct_env *env, const char *what, size_t done, size_t most, size_t likely);
+/* What the work is called, and its total, that is the whole of a run: a percentage is shown. */
+#define CT_PROGRESS_WHOLE "%"
+enum { CT_PROGRESS_PARTS = 10000 };
 /* Part k, from 0, of m of a work: *own is env, but its progress says so: "slab 2 of 4, ...". *part
  * must outlive it. */
 struct ct_env_part {

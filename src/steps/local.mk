@@ -10,3 +10,4 @@ libct_a_SOURCES += src/steps/step-degrade.c src/steps/step-degrade.h
 libct_a_SOURCES += src/steps/step-reconstruct.c src/steps/step-reconstruct.h
 libct_a_SOURCES += src/steps/step-fuse.c src/steps/step-fuse.h
 libct_a_SOURCES += src/steps/step-field.c src/steps/step-field.h
+libct_a_SOURCES += src/steps/step-paper.c src/steps/step-paper.h

@@ -381,7 +381,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (check(p, e))
 		return -1;
 	if (p->paper || p->release)
-		return sr_chain(p, env, e);
+		return sr_paper(p, env, e);
 	if (env->seed)
 		return ct_fail(e, CT_EUSAGE, "--seed: needs --paper or --release");
 	begin(&f, p, env);

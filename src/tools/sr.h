@@ -1,7 +1,11 @@
 /* sr.h: the parts of ct-sr. */
 #ifndef CT_TOOLS_SR_H
 #define CT_TOOLS_SR_H
+#include "cli/commands.h"
+#include "cli/kept.h"
 #include "refine/refine.h"
+#include "steps/step-paper.h"
+#include "tools/ddnm-parts.h"
 #include "tools/lib/said.h"
 
 #define QUALITIES(X)                                                                               \
@@ -23,7 +27,71 @@ struct sr {
 /* HU RMS, of the inversion. */
 #define SR_TOLERANCE 0.1
 
-/* The published method: the other commands, one after the other (sr-chain.c). Codes of these. */
-int sr_chain(const struct sr *p, const struct ct_env *env, struct ct_err *e);
+/* Files of the published method: those that are given, and, in the order in which steps make them,
+ * those between. */
+enum sr_file {
+	SR_IN,
+	SR_OUT,
+	SR_PRIOR,
+	SR_LR, /* from here on as in enum ct_step_paper_made */
+	SR_UP,
+	SR_UP_PROJ,
+	SR_LR_PROJ,
+	SR_SR_PROJ,
+	SR_RESIDUAL,
+	SR_SUM,
+	SR_LOG,
+	SR_FILES
+};
+
+/* The published method as words (sr-words.c): one command a step; behind those of enum
+ * ct_step_paper_made ct-convert, if `converts`, and ct-report. */
+struct sr_words {
+	const struct sr *p;
+	struct ct_step_paper_rule rule;
+	struct ct_step_paper plan;
+	struct ct_commands c;
+	char *folder, *file[SR_FILES]; /* owned */
+	const char *result;            /* what ct-compose makes: OUT if that is NIfTI */
+	char factor[96];               /* in words */
+	bool converts, of_study;       /* OUT is MetaImage, NRRD or DICOM; of the study of IN */
+};
+/* *s is to be freed in any case. CT_EUSAGE, CT_EINPUT, CT_EOUTPUT, CT_ENOMEM. */
+int sr_words_make(
+	struct sr_words *s, const struct sr *p, const struct ct_env *env, struct ct_err *e);
+void sr_words_free(struct sr_words *s);
+
+/* The steps of a run, command i of the words being step i (sr-keep.c). */
+struct sr_steps {
+	struct sr_words w;
+	const struct ct_env *env; /* of all of it; of a step: with its history */
+	char *history[CT_COMMANDS_MOST];
+	struct ct_kept kept; /* of --keep; without it folder is NULL */
+	size_t left_out;     /* steps that were done before */
+	/* of the step under way */
+	struct ct_io_rule files;
+	char key[CT_CONTENT_HEX];
+	bool begun; /* before */
+	double began, cpu;
+	struct ct_resume resume;
+	struct ddnm_state views;
+};
+/* Step i begins, in *own, a copy of s->env: 1 if what it makes is there. CT_EOUTPUT, CT_ENOMEM,
+ * CT_ESTOP. */
+int sr_steps_begin(struct sr_steps *s, size_t i, struct ct_env *own, struct ct_err *e);
+/* It has made its output. */
+int sr_steps_end(struct sr_steps *s, size_t i, struct ct_err *e);
+/* *own <- what a file is written in as command i writes it; *of must outlive it. */
+struct sr_writer {
+	const struct ct_env *env;
+	struct ct_io_rule files;
+};
+void sr_steps_writer(struct ct_env *own, struct sr_writer *of, const struct sr_steps *s, size_t i);
+/* What keeps the steps of ct_step_paper_run. */
+struct ct_step_paper_keeper sr_steps_keeper(struct sr_steps *s);
+void sr_steps_free(struct sr_steps *s);
+
+/* The published method (sr-paper.c). Codes of the steps, of what reads and writes. */
+int sr_paper(const struct sr *p, const struct ct_env *env, struct ct_err *e);
 
 #endif

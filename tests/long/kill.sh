@@ -1,5 +1,5 @@
 #!/bin/sh
-# kill.sh [COUNT [COMMAND]]: every command with a state, ct-upsample, and ct-sr with all that it started, is
+# kill.sh [COUNT [COMMAND]]: every command with a state, ct-upsample, and ct-sr with a folder that keeps, is
 # stopped by the signal $SIGNAL (KILL) at random times, COUNT (1000) in all, then resumed (ct-upsample: run
 # again): the same result as a run in one go, nothing else left, and no file that cannot be read meanwhile.
 . "$(dirname "$0")/lib.sh"
@@ -68,23 +68,4 @@ m=$(cut -d' ' -f1,2 "$work/strays" 2>/dev/null | wc -l)
 [ "$m" -gt "$n" ] && m=$n
 tally 0 '' $((n - m))
 [ "$m" -eq 0 ] || tally 1 "$(sed 's/\.[A-Za-z0-9]\{6\}$/.XXXXXX/' strays | sort | uniq -c | tr '\n' ';')" "$m"
-case " $tools " in *' ct-sr '*) ;; *) finish ;; esac
-row "SIG$signal of ct-sr alone, its children end"
-n=$((count / 50))
-while [ "$n" -gt 0 ]; do
-	rm -rf "$work/life" && mkdir "$work/life" && cp "$work"/hr* "$work/life/" && cd "$work/life" || exit 99
-	command_ ct-sr hr out
-	# shellcheck disable=SC2086
-	setsid $line >/dev/null 2>err &
-	pid=$!
-	random 1500 && sleep_ms "$R"
-	kill -s "$signal" "$pid" 2>/dev/null
-	wait "$pid" 2>/dev/null
-	tries=0
-	while pgrep -g "$pid" >/dev/null && [ $tries -lt 100 ]; do sleep 0.1; tries=$((tries + 1)); done
-	[ $tries -lt 100 ]; tally $? "$(pgrep -g "$pid" -l | tr '\n' ' ')goes on after 10 s"
-	kill -s KILL -- -"$pid" 2>/dev/null
-	cd "$work" || exit 99
-	n=$((n - 1))
-done
 finish

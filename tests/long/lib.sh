@@ -94,6 +94,7 @@ every() {
 	"$1" out/o.nii ct-upsample -m prior -q -t 2 -x 2 hr-lr.nii out/o.nii
 	"$1" out/s.nii ct-upsample -m prior -q -t 2 -x 2 --std out/s.nii hr-lr.nii out/o.nii
 	"$1" out/o.nii ct-sr -q -t 2 -x 2 hr-lr.nii out/o.nii
+	"$1" out/o.nii ct-sr -q -t 2 -x 4 --paper --expert views=2,iterations=2,gaussians=20 hr-lr4.nii out/o.nii
 	"$1" out/o.html ct-report -q -t 2 hr-lr.nii hr-up.nii out/o.html
 	"$1" stdout ct-info --json hr.nii
 	if command -v ct-view >/dev/null; then "$1" out/o.png ct-view -q -t 2 hr.nii out/o.png; fi

@@ -66,6 +66,17 @@ static int check_disk(const struct file files[FILES], size_t i, struct ct_err *e
 			 : 0;
 }
 
+int ahead_room(
+	const char *path, double bytes, const char *more, double more_bytes, struct ct_err *e)
+{
+	const struct file files[FILES] = {{path, bytes}, {more, more_bytes}};
+
+	for (size_t i = 0; i < FILES; i++)
+		if (check_disk(files, i, e))
+			return -1;
+	return 0;
+}
+
 int ahead_tell(const struct ct_refine *r, const struct ct_vol *in, const char *name,
 	const char *out, const char *error, const struct ct_env *env, struct ct_err *e)
 {
@@ -81,9 +92,8 @@ int ahead_tell(const struct ct_refine *r, const struct ct_vol *in, const char *n
 	if (r->slabs > 1)
 		ct_log(env, CT_INFO, "refines in %zu slabs: the whole takes %.0f MiB of memory",
 			r->slabs, ceil(r->whole / MIB));
-	for (size_t i = 0; i < FILES; i++)
-		if (!env->command->dry_run && check_disk(files, i, e))
-			return -1;
+	if (!env->command->dry_run && ahead_room(out, files[0].bytes, error, files[1].bytes, e))
+		return -1;
 	if (!env->command->dry_run && (!ct_cost_heard(env) || voxels < SLOW_VOXELS))
 		return 0;
 	if (ct_refine_cost(&cpu, r, in, env, e))

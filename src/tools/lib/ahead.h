@@ -9,4 +9,9 @@
 int ahead_tell(const struct ct_refine *r, const struct ct_vol *in, const char *name,
 	const char *out, const char *error, const struct ct_env *env, struct ct_err *e);
 
+/* CT_EOUTPUT if files of so many bytes, the second NULL if there is none, do not fit on their
+ * disks. */
+int ahead_room(
+	const char *path, double bytes, const char *more, double more_bytes, struct ct_err *e);
+
 #endif

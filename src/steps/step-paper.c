@@ -1,0 +1,407 @@
+/* step-paper.c: see step-paper.h. */
+#include "config.h"
+#include "core/mem.h"
+#include "refine/refine.h"
+#include "steps/step-compose.h"
+#include "steps/step-paper.h"
+#include "steps/step-project.h"
+#include "xray/geometry.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* As published. */
+enum { FACTOR_MOST = 16, VIEWS = 100, CALLS = 50, ITERATIONS = 5000, GAUSSIANS = 50000 };
+
+int ct_step_paper_plan(
+	struct ct_step_paper *p, const struct ct_step_paper_rule *r, struct ct_err *e)
+{
+	const struct ct_step_fit_rule fit = CT_STEP_FIT_DEFAULTS;
+
+	*p = (struct ct_step_paper){.rule = *r, .calls = CALLS, .window = {-512, 3071}};
+	if (!r->of_factor)
+		p->rule.of_factor = "factor";
+	if (r->factor < 2 || r->factor > FACTOR_MOST)
+		return ct_fail(e, CT_EUSAGE, "%s %d: projections take 2 to %d", p->rule.of_factor,
+			r->factor, FACTOR_MOST);
+	if (r->gaussians > fit.max_gaussians)
+		return ct_fail(e, CT_EUSAGE, "gaussians: %d is above the most of a fit, %d",
+			r->gaussians, fit.max_gaussians);
+	p->rule.views = r->views ? r->views : VIEWS;
+	p->rule.iterations = r->iterations ? r->iterations : ITERATIONS;
+	p->rule.gaussians = r->gaussians ? r->gaussians : GAUSSIANS;
+	/* the release gives one for each factor that it was made for */
+	p->sigma_y = !r->release ? 0.0015 : r->factor <= 4 ? 0.001 : 0.0025;
+	return 0;
+}
+
+double ct_step_paper_bytes(const struct ct_step_paper *p, const size_t n[static 3])
+{
+	double lr = 4, side = 0, up, views;
+
+	for (int a = 0; a < 3; a++) {
+		lr *= (double)n[a];
+		side = (double)n[a] > side ? (double)n[a] : side;
+	}
+	side *= p->rule.factor;
+	up = lr * p->rule.factor * p->rule.factor * p->rule.factor;
+	views = 4 * side * side * p->rule.views;
+	return lr + (views > up ? up + 2 * views : 2 * up + views); /* the fit, or the first step */
+}
+
+struct run {
+	const struct ct_step_paper *p;
+	const struct ct_step_paper_keeper *keeper;
+	const struct ct_env *env;
+	struct ct_env up_env; /* that of its step, where it is made anew */
+	struct ct_step_fit_report *did;
+	struct ct_vol *lr, up;
+	struct ct_stack up_proj, lr_proj, sr_proj;
+	struct ct_gauss g;
+	bool there[CT_STEP_PAPER_STEPS]; /* at the keeper */
+};
+
+/* What a part is of the whole, by the time that it takes, and which of its works tells how far it
+ * is. */
+struct whole {
+	const struct ct_env *env;
+	const char *work;
+	double before, part, all, done;
+};
+
+static struct whole whole_of(const struct run *r, enum ct_step_paper_made k)
+{
+	const double views = r->p->rule.views;
+	const struct {
+		const char *work;
+		double cost;
+	} parts[CT_STEP_PAPER_STEPS] = {{NULL, 0}, {"iterations", 2}, {"views", views / 3},
+		{"views", views / 20}, {"sampling", 180 * views}, {"fit", r->p->rule.iterations},
+		{"slabs", 8}};
+	struct whole w = {.env = r->env, .work = parts[k].work, .part = parts[k].cost};
+
+	for (int i = 0; i < CT_STEP_PAPER_STEPS; i++) {
+		w.before += i < (int)k ? parts[i].cost : 0;
+		w.all += parts[i].cost;
+	}
+	return w;
+}
+
+static void tell(
+	const struct ct_env *env, const char *work, size_t done, size_t most, size_t likely)
+{
+	struct whole *w = env->ctx;
+	const double end = (double)(likely > done ? likely : most);
+
+	if (strcmp(work, w->work) == 0 && end > 0 && (double)done / end > w->done)
+		w->done = (double)done / end < 1 ? (double)done / end : 1;
+	ct_progress(w->env, CT_PROGRESS_WHOLE,
+		(size_t)(CT_PROGRESS_PARTS * (w->before + w->done * w->part) / w->all),
+		CT_PROGRESS_PARTS);
+}
+
+static void say(const struct ct_env *env, enum ct_level level, const char *text)
+{
+	const struct whole *w = env->ctx;
+
+	w->env->log(w->env, level, text);
+}
+
+/* The data that a step lacks. */
+static int need(struct run *r, enum ct_step_paper_made k, void *made, bool has, struct ct_err *e)
+{
+	return has || !r->there[k] ? 0 : r->keeper->fetch(r->keeper->ctx, k, made, e);
+}
+
+static int make_up(struct run *r, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_refine_rule rule = CT_REFINE_DEFAULTS;
+	struct ct_refine plan;
+
+	if (need(r, CT_STEP_PAPER_LR, r->lr, r->lr->data, e))
+		return -1;
+	rule.method = CT_UPSAMPLE_CUBIC;
+	for (int a = 0; a < 3; a++)
+		rule.said.factor[a] = r->p->rule.factor;
+	return ct_refine_plan(&plan, &rule, r->lr, env, e) ||
+			       ct_refine_run(&plan, &r->up, NULL, r->lr, env, e) ||
+			       ct_meta_step(&r->up.meta, env, 1,
+				       (const struct ct_meta *const[]){&r->lr->meta}, e)
+		       ? -1
+		       : 0;
+}
+
+static int need_up(struct run *r, struct ct_err *e)
+{
+	if (r->up.data || r->there[CT_STEP_PAPER_UP])
+		return need(r, CT_STEP_PAPER_UP, &r->up, r->up.data, e);
+	if (make_up(r, &r->up_env, e))
+		return -1;
+	return r->keeper->after
+		       ? r->keeper->after(r->keeper->ctx, CT_STEP_PAPER_UP, &r->up, true, e)
+		       : 0;
+}
+
+/* Of v, which becomes density. */
+static int project(struct ct_stack *scan, struct ct_vol *v, const char *name, const struct run *r,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_step_project_rule rule = CT_STEP_PROJECT_DEFAULTS;
+	struct ct_step_project plan = {0};
+	struct ct_geometry g;
+	int rc = -1;
+
+	rule.name = name;
+	rule.overshoot = true;
+	memcpy(rule.window.range, r->p->window, sizeof rule.window.range);
+	snprintf(rule.window.words, sizeof rule.window.words, "the window %g:%g", r->p->window[0],
+		r->p->window[1]);
+	ct_geometry_default(&g, CT_CONE, v);
+	g.views = (size_t)r->p->rule.views;
+	if (ct_vol_check_finite(v, e) || ct_vol_check_grid(v, e))
+		return ct_blame(e, name);
+	if (ct_geometry_fill(scan, &g, e) == 0 &&
+		ct_step_project_plan(&plan, &rule, v, scan, env, e) == 0) {
+		ct_log(env, CT_INFO, "%zu views of %zux%zu, %s beam", scan->views, scan->w, scan->h,
+			CT_WORD(CT_BEAM_LIST, scan->beam));
+		rc = ct_step_project_run(&plan, env, e) ||
+				     ct_meta_step(&scan->meta, env, 1,
+					     (const struct ct_meta *const[]){&v->meta}, e)
+			     ? -1
+			     : 0;
+	}
+	ct_step_project_free(&plan);
+	return rc;
+}
+
+static int make_up_proj(struct run *r, const struct ct_env *env, struct ct_err *e)
+{
+	const char *name = CT_WORD(CT_STEP_PAPER_LIST, CT_STEP_PAPER_UP);
+
+	return need_up(r, e) || project(&r->up_proj, &r->up, name, r, env, e) ? -1 : 0;
+}
+
+static int make_lr_proj(struct run *r, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_vol v = {0};
+	int rc = -1;
+
+	if (need(r, CT_STEP_PAPER_LR, r->lr, r->lr->data, e) == 0 &&
+		ct_vol_like(&v, r->lr, e) == 0 && ct_meta_copy(&v.meta, &r->lr->meta, e) == 0) {
+		memcpy(v.data, r->lr->data, ct_vol_count(&v) * sizeof *v.data);
+		rc = project(&r->lr_proj, &v, r->p->rule.in, r, env, e);
+	}
+	ct_vol_free(&v);
+	return rc;
+}
+
+static int sample(struct run *r, const struct ct_step_ddnm *plan, const struct ct_step_ddnm_data *d,
+	const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_step_paper_keeper *k = r->keeper;
+	struct ct_step_paper_views v = {0};
+	bool *own = NULL;
+	int rc = -1;
+
+	if (ct_step_ddnm_reserve(plan, d->prior, ct_par_threads(env->par), e))
+		return -1;
+	if (k->views)
+		rc = k->views(k->ctx, d->out, &v, e);
+	else if ((rc = ct_alloc0(&own, d->out->views, sizeof *own, e)) == 0)
+		v.done = own;
+	if (rc == 0)
+		rc = ct_step_ddnm_run(plan, d, v.done, v.save, v.ctx, env, e);
+	free(own);
+	return rc;
+}
+
+static int make_sr_proj(struct run *r, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_prior prior = {0};
+	const struct ct_step_ddnm_data d = {.in = &r->lr_proj, .prior = &prior, .out = &r->sr_proj};
+	struct ct_step_ddnm_rule rule = CT_STEP_DDNM_DEFAULTS;
+	struct ct_tensors w = {0};
+	struct ct_meta of_prior = {0};
+	struct ct_step_ddnm plan;
+	int rc = -1;
+
+	rule.in = CT_WORD(CT_STEP_PAPER_LIST, CT_STEP_PAPER_LR_PROJ);
+	rule.prior = r->p->rule.prior;
+	rule.factor = r->p->rule.factor;
+	rule.steps = r->p->calls;
+	rule.sigma_y = r->p->sigma_y;
+	if (need(r, CT_STEP_PAPER_LR_PROJ, &r->lr_proj, r->lr_proj.data, e) == 0 &&
+		r->keeper->prior(r->keeper->ctx, &w, e) == 0 &&
+		ct_meta_copy(&of_prior, &w.meta, e) == 0 &&
+		ct_step_ddnm_prior(&prior, &w, &rule, e) == 0 &&
+		ct_step_ddnm_plan(&plan, &rule, &d, e) == 0) {
+		ct_log(env, CT_INFO, "%zu views of %zux%zu, norm %g", r->sr_proj.views,
+			r->sr_proj.w, r->sr_proj.h, plan.s.norm);
+		rc = sample(r, &plan, &d, env, e) || ct_meta_step(&r->sr_proj.meta, env, 2,
+							     (const struct ct_meta *const[]){
+								     &r->lr_proj.meta, &of_prior},
+							     e)
+			     ? -1
+			     : 0;
+	}
+	ct_prior_free(&prior);
+	ct_tensors_free(&w);
+	ct_meta_free(&of_prior);
+	ct_stack_free(&r->lr_proj);
+	return rc;
+}
+
+/* The Gaussians of a fit to what is checked. */
+static int fit(struct run *r, struct ct_evidence *d, const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_meta *const in[] = {&d->in.meta, &d->base.meta, &d->base_proj.meta};
+	const struct ct_step_paper_keeper *k = r->keeper;
+	struct ct_step_fit_rule rule = CT_STEP_FIT_DEFAULTS;
+	struct ct_step_fit plan;
+	struct ct_fit f = {0};
+	int rc = -1;
+
+	rule.iterations = r->p->rule.iterations;
+	rule.gaussians = r->p->rule.gaussians;
+	rule.factor = r->p->rule.factor;
+	rule.factor_word = r->p->rule.of_factor;
+	rule.paper = !r->p->rule.release;
+	rule.compat = r->p->rule.release;
+	if (ct_step_fit_plan(&plan, &rule, d, env, e) == 0 &&
+		ct_step_fit_begin(&f, &plan, env, e) == 0 &&
+		(!k->fit || k->fit(k->ctx, &f, e) == 0) &&
+		ct_step_fit_run(&f, r->did, &plan, env, e) == 0 &&
+		ct_meta_step(&f.g.meta, env, 3, in, e) == 0) {
+		r->g = f.g;
+		f.g = (struct ct_gauss){0};
+		rc = 0;
+	}
+	ct_fit_free(&f);
+	return rc;
+}
+
+static int make_residual(struct run *r, const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_evidence_rule rule = {
+		.in = CT_WORD(CT_STEP_PAPER_LIST, CT_STEP_PAPER_SR_PROJ),
+		.base = CT_WORD(CT_STEP_PAPER_LIST, CT_STEP_PAPER_UP),
+		.projections = CT_WORD(CT_STEP_PAPER_LIST, CT_STEP_PAPER_UP_PROJ)};
+	struct ct_evidence d = {0};
+	int rc = -1;
+
+	if (need_up(r, e) == 0 &&
+		need(r, CT_STEP_PAPER_UP_PROJ, &r->up_proj, r->up_proj.data, e) == 0 &&
+		need(r, CT_STEP_PAPER_SR_PROJ, &r->sr_proj, r->sr_proj.data, e) == 0) {
+		d.in = r->sr_proj;
+		d.base = r->up;
+		d.base_proj = r->up_proj;
+		r->sr_proj = r->up_proj = (struct ct_stack){0};
+		r->up = (struct ct_vol){0};
+		rc = ct_evidence_check(&d, &rule, env, e) || fit(r, &d, env, e) ? -1 : 0;
+	}
+	ct_evidence_free(&d);
+	return rc;
+}
+
+static int make_result(struct run *r, const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_step_compose d = {.base = &r->up, .gauss = &r->g};
+	struct ct_step_compose_rule rule = CT_STEP_COMPOSE_DEFAULTS;
+	struct ct_step_compose_report did;
+	struct ct_vol added = {0};
+	int rc = -1;
+
+	rule.base = CT_WORD(CT_STEP_PAPER_LIST, CT_STEP_PAPER_UP);
+	rule.residual = CT_WORD(CT_STEP_PAPER_LIST, CT_STEP_PAPER_RESIDUAL);
+	if (need_up(r, e) == 0 && need(r, CT_STEP_PAPER_RESIDUAL, &r->g, r->g.n > 0, e) == 0)
+		rc = ct_step_compose_run(&added, &did, &d, &rule, env,
+			     e) || ct_meta_step(&r->up.meta, env, 2,
+					   (const struct ct_meta *const[]){&r->up.meta, &r->g.meta},
+					   e)
+			     ? -1
+			     : 0;
+	ct_vol_free(&added);
+	return rc;
+}
+
+/* The message names the CT, unless it is about the prior. */
+static int blame(const struct run *r, struct ct_err *e)
+{
+	const char *in = r->p->rule.in;
+	const bool of_data = e->code == CT_EINPUT || e->code == CT_EGEOM ||
+			     e->code == CT_ENUMERIC || e->code == CT_EUSAGE;
+
+	return of_data && !strstr(e->msg, in) && !strstr(e->msg, r->p->rule.prior) ? ct_blame(e, in)
+										   : -1;
+}
+
+static int step(struct run *r, enum ct_step_paper_made k,
+	int (*make)(struct run *r, const struct ct_env *env, struct ct_err *e), void *made,
+	struct ct_err *e)
+{
+	const struct ct_step_paper_keeper *keeper = r->keeper;
+	struct whole whole = whole_of(r, k);
+	struct ct_env own = *r->env;
+	int there = 0;
+
+	if (ct_check_stop(r->env, e))
+		return -1;
+	own.ctx = &whole;
+	own.progress = own.progress ? tell : NULL;
+	own.log = own.log ? say : NULL;
+	if (keeper->before && (there = keeper->before(keeper->ctx, k, &own, e)) < 0)
+		return -1;
+	r->there[k] = there > 0;
+	if (k == CT_STEP_PAPER_UP) {
+		r->up_env = own;
+		r->up_env.ctx = r->env->ctx;
+		r->up_env.log = NULL;
+		r->up_env.progress = NULL;
+	}
+	if (r->there[k])
+		return 0;
+	if (make(r, &own, e))
+		return blame(r, e);
+	if (keeper->after && keeper->after(keeper->ctx, k, made, false, e))
+		return blame(r, e);
+	r->there[k] = keeper->fetch != NULL;
+	return 0;
+}
+
+/* Those that are needed no more go at once. */
+static int steps(struct run *r, struct ct_err *e)
+{
+	if (step(r, CT_STEP_PAPER_UP, make_up, &r->up, e) ||
+		step(r, CT_STEP_PAPER_UP_PROJ, make_up_proj, &r->up_proj, e))
+		return -1;
+	ct_vol_free(&r->up);
+	return step(r, CT_STEP_PAPER_LR_PROJ, make_lr_proj, &r->lr_proj, e) ||
+			       step(r, CT_STEP_PAPER_SR_PROJ, make_sr_proj, &r->sr_proj, e) ||
+			       step(r, CT_STEP_PAPER_RESIDUAL, make_residual, &r->g, e) ||
+			       step(r, CT_STEP_PAPER_RESULT, make_result, &r->up, e)
+		       ? -1
+		       : 0;
+}
+
+int ct_step_paper_run(struct ct_vol *out, struct ct_step_fit_report *did,
+	const struct ct_step_paper *p, struct ct_vol *lr, const struct ct_step_paper_keeper *keeper,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct run r = {.p = p, .keeper = keeper, .env = env, .did = did, .lr = lr};
+	int rc;
+
+	*did = (struct ct_step_fit_report){0};
+	r.there[CT_STEP_PAPER_LR] = !lr->data;
+	rc = steps(&r, e);
+	ct_progress(env, CT_PROGRESS_WHOLE, CT_PROGRESS_PARTS, CT_PROGRESS_PARTS);
+	if (rc == 0) {
+		*out = r.up;
+		r.up = (struct ct_vol){0};
+	}
+	ct_vol_free(&r.up);
+	ct_stack_free(&r.up_proj);
+	ct_stack_free(&r.lr_proj);
+	ct_stack_free(&r.sr_proj);
+	ct_gauss_free(&r.g);
+	return rc;
+}

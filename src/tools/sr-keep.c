@@ -1,0 +1,292 @@
+/* sr-keep.c: the steps of the published method as they are kept, or handed on as files between them
+ * would be; see sr.h. */
+#include "config.h"
+#include "core/clock.h"
+#include "core/memory.h"
+#include "core/stream.h"
+#include "cli/keep.h"
+#include "formats/format.h"
+#include "formats/units.h"
+#include "tools/sr.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* The name that a history with --deid has for a file, or a series. */
+static const char *hidden(const void *ctx, const char *name)
+{
+	const struct sr_words *w = ctx;
+
+	if (strcmp(name, w->file[SR_IN]) == 0 || strcmp(name, w->result) == 0)
+		return "IN";
+	if (strcmp(name, w->file[SR_OUT]) == 0)
+		return "OUT";
+	return w->p->series && strchr(w->p->series, '.') && strcmp(name, w->p->series) == 0 ? "UID"
+											    : NULL;
+}
+
+/* Of the words of step i, with what its inputs hold for their names; "" if that cannot be told. */
+static int make_key(
+	char key[static CT_CONTENT_HEX], const struct sr_steps *s, size_t i, struct ct_err *e)
+{
+	const struct ct_commands_line *c = &s->w.c.step[i];
+	bool told = true;
+	char *text;
+	size_t n;
+	FILE *f;
+	int rc = 0;
+
+	if (ct_stream_open(&f, &text, &n, e))
+		return -1;
+	fputs(c->argv[0], f);
+	for (size_t k = 1; k < c->argc && rc == 0; k++) {
+		const char *input = ct_commands_input(&s->w.c, i, k);
+		char hex[CT_CONTENT_HEX];
+
+		if (input && (rc = ct_content_read(hex, input, s->env, e)) == 0) {
+			told &= *hex != '\0';
+			fprintf(f, "\n%s", hex);
+		} else if (!input && strcmp(c->argv[k], c->output) != 0)
+			fprintf(f, "\n%s", c->argv[k]);
+	}
+	if (ct_stream_close(f, &text, e) || rc) {
+		free(text);
+		return -1;
+	}
+	ct_kept_hash(key, text, n);
+	if (!told)
+		*key = '\0';
+	free(text);
+	return 0;
+}
+
+int sr_steps_begin(struct sr_steps *s, size_t i, struct ct_env *own, struct ct_err *e)
+{
+	const char *output = s->w.c.step[i].output;
+	const bool hides = s->w.p->deid && i >= CT_STEP_PAPER_STEPS;
+	char content[CT_CONTENT_HEX];
+	enum ct_kept_done was;
+
+	if (ct_check_stop(s->env, e) ||
+		ct_commands_history(&s->history[i], &s->w.c, i, hides ? hidden : NULL, &s->w, e))
+		return -1;
+	own->history = s->history[i];
+	s->files = ct_io_rule_of(s->env);
+	s->files.units = CT_UNITS_AUTO;
+	own->files = &s->files;
+	s->began = ct_clock_wall();
+	s->cpu = ct_clock_cpu();
+	if (!s->kept.folder)
+		return 0;
+	if (make_key(s->key, s, i, e) || ct_content_read(content, output, s->env, e))
+		return -1;
+	was = ct_kept_look(&s->kept, i, s->key, content);
+	s->begun = was == CT_KEPT_BEGUN;
+	if (was != CT_KEPT_DONE)
+		return ct_kept_note(&s->kept, i, output, s->key, "", e);
+	s->left_out++;
+	return 1;
+}
+
+int sr_steps_end(struct sr_steps *s, size_t i, struct ct_err *e)
+{
+	const char *output = s->w.c.step[i].output;
+	const char *made = i < CT_STEP_PAPER_STEPS               ? CT_WORD(CT_STEP_PAPER_LIST, i)
+			   : i + 1 == s->w.c.n && s->w.p->report ? "the page"
+								 : "the file";
+	const double wall = ct_clock_wall() - s->began;
+	struct ct_env own = *s->env;
+	char content[CT_CONTENT_HEX];
+
+	own.stop = NULL; /* what is done is noted */
+	ct_log(s->env, CT_INFO, "%s took %.1f s", made, wall);
+	if (s->env->command->notes)
+		fprintf(s->env->command->notes,
+			"%s: %s took %.1f s, %.1f s of CPU time, %.0f MiB\n", s->env->tool, made,
+			wall, ct_clock_cpu() - s->cpu, ct_memory_held() / 0x1p20);
+	if (!s->kept.folder || ct_content_read(content, output, &own, e))
+		return s->kept.folder ? -1 : 0;
+	return *content && *s->key ? ct_kept_note(&s->kept, i, output, s->key, content, e) : 0;
+}
+
+static void relay(const struct ct_env *env, enum ct_level level, const char *text)
+{
+	const struct sr_writer *of = env->ctx;
+
+	of->env->log(of->env, level, text);
+}
+
+void sr_steps_writer(struct ct_env *own, struct sr_writer *of, const struct sr_steps *s, size_t i)
+{
+	*of = (struct sr_writer){s->env, ct_io_rule_of(s->env)};
+	of->files.force = true;
+	*own = *s->env;
+	own->tool = s->w.c.step[i].argv[0];
+	own->history = s->history[i];
+	own->files = &of->files;
+	own->ctx = of;
+	own->progress = NULL;
+	own->log = own->log ? relay : NULL;
+}
+
+static bool is_stack(enum ct_step_paper_made k)
+{
+	return k == CT_STEP_PAPER_UP_PROJ || k == CT_STEP_PAPER_LR_PROJ ||
+	       k == CT_STEP_PAPER_SR_PROJ;
+}
+
+static int prior(void *ctx, struct ct_tensors *w, struct ct_err *e)
+{
+	const struct sr_steps *s = ctx;
+
+	return ct_tensors_read(s->w.file[SR_PRIOR], w, e);
+}
+
+static int before(void *ctx, enum ct_step_paper_made k, struct ct_env *env, struct ct_err *e)
+{
+	return sr_steps_begin(ctx, k, env, e);
+}
+
+static int fetch(void *ctx, enum ct_step_paper_made k, void *made, struct ct_err *e)
+{
+	const struct sr_steps *s = ctx;
+	const char *path = s->w.c.step[k].output;
+
+	return is_stack(k)                   ? ct_stack_read(path, made, e)
+	       : k == CT_STEP_PAPER_RESIDUAL ? ct_gauss_read(path, made, e)
+					     : ct_vol_read(path, made, e);
+}
+
+static int write_made(struct sr_steps *s, enum ct_step_paper_made k, void *made, struct ct_err *e)
+{
+	const char *path = s->w.c.step[k].output;
+	struct sr_writer of;
+	struct ct_env own;
+
+	sr_steps_writer(&own, &of, s, k);
+	if (k == CT_STEP_PAPER_RESULT && !s->w.converts)
+		return ct_keep_vol(path, made, &own, e);
+	if (!s->kept.folder)
+		return 0;
+	return is_stack(k)                   ? ct_stack_write(path, made, &own, e)
+	       : k == CT_STEP_PAPER_RESIDUAL ? ct_gauss_write(path, made, &own, e)
+					     : ct_vol_write(path, made, &own, e);
+}
+
+static int as_read(enum ct_step_paper_made k, const char *name, void *made, struct ct_err *e)
+{
+	return is_stack(k)                   ? ct_stack_as_read(made, name, e)
+	       : k == CT_STEP_PAPER_RESIDUAL ? ct_gauss_as_read(made, name, e)
+					     : ct_vol_as_read(made, name, e);
+}
+
+/* The state of a step is needed no more if that is noted as done; it gets all views that could not
+ * be written. */
+static void end_state(struct sr_steps *s, bool done)
+{
+	struct ct_err other;
+
+	if (done)
+		ct_resume_done(&s->resume);
+	else if (s->views.done)
+		ddnm_state_save(&s->views, true, &other);
+	ddnm_state_close(&s->views);
+	ct_resume_close(&s->resume);
+}
+
+static int after(void *ctx, enum ct_step_paper_made k, void *made, bool again, struct ct_err *e)
+{
+	struct sr_steps *s = ctx;
+	int rc = 0;
+
+	if ((k == CT_STEP_PAPER_LR || k == CT_STEP_PAPER_UP) && ct_units_check(made, "--units", e))
+		return ct_blame(e, s->w.p->in);
+	if (!again) {
+		rc = write_made(s, k, made, e) || sr_steps_end(s, k, e) ? -1 : 0;
+		end_state(s, rc == 0);
+	}
+	return rc ? -1 : as_read(k, s->w.c.step[k].output, made, e);
+}
+
+/* The state of step k, from which it goes on if it had begun. */
+static int open_state(struct sr_steps *s, enum ct_step_paper_made k, struct ct_err *e)
+{
+	static const struct ct_opt none[] = {CT_OPT_END};
+	struct ct_io_rule rule = ct_io_rule_of(s->env);
+	struct ct_env own = *s->env;
+
+	rule.force = true;
+	own.files = &rule;
+	return ct_resume_open(&s->resume, s->w.c.step[k].output, s->begun, none, NULL, &own, e) ||
+			       ct_resume_value(&s->resume, e, "step", "%s", s->key)
+		       ? -1
+		       : 0;
+}
+
+static int keep_views(
+	void *ctx, struct ct_stack *out, struct ct_step_paper_views *v, struct ct_err *e)
+{
+	struct sr_steps *s = ctx;
+
+	if (open_state(s, CT_STEP_PAPER_SR_PROJ, e) ||
+		ddnm_state_open(&s->views, &s->resume, out, NULL, e))
+		return -1;
+	*v = (struct ct_step_paper_views){s->views.done, ddnm_state_save, &s->views};
+	ct_log(s->env, CT_INFO, "%zu of %zu views are to be made", ddnm_state_left(&s->views),
+		out->views);
+	return 0;
+}
+
+static int pack(struct ct_tensors *t, const void *fit, struct ct_err *e)
+{
+	return ct_fit_state_pack(t, fit, e);
+}
+
+static int unpack(void *fit, const struct ct_tensors *t, struct ct_err *e)
+{
+	return ct_fit_state_unpack(fit, t, e);
+}
+
+static int save_fit(void *run, const struct ct_fit *f, struct ct_err *e)
+{
+	return ct_resume_save(run, pack, f, e);
+}
+
+static int keep_fit(void *ctx, struct ct_fit *f, struct ct_err *e)
+{
+	struct sr_steps *s = ctx;
+	int rc;
+
+	if (open_state(s, CT_STEP_PAPER_RESIDUAL, e))
+		return -1;
+	f->save = save_fit;
+	f->ctx = &s->resume;
+	rc = ct_resume_load(&s->resume, unpack, f, e);
+	if (rc == 0)
+		ct_log(s->env, CT_INFO, "%s: continuing after iteration %zu", s->resume.path,
+			f->g.step);
+	return rc < 0 ? -1 : 0;
+}
+
+struct ct_step_paper_keeper sr_steps_keeper(struct sr_steps *s)
+{
+	const bool kept = s->kept.folder != NULL;
+
+	return (struct ct_step_paper_keeper){.ctx = s,
+		.prior = prior,
+		.before = before,
+		.fetch = kept ? fetch : NULL,
+		.after = after,
+		.views = kept ? keep_views : NULL,
+		.fit = kept ? keep_fit : NULL};
+}
+
+void sr_steps_free(struct sr_steps *s)
+{
+	ddnm_state_close(&s->views);
+	ct_resume_close(&s->resume);
+	ct_kept_close(&s->kept);
+	for (size_t i = 0; i < CT_COMMANDS_MOST; i++)
+		free(s->history[i]);
+	sr_words_free(&s->w);
+}
