@@ -1,9 +1,11 @@
 /* What steps hand on in memory is what a reader would make of the file between them. */
 #include "config.h"
 #include "formats/format.h"
+#include "formats/io.h"
 #include "scratch.h"
 
-static const struct ct_env env = {.tool = "ct-t", .force = true};
+static const struct ct_env env = {
+	.tool = "ct-t", .files = &(const struct ct_io_rule){.force = true}};
 
 static bool same_meta(const struct ct_meta *a, const struct ct_meta *b)
 {
