@@ -298,6 +298,8 @@ check_PROGRAMS += tests/t-signals
 tests_t_signals_SOURCES = tests/t-signals.c tests/scratch.h
 check_PROGRAMS += tests/t-geometry-file
 tests_t_geometry_file_SOURCES = tests/t-geometry-file.c tests/capture.h tests/scratch.h
+check_PROGRAMS += tests/t-step-paper
+tests_t_step_paper_SOURCES = tests/t-step-paper.c tests/scratch.h
 check_PROGRAMS += tests/t-evidence
 tests_t_evidence_SOURCES = tests/t-evidence.c tests/capture.h tests/scratch.h
 if HAVE_OIIO

@@ -186,6 +186,11 @@ exits 0 'a folder with another file is used' ct-sr -q -x 2 $few --keep lent in.n
 has err 'full/' 'the error of a kept file that cannot be written names it'
 exits 0 'a run goes on when there is room' ct-sr -q -x 4 $few --keep full marks.nii full.nii
 rm -rf own; mkdir own; ct-sr -q -x 4 $few marks.nii own/full.nii; cmp -s own/full.nii full.nii; ok $? 'a run that had no room makes the right bytes afterwards'
+ct-phantom -q -w -512:3071 --size 200x200x200 constant huge.nii
+exits 7 'memory that is too little is refused with status 7' ct-sr -q --paper -x 16 --keep huge huge.nii huge-sr.nii
+has err '^ct-sr: huge.nii: takes at least [0-9]* MiB of memory, and [0-9]* MiB are free$' 'the error of too little memory says how much is needed'
+[ ! -e huge/lr.nii ]; ok $? 'too little memory is refused before anything is made'
+rm huge.nii
 # the log of a page
 exits 0 'a page may be asked for' ct-sr -q -x 4 $few --keep page --report page.html marks.nii page.nii
 for w in 'the scan' 'the finer projections' 'the Gaussians' 'the result'; do
