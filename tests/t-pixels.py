@@ -161,6 +161,13 @@ def numbers():
 
 def wrong():
     series("rows-half", little, rows=ROWS // 2)
+    f = Form()
+    slope = lambda v: f.text(0x00281053, "DS", v)
+    series("said-twice", little, more=slope("2"))
+    series("said-twice-same", little, more=slope("1"))
+    series("said-behind", little, end=slope("2"))
+    series("float-far", lambda v: np.where(v == v.max(), 1e30, v).astype("<f4").tobytes(), vr="OF", tag=0x7fe00008, allocated=32,
+           stored=None)
     series("rows-none", little, rows=0)
     series("columns-none", little, columns=0)
     series("columns-less", little, columns=COLUMNS - 1)

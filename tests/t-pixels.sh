@@ -71,6 +71,10 @@ done
 same end-padding 'Data Set Trailing Padding'
 same end-rubbish 'rubbish at the end of the file'
 for n in rows columns; do no $n-none "a picture without $n" 'Rows or Columns is 0 or absent'; done
+no said-twice 'an element that is said twice with other values' 'element (0028,1053) is said twice, and not the same'
+no said-behind 'an element that is said again behind PixelData' 'element (0028,1053) is said twice, and not the same'
+same said-twice-same 'an element that is said twice with one value'
+no float-far 'FloatPixelData beyond what a CT has' 'a pixel of 1e+30 HU: no CT reaches that far'
 # colours and tables
 no palette 'a picture with a palette' "PhotometricInterpretation is 'PALETTE COLOR': colours"
 no ybr 'a picture of one sample in YBR' 'YBR_FULL'

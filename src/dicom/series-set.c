@@ -30,6 +30,19 @@ struct reader {
 	size_t failed; /* the slice that could not be decoded */
 };
 
+/* Pixels that are floats may be anything, and their scale tells less than that of whole numbers. */
+static int check_floats(const struct ct_slice *s, const float *px, struct ct_err *e)
+{
+	const float least = -32768, most = 65535; /* as units.h has it */
+
+	for (size_t i = 0, n = s->columns * s->rows; i < n && s->floats; i++)
+		if (isfinite(px[i]) && (px[i] < least || px[i] > most))
+			return ct_fail(e, CT_EINPUT,
+				"%s: a pixel of %g HU: no CT reaches that far (but see --units)",
+				s->path, (double)px[i]);
+	return 0;
+}
+
 static int read_slice(void *ctx, size_t k, float *px, struct ct_err *e)
 {
 	struct reader *r = ctx;
@@ -39,7 +52,7 @@ static int read_slice(void *ctx, size_t k, float *px, struct ct_err *e)
 		(r->in->units == CT_UNITS_AUTO && ct_slice_check_sign(&r->s[k], px, e)))
 		return -1;
 	ct_slice_scale(&r->s[k], r->none, px);
-	return 0;
+	return r->in->units == CT_UNITS_AUTO ? check_floats(&r->s[k], px, e) : 0;
 }
 
 static int take(void *ctx, size_t k, const float *x, struct ct_err *e)

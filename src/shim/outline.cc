@@ -5,7 +5,11 @@
 #include <vtkDICOMDictionary.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <cstring>
+#include <iterator>
+#include <map>
+#include <string>
 #include <vector>
 
 #include <fcntl.h>
@@ -15,7 +19,7 @@ namespace
 {
 
 /* A report nests to 20; a dose report, to 10. */
-enum { DEEPEST = 64, MOST_UNSORTED = 1000 };
+enum { DEEPEST = 64, MOST_UNSORTED = 1000, LONGEST_SAID = 256 };
 
 const uint64_t endless = UINT64_MAX;
 
@@ -207,6 +211,8 @@ class Walk
 			out.pixels = at;
 			out.length = x.length;
 		}
+		if (level.empty())
+			compare(x);
 		const bool bytes = x.vr[0] == 'O' || (x.tag == PIXEL_DATA && x.vr[0] == 0);
 		if (x.length == NO_LENGTH)
 			return bytes ? skip_fragments(now) : enter(endless, now || is(x, "UN"));
@@ -221,6 +227,33 @@ class Walk
 	bool holds_item(const Element &x)
 	{
 		return x.length >= 8 && tag_of(file.get(at, 8), big) == ITEM;
+	}
+	/* What places and scales the picture is said once, or twice the same: programs take the
+	 * first, or the last. What is behind the pixels may be anything; with that tag and VR it is
+	 * meant. */
+	void compare(const Element &x)
+	{
+		static const uint32_t tags[] = {0x200032, 0x200037, 0x280002, 0x280004, 0x280008,
+			0x280010, 0x280011, 0x280030, 0x280100, 0x280101, 0x280102, 0x280103,
+			0x280120, 0x281052, 0x281053};
+
+		if (std::find(std::begin(tags), std::end(tags), x.tag) == std::end(tags) ||
+			x.length > LONGEST_SAID || at + x.length > file.size)
+			return;
+		const unsigned char *p = file.get(at, x.length);
+		std::string text(x.vr, x.vr + 2);
+		text.append(reinterpret_cast<const char *>(p), x.length);
+		text.erase(text.find_last_not_of(std::string(" \0", 2)) + 1);
+		const auto before = said.emplace(x.tag, text);
+		if (before.second || before.first->second == text)
+			return;
+		if (out.pixel_data != 0 && before.first->second.compare(0, 2, text, 0, 2) != 0)
+			return;
+		char words[80];
+		std::snprintf(words, sizeof words,
+			"element (%04x,%04x) is said twice, and not the same", x.tag >> 16,
+			x.tag & 0xffff);
+		out.trouble = words;
 	}
 	/* Elements ascend, in an item and in the whole. */
 	void sort(uint32_t tag)
@@ -295,6 +328,7 @@ class Walk
 	std::vector<Level> level;
 	size_t deep = 0, unsorted = 0; /* sequences, elements */
 	uint32_t highest = 0;
+	std::map<uint32_t, std::string> said; /* VR and value of a tag */
 };
 
 /* The group of the file's meta information: it says itself how long it is, but not always rightly.
