@@ -87,8 +87,8 @@ ct_compose_SOURCES = src/tools/ct-compose.c
 PAGE_SOURCES = src/tools/page-file.c src/tools/page-file.h
 bin_PROGRAMS += ct-report
 ct_report_SOURCES = src/tools/ct-report.c $(PAGE_SOURCES)
-# The shipped priors; their copies beside the programs serve a build folder.
-pkgdata_DATA += src/prior/prior.safetensors src/prior/slices.safetensors
+# The shipped priors, with their cards; their copies beside the programs serve a build folder.
+pkgdata_DATA += src/prior/prior.safetensors src/prior/slices.safetensors src/prior/README.md
 EXTRA_DIST += src/prior/prior.safetensors src/prior/slices.safetensors src/prior/arssr.safetensors \
 	src/prior/make-prior.sh src/prior/make-superres.sh src/prior/make-slices.sh src/prior/README.md
 # Small networks of super-resolution, which are not installed.

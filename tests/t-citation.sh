@@ -1,5 +1,5 @@
 #!/bin/sh
-# CITATION.cff is the form of version 1.2.0, says the version of configure.ac, and names the paper as the documents do.
+# Credits: CITATION.cff is the form of version 1.2.0, says the version of configure.ac, and names the paper as the documents do.
 . "$srcdir/tests/tap.sh"
 cff=$srcdir/CITATION.cff
 version=$(sed -n 's/^AC_INIT(\[ctsr\], \[\([^]]*\)\].*/\1/p' "$srcdir/configure.ac")
@@ -26,6 +26,16 @@ END
 else
 	skip 'CITATION.cff parses and has what its form asks for' 'no yaml of Python'
 fi
+# the data behind the networks: debian/copyright and the cards name the same, and the cards are installed
+sed -n 's/^ - \([^,(:]*\).*/\1/p' "$srcdir/debian/copyright" | sed 's/ of the VTK.*//; s/ *$//' >data
+[ "$(wc -l <data)" -ge 10 ] && while read -r d; do grep -qF "$d" "$srcdir/src/prior/README.md" || echo "$d"; done <data >lost
+[ ! -s lost ]; ok $? 'every data set of debian/copyright stands in the cards of the networks'
+sed 's/^/# /' lost
+sed -n '/^Sources:/,/^$/p' "$srcdir/src/prior/README.md" | grep -oE 'LIDC-IDRI|LungFCP|RIDER Pilot|[A-Z]+-(OV|THCA|PDA|LSCC)|Soft-tissue-Sarcoma|[A-Za-z-]*CBCT-SEG|TotalSegmentator|dcm_qa_ct|COVID-CT-MD|mouse_CT_atlas|FullHead|ChestX-ray8/14' |
+	sort -u | while read -r d; do grep -qxF "$d" data || echo "$d"; done >lost
+[ ! -s lost ]; ok $? 'every source of a network stands in debian/copyright'
+sed 's/^/# /' lost
+grep '^pkgdata_DATA' "$srcdir/src/local.mk" | grep -q 'src/prior/README.md'; ok $? 'the cards of the networks are installed beside them'
 # every Xr of a page of ctsr is a page
 for p in "$srcdir"/man/*.in "$srcdir"/man/*.[357]; do
 	grep -ho '\(^\.Xr\|Xr\) ct[a-z-]* [1-8]' "$p" | sed 's/.*Xr //'
