@@ -16,9 +16,9 @@
  * c d), for the Gaussian and the sinc alike. The rows of D sum to one. Three such operators are
  * reported side by side, since none is known to be what a scanner does:
  *
- *   P1  sigma = s/2.3548 (full width at half maximum s), sinc: well sampled
- *   P2  sigma = s/4, sinc
- *   P3  sigma = s/8, point: nearly aliased
+ *   P1  sigma = s/2.3548 (full width at half maximum s), sinc: band-limited
+ *   P2  sigma = s/4, sinc: band-limited; the blur of the paper's release at 4x, in voxels of 1 mm
+ *   P3  sigma = s/8, point: aliased
  *
  * An axis with s = 1 is not touched unless its sigma is positive.
  *
