@@ -1,5 +1,5 @@
-# What not knowing the operator costs, on CTs of your own: cubic interpolation, ct-sr that is told how the
-# scan was made, and ct-sr that must find out.
+# What not knowing the operator costs, on CTs of your own: cubic interpolation, ct-sr that is given how the
+# scan was made, and ct-sr that estimates it.
 #
 #   make -f examples/blind.mk VOLUMES='chest.nii.gz head.nii.gz'
 #

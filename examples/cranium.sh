@@ -31,7 +31,7 @@ if [ ! -f matrix.dat ]; then
 	fi
 	tar -xzf "$inv" --wildcards --strip-components=1 '*/main.plist' '*/matrix.dat'
 fi
-# InVesalius keeps rows from back to front (LAS); the plist tells shape (slices, rows, columns) and spacing (mm)
+# InVesalius keeps rows from back to front (LAS); the plist has shape (slices, rows, columns) and spacing (mm)
 values() { sed -n "/<key>$1</,/<\/array>/s/.*<$2>\(.*\)<.*/\1/p" main.plist; }
 dims=$(values shape integer | tac | paste -sd x)
 spacing=$(values spacing real | paste -sd ,)

@@ -1,5 +1,5 @@
 #!/bin/sh
-# What a prior of slices knows of patients that it was not trained on:
+# What a prior of slices gains on patients that it was not trained on:
 #
 #   examples/leave-one-out.sh CT_FOLDER WORK [FILE...]
 #

@@ -3,7 +3,8 @@
 #   make -f examples/paper.mk VOLUMES='chest.nii.gz head.nii.gz'
 #
 # cuts a cube from each, clips it to the published window, reduces it by FACTORS (P1 of ct-degrade: a
-# Gaussian, then sinc, as the paper says, which gives no width; P2 has that of its release at 4x), and prints for each: table 1, whole methods; table 2, what super-resolves projections, behind it the published
+# Gaussian, then sinc, as the paper says, which gives no width; P2 has that of its release at 4x), and prints
+# for each: table 1, whole methods; table 2, what super-resolves projections, behind it the published
 # residual of Gaussians; table 3, what makes a volume of the super-resolved projections, and activations of the
 # Gaussians. PSNR (dB) and SSIM (Wang 2004, 2-D, mean of three axes) are means over VOLUMES in that window; the
 # published ones are of the ten test scans of UHRCT.

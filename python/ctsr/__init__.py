@@ -94,8 +94,8 @@ class _Call:
         self.go(f, *arguments, c.byref(self.x), made=made, free=free)
 
     def go(self, f, *arguments, made=(), free=None, daemon=False):
-        """f(*arguments, &error), beside the thread of signals, which stays awake. At Ctrl-C it is told to stop; if it
-        does not hear that soon, it is left to end alone, and what it uses stays until then."""
+        """f(*arguments, &error), in a thread of its own, so that the main thread receives signals. Ctrl-C asks it to stop. If it does
+        not stop soon, it ends alone later; what it uses is kept until then."""
         e, code, ended, alone, lock = abi.Error(), [], threading.Event(), [], threading.Lock()
         words = [a.p if isinstance(a, _Handle) else a for a in arguments] + [c.byref(e)]
 
