@@ -152,9 +152,9 @@ exits 2 'a scan that does not record its operator is refused with status 2' ct-u
 ct-phantom -q --size 32x32x32 cube cube.nii && ct-convert -q --type f32 cube.nii - | tail -c 131072 | head -c 4096 >flat.raw
 ct-convert -q --raw 16x8x8:f32:8 flat.raw flat.nii
 exits 0 'a scan without edges to measure is accepted with --estimate' ct-upsample -m prior --estimate -x 4 -p p.safetensors flat.nii w.nii
-has err 'flat.nii: its edges do not show how it was made (--sigma says it): the prior adds nothing' 'a scan without edges to measure is only inverted, with a warning'
+has err 'flat.nii: its edges do not show how it was made (pass --sigma): the prior adds nothing' 'a scan without edges to measure is only inverted, with a warning'
 exits 3 'the predicted error of a scan without edges is refused with status 3' ct-upsample -m prior --estimate -x 4 --std e.nii -f -p p.safetensors flat.nii x.nii
-has err 'flat.nii: its edges do not show how it was made, which the predicted error needs: --sigma says it$' 'the error of --std for a scan without edges names the option that helps'
+has err 'flat.nii: its edges do not show how it was made, which the predicted error needs: pass --sigma$' 'the error of --std for a scan without edges names the option that helps'
 
 # a second pass, by networks trained on what the first pass gives
 # shellcheck disable=SC2086

@@ -43,7 +43,7 @@ ct-phantom -q ellipsoids --size 32x32x32 --spacing 4 v.nii &&
 	ct-project -q --views 2 --coarsen 4 --pixel mean v.nii y.exr || exit 99
 draw() { ct-ddnm -f -q --steps 2 "$@" y.exr o.exr; }
 exits 3 'a checkpoint without its number of heads is refused with status 3' draw --prior net1.pt
-has err 'net1.pt: architecture: tensors do not tell num_head_channels' 'the error of a missing number of heads names num_head_channels'
+has err 'net1.pt: architecture: tensors do not give num_head_channels' 'the error of a missing number of heads names num_head_channels'
 exits 0 'ct-ddnm accepts a checkpoint with its architecture in --arch' draw --prior net1.pt --arch num_head_channels=32,use_new_attention_order=True
 mv o.exr new.exr
 exits 0 'ct-ddnm accepts the other order of attention' draw --prior net1.pt --arch num_head_channels=32,beta_schedule=linear,diffusion_steps=1000

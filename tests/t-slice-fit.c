@@ -225,7 +225,7 @@ static void refusals(void)
 	for (size_t l = 0; l < N * (N - 2); l++)
 		for (size_t k = 0; k < THIN; k++)
 			*voxel(&thin, 2, l, k) = (float)(10 * k);
-	refuses("ramps", CT_EINPUT, "the thin slices do not tell the profile");
+	refuses("ramps", CT_EINPUT, "the thin slices do not determine the profile");
 	make(&plain);
 	thin.data[7] = (float)NAN;
 	refuses("NaN", CT_ENUMERIC, "the thin slices");

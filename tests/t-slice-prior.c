@@ -525,12 +525,12 @@ static void knowing(void)
 	rule.axes[0] = rule.axes[1] = rule.axes[2] = false;
 	OK(ct_restore(&s.x, NULL, &s.lo, &p, &rule, &got, &env, &err) == -1 &&
 			err.code == CT_EGEOM &&
-			strcmp(err.msg, "the prior knows no slices of such a scan") == 0,
+			strcmp(err.msg, "the prior has no network for slices of such a scan") == 0,
 		"%s", err.msg);
 	rule.by.factor[1] = 1.1;
 	OK(ct_restore(&s.x, NULL, &s.lo, &p, &rule, &got, &env, &err) == -1 &&
 			err.code == CT_EGEOM &&
-			strcmp(err.msg, "the prior knows no factors 5,1.1,5") == 0,
+			strcmp(err.msg, "the prior has no network for the factors 5,1.1,5") == 0,
 		"%s", err.msg);
 	ct_vol_free(&s.x);
 	ct_vol_free(&s.lo);

@@ -48,9 +48,9 @@ exits 3 'as is a volume that another program made' ct-upsample -m prior -p "$p" 
 ct-phantom -q --size 32x32x32 cube cube.nii && ct-convert -q --type f32 cube.nii - | tail -c 131072 | head -c 4096 >cube.raw
 ct-convert -q --raw 16x8x8:f32:8 cube.raw even.nii
 exits 3 'a scan whose edges do not say how it was made' ct-upsample --estimate -x 4 --std r.nii even.nii x.nii
-has err '^ct-upsample: even.nii: its edges do not show how it was made, which the predicted error needs: --sigma says it$' 'has no predicted error'
+has err '^ct-upsample: even.nii: its edges do not show how it was made, which the predicted error needs: pass --sigma$' 'has no predicted error'
 exits 2 'or that does not say it itself' ct-upsample -x 4 --std r.nii even.nii x.nii
-has err '^ct-upsample: even.nii: does not say how it was reduced: ' 'the error of a scan without its operator names it'
+has err '^ct-upsample: even.nii: holds no operator (how it was reduced): pass --sigma' 'the error of a scan without its operator names it'
 exits 3 'ct-sr refuses a scan whose operator is not known' ct-sr -Q draft --confidence r.nii even.nii x.nii
 [ ! -e r.nii ] && [ ! -e x.nii ]; ok $? 'and nothing is left of what failed'
 

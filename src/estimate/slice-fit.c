@@ -202,7 +202,7 @@ static int choose_span(struct fit *f, struct ct_err *e)
 	if (f->w.k[1] - f->w.k[0] < SLICES)
 		return ct_fail(e, CT_EGEOM,
 			"along axis %c the thin slices cover %zu thick ones and %.3g mm beyond: fewer "
-			"than %d tell no profile",
+			"than %d give no profile",
 			"ijk"[f->s.axis], f -> w.k[1] - f->w.k[0], far, SLICES);
 	return 0;
 }
@@ -333,7 +333,7 @@ static int tell(struct ct_slice_fit *o, struct fit *f, double centre, struct ct_
 	o->lines = (size_t)f->lines;
 	if (!(o->sum > 0.5 && o->condition < CONDITION))
 		return ct_fail(e, CT_EINPUT,
-			"the thin slices do not tell the profile: its sum is %.3g, the condition %.3g",
+			"the thin slices do not determine the profile: its sum is %.3g, the condition %.3g",
 			o->sum, o->condition);
 	if (jackknife(o, f, e))
 		return -1;
@@ -366,7 +366,7 @@ static int measure(
 	if (o->slices < SLICES)
 		return ct_fail(e, CT_EINPUT,
 			"%zu slices have %d lines or more whose thin voxels differ by %g HU: fewer than "
-			"%d tell no profile",
+			"%d give no profile",
 			o->slices, LINES, CT_SLICE_FIT_TEXTURE, SLICES);
 	if (solve(f, TILES, e))
 		return -1;

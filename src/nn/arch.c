@@ -452,7 +452,7 @@ int ct_unet_arch_of(struct ct_unet_arch *a, const struct ct_tensors *w, struct c
 		return -1;
 	if (a->num_heads == 0 && a->num_head_channels == 0)
 		return ct_fail(e, CT_EINPUT,
-			"architecture: tensors do not tell num_head_channels or num_heads: state "
+			"architecture: tensors do not give num_head_channels or num_heads: state "
 			"one");
 	return ct_unet_arch_check(a, e);
 }

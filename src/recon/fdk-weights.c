@@ -316,12 +316,12 @@ static int weigh(struct ct_fdk_weights *o, double radius, bool parker, struct ct
 	if (parallel)
 		return ct_fail(e, CT_EGEOM,
 			"the views span %.4g degrees of the 180 that this method needs; the "
-			"iterative ones take any",
+			"iterative ones accept any",
 			o->arc * 180 / M_PI);
 	if (o->arc < M_PI - o->arc / (double)o->views)
 		return ct_fail(e, CT_EGEOM,
 			"the views span %.4g degrees, and this method needs 180 and the fan; the "
-			"iterative ones take any",
+			"iterative ones accept any",
 			o->arc * 180 / M_PI);
 	return parker ? use_parker(o, radius, e) : 0;
 }

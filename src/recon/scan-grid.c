@@ -29,7 +29,7 @@ static int meeting_point(double x[3], const struct ct_stack *s, struct ct_err *e
 	det = ct_vec3_dot(m[0], c);
 	if (!(det > 1e-9 * pow((double)s->views, 3)))
 		return ct_fail(e, CT_EGEOM,
-			"the views look in one direction only, which does not say where the object "
+			"the views all have one direction, which does not show where the object "
 			"is: name a volume with --grid");
 	for (int a = 0; a < 3; a++) { /* m is symmetric: Cramer's rule by rows */
 		double r[3][3];
@@ -94,7 +94,7 @@ static int seen_cube(struct ct_vol *grid, const struct ct_stack *scan, struct ct
 	n = ceil(2 * r / mm);
 	if (!(n >= 1 && n <= 1 << 20))
 		return ct_fail(e, CT_EGEOM,
-			"the views do not say how large the object is: name a volume with --grid");
+			"the views do not show how large the object is: name a volume with --grid");
 	for (int a = 0; a < 3; a++) {
 		grid->n[a] = (size_t)n;
 		grid->affine[a][a] = 2 * r / n;

@@ -188,11 +188,11 @@ static int plan_prior(struct ct_refine *r, const struct ct_vol *in, struct ct_er
 	r->restore = (struct ct_restore_rule){.by = r->is.by, .noise = r->is.noise};
 	if (ct_operator_is_cubic(&r->is))
 		return leave(r, e,
-			"factors below %g are only interpolated (cubic) where nothing says how the "
-			"scan was made (--sigma says it)",
+			"factors below %g are only interpolated (cubic) where the operator of the scan "
+			"is not known (pass --sigma)",
 			CT_SMALL);
 	if (!r->is.known)
-		return leave(r, e, "its edges do not show how it was made (--sigma says it)");
+		return leave(r, e, "its edges do not show how it was made (pass --sigma)");
 	cell = ct_slice_prior_knows(can, p->prior, &r->is.by, false);
 	if (cell == 0 && weighted)
 		return ct_fail(e, CT_EGEOM, "the prior has no network for factors %g,%g,%g", x[0],
@@ -372,16 +372,16 @@ int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const
 		return -1;
 	if ((prior || rule->error) && !r->is.known && !rule->said.estimate)
 		return ct_fail(e, CT_EUSAGE,
-			"does not say how it was reduced: --sigma says it, --estimate measures it");
+			"holds no operator (how it was reduced): pass --sigma or --estimate");
 	if (rule->error && ct_operator_is_cubic(&r->is))
 		return ct_fail(e, CT_EINPUT,
-			"factors below %g are only interpolated (cubic) where nothing says how the "
-			"scan was made, and have no predicted error: --sigma says it",
+			"factors below %g are only interpolated (cubic) where the operator of the scan "
+			"is not known, and have no predicted error: pass --sigma",
 			CT_SMALL);
 	if (rule->error && !r->is.known)
 		return ct_fail(e, CT_EINPUT,
 			"its edges do not show how it was made, which the predicted error needs: "
-			"--sigma says it");
+			"pass --sigma");
 	split_factor(r, in);
 	rc = ct_refine_first(&mid, &use, r, in, env, e) || plan(r, use, env, e) ? -1 : 0;
 	ct_vol_free(&mid);

@@ -223,7 +223,7 @@ static int warn_found(struct ct_page *p)
 	if (p->known && !p->told && ct_meta_get(&p->hr.vol.meta, CT_META_ASSUMED))
 		bad |= warn(p,
 			"The blur of the scan is not known but estimated: a wrong one sharpens too "
-			"much or too little. Say what you know: --slice-thickness, --profile or "
+			"much or too little. If you know it, pass --slice-thickness, --profile or "
 			"--sigma.");
 	if (p->known && p->agrees.rms > CT_PAGE_APART + p->noise)
 		bad |= warn(p,
@@ -231,15 +231,17 @@ static int warn_found(struct ct_page *p)
 			"expected at most.",
 			p->agrees.rms, CT_PAGE_APART + p->noise);
 	if (!p->known)
-		bad |= warn(p, "How the scan was made is not known: whether the result agrees with "
-			       "it cannot be told.");
+		bad |= warn(p,
+			"The operator of the scan is not known: whether the result agrees with "
+			"the scan cannot be checked.");
 	if (upsampled && strcmp(upsampled, "prior") != 0 &&
 		!(history && (strstr(history, "ct-ddnm ") || strstr(history, "ct-restore "))))
 		bad |= warn(
-			p, "No prior was used: the result shows what the scan tells, and no more.");
+			p, "No prior was used: the result has no detail that a network predicts.");
 	if (!p->std.name)
-		bad |= warn(p, "No predicted error was given: nothing tells where the result is "
-			       "to be trusted least.");
+		bad |= warn(p,
+			"No predicted error was given: the page cannot show where the result is "
+			"least reliable.");
 	if ((double)poor > CT_PAGE_SHARE * (double)body)
 		bad |= warn(p,
 			"At %.0f %% of the voxels of the body the predicted error is above %g HU: see "

@@ -130,7 +130,7 @@ static void put_ran(FILE *f, const struct ct_page *p)
 		fputs("</pre>\n", f);
 	}
 	if (p->log && *p->log) {
-		fputs("<h2>What it took, and what was said</h2>\n<pre>", f);
+		fputs("<h2>Log, time and memory</h2>\n<pre>", f);
 		put_text(f, p->log);
 		fputs("</pre>\n", f);
 	}
@@ -141,8 +141,8 @@ static void put_foot(FILE *f, const struct ct_page *p)
 {
 	(void)p;
 	fputs("Made by ct-report " PACKAGE_VERSION
-	      " of ctsr. For research, not for diagnosis. This file holds no name of a patient that a "
-	      "file name does not tell, and asks the network for nothing.\n",
+	      " of ctsr. For research, not for diagnosis. This file holds the name of a patient only if a "
+	      "file name has it, and loads nothing from the network.\n",
 		f);
 }
 

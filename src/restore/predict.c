@@ -226,7 +226,7 @@ int ct_predict(struct ct_guess *g, const struct ct_scene *s, const struct ct_sli
 	int rc = -1;
 
 	if (ct_predict_axes(use, r, s, axes) == 0)
-		return ct_fail(e, CT_EGEOM, "no axis has slices that the prior knows");
+		return ct_fail(e, CT_EGEOM, "the prior has no network for the slices of any axis");
 	if (sides(&j, threads, e) || ct_slice_network_ready_alloc(&j.ready, r, e))
 		goto out;
 	for (int a = 0; a < 3; a++)

@@ -150,7 +150,8 @@ static int expect(struct ct_guess *g, double *floor, const struct pass *s, struc
 		*floor += (double)axes *
 			  ((double)r->spread[1] + (double)r->spread[2] * noise * noise);
 	}
-	return g->axes ? 0 : ct_fail(e, CT_EGEOM, "the prior knows no slices of such a scan");
+	return g->axes ? 0
+		       : ct_fail(e, CT_EGEOM, "the prior has no network for slices of such a scan");
 }
 
 /* What the volume network expects. */
@@ -410,7 +411,7 @@ static int once(struct pass *s, float *std, bool last, const struct ct_vol *lo, 
 	s->cell = s->volume ? s->volume->factor
 			    : ct_slice_prior_knows(axes, s->prior, &rule->by, s->again);
 	if (s->cell == 0 || !scene_of(&s->scene, &rule->by))
-		return ct_fail(e, CT_EGEOM, "the prior knows no factors %g,%g,%g",
+		return ct_fail(e, CT_EGEOM, "the prior has no network for the factors %g,%g,%g",
 			rule->by.factor[0], rule->by.factor[1], rule->by.factor[2]);
 	if (see(s, lo, e))
 		return -1;

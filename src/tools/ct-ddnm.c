@@ -93,8 +93,8 @@ static const struct ct_opt opts[] = {
 		"(see DESCRIPTION)",
 		CT_WHEN(CHAIN_OF)),
 	CT_CHOICE(sampler, 0, "sampler", CT_WORDS(CT_SAMPLER_LIST),
-		"how the prior is drawn from, and held to IN (see SAMPLERS); a network of "
-		"super-resolution is asked once"),
+		"how the prior is sampled to agree with IN (see SAMPLERS); a network of "
+		"super-resolution is called once"),
 	CT_EXPERT(guidance, "guidance", "X", 0, 1e9,
 		"of gdp: how far a step follows the gradient of the error, as published",
 		CT_WHEN(CT_IF_WORD(sampler, CT_BIT(CT_SAMPLER_GDP)))),
@@ -108,7 +108,7 @@ static const struct ct_opt opts[] = {
 		"begin from these projections, of the geometry of OUT, instead of pure noise",
 		CT_WHEN(BEGUN)),
 	CT_EXPERT(t_start, "t-start", "T", -1, 999,
-		"noise level to begin from, a timestep of 1000; -1 takes 60",
+		"noise level to begin from, a timestep of 1000; -1 is 60",
 		CT_WHEN(CT_IF(init), CHAIN_OF)),
 	CT_EXPERT(travel, "travel", "L,R", 0, 0, "after every L steps go back, R times in all",
 		CT_WHEN(CHAIN_OF)),

@@ -37,8 +37,8 @@ static const struct ct_opt opts[] = {
 		"standard deviation of IN, EXR, as ct-ddnm --std writes it: the less certain a "
 		"pixel, the less it counts"),
 	CT_INPUT(files.lr, 0, "lr", "VOLUME",
-		"the low-resolution CT in HU, NIfTI: also ask that the sum of base and residual "
-		"reduces to it; it, or else the base, says what operator made it",
+		"the low-resolution CT in HU, NIfTI: also require that the sum of base and residual "
+		"reduces to it; its header, or else that of the base, has the operator",
 		CT_WHEN(CT_IF_WORD(rule.mode, CT_BIT(CT_STEP_FIT_RESIDUAL)))),
 	CT_TEXT(files.window, 'w', "window", "LO:HI",
 		"HU of density 0 and 1 (-1024:3071, or what IN says)"),

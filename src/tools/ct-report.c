@@ -81,5 +81,4 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	return rc;
 }
 
-CT_CLI_MAIN("ct-report", "Write a page to look at a refined CT, and at what in it not to trust.",
-	CT_IN_HU)
+CT_CLI_MAIN("ct-report", "Write a page that shows a refined CT and its warnings.", CT_IN_HU)

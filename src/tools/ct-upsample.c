@@ -45,7 +45,7 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(rule.method, 'm', "method", CT_WORDS(CT_REFINE_LIST),
 		"interpolate (linear to sinc), or invert blur and sampling: dc, tv (least total "
 		"variation), htv (least second-order variation). prior adds detail that a network "
-		"predicts. arssr is a network of the whole CT. auto takes tv, htv for aliased points and texture, and bspline if the "
+		"predicts. arssr is a network of the whole CT. auto is tv, htv for aliased points and texture, and bspline if the "
 		"operator is not known"),
 	SAID_OPTS(said,
 		"refine every axis S times, or the axes X, Y, Z times; need not be whole; default: "
@@ -69,15 +69,15 @@ static const struct ct_opt opts[] = {
 		"network of arssr",
 		WITH(PRIOR | ARSSR)),
 	CT_CHOICE(preset, 'Q', "preset", CT_WORDS(PRESETS),
-		"fast uses slices across one axis, balanced across all, and looks twice where it added "
-		"much",
+		"fast uses slices across one axis, balanced across all, with a second pass where "
+		"it added much",
 		WITH_PRIOR),
 	CT_EXPERT(rule.weight, "weight", "W", 0, 10,
 		"add W times the prediction, with no other weight", WITH_PRIOR),
 	CT_EXPERT(rule.doubt, "doubt", "X", 0, 1000,
 		"lower the confidence where axes disagree, by X", WITH_PRIOR),
-	CT_EXPERT(rule.least, "least", "HU", 0, 1e6, "look again only where HU or more is expected",
-		WITH_PRIOR),
+	CT_EXPERT(rule.least, "least", "HU", 0, 1e6,
+		"second pass only where HU or more is expected", WITH_PRIOR),
 	CT_EXPERT(rule.gate, "gate", "HU", 0, 1e6, "lower the confidence of corrections below HU",
 		WITH_PRIOR),
 	CT_EXPERT(rule.cap, "cap", "HU", 0, 1e6, "lower the confidence of corrections beyond HU",
