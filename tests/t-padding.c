@@ -271,7 +271,7 @@ static void overshoots(void)
 {
 	const double line[CT_EDGE_LONG] = {-.4, -.4, -.4, -.4, -.6, -.5, .5, .7, .4, .4, .4, .4};
 	const double dip[CT_EDGE_LONG] = {0, 0, 0, 0, -.5, -.5, .5, .5, .1, .1, .1, .1};
-	struct ct_operator is = {.by = {{2, 2, 2}, {0}, CT_DECIMATE_SINC, {0}},
+	struct ct_operator is = {.operator= {{2, 2, 2}, {0}, CT_DECIMATE_SINC, {0}},
 		.from = CT_BY_MEASURE,
 		.seen = {{.spread = .3}, {.spread = .3}, {.spread = .3}}};
 	char words[CT_ASSUMED_WORDS];

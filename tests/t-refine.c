@@ -181,7 +181,7 @@ static void reports(const struct ct_vol *lo, const struct ct_vol *mute)
 	double cpu = -1;
 
 	must(ct_refine_plan(&r, &rule, lo, &quiet, &err));
-	OK(r.is.known && r.is.from == CT_BY_FILE && r.is.noise_from == CT_BY_CALLER,
+	OK(r.scan.known && r.scan.from == CT_BY_FILE && r.scan.noise_from == CT_BY_CALLER,
 		"the file says the operator, the caller the noise");
 	OK(r.method == CT_UPSAMPLE_HTV && r.textured && r.n[2] == 4 * THICK && !r.adds,
 		"means of texture take htv");
@@ -196,7 +196,7 @@ static void reports(const struct ct_vol *lo, const struct ct_vol *mute)
 	OK(ct_refine_plan(&r, &rule, lo, &quiet, &err) == -1 && err.code == CT_EUSAGE,
 		"a contradiction: %s", err.msg);
 	must(ct_refine_plan(&r, &rule, mute, &quiet, &err));
-	OK(!r.is.known && r.is.from == CT_BY_NOBODY && r.method == CT_UPSAMPLE_BSPLINE,
+	OK(!r.scan.known && r.scan.from == CT_BY_NOBODY && r.method == CT_UPSAMPLE_BSPLINE,
 		"without an operator it interpolates: %s", ct_refine_why(&r));
 	rule.memory = MIB;
 	OK(ct_refine_plan(&r, &rule, mute, &quiet, &err) == -1 && err.code == CT_ENOMEM &&
@@ -210,7 +210,7 @@ static void reports(const struct ct_vol *lo, const struct ct_vol *mute)
 		rule.said.sigma[a] = a < 2 ? 0 : 0.5;
 	rule.said.decimate = CT_DECIMATE_MEAN;
 	must(ct_refine_plan(&r, &rule, mute, &quiet, &err));
-	OK(r.is.known && r.is.from == CT_BY_CALLER && !r.adds &&
+	OK(r.scan.known && r.scan.from == CT_BY_CALLER && !r.adds &&
 			strstr(r.why_not, "no network for factors 2,2,2"),
 		"%s", r.why_not);
 }

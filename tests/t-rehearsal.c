@@ -66,7 +66,7 @@ static void plan(
 static bool is_part(
 	const struct ct_degrade *by, const size_t n[3], int k, const size_t part[3], int axis)
 {
-	struct ct_refine r = {.adds = true, .is.by = *by};
+	struct ct_refine r = {.adds = true, .scan.operator= * by };
 	struct ct_vol v = {.n = {n[0], n[1], n[2]}};
 	struct ct_degrade own;
 	size_t m[3];

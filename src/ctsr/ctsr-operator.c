@@ -86,7 +86,7 @@ static int estimate(ctsr_operator *o, const ctsr_volume *v, struct ctsr_call *k)
 		return -1;
 	if (!r.known)
 		return ct_fail(&k->err, CT_EINPUT, "too few edges to measure the blur");
-	return give(o, &r.by, r.noise, &k->err);
+	return give(o, &r.operator, r.noise, &k->err);
 }
 
 int ctsr_estimate_operator(

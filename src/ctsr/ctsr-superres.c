@@ -126,15 +126,15 @@ static int give(
 {
 	ctsr_superres_report mine = {.method = (int)r->did.method,
 		.prior = prior && r->adds,
-		.sampling = (int)r->is.by.decimate,
-		.noise = r->is.noise,
+		.sampling = (int)r->scan.operator.decimate,
+		.noise = r->scan.noise,
 		.residual = prior ? r->residual : r->did.residual,
 		.added = prior ? r->added : 0,
 		.iterations = r->did.iterations,
 		.slabs = r->slabs};
 
 	ct_refine_times(mine.factor, r);
-	memcpy(mine.sigma, r->is.by.sigma, sizeof mine.sigma);
+	memcpy(mine.sigma, r->scan.operator.sigma, sizeof mine.sigma);
 	snprintf(mine.why_not, sizeof mine.why_not, "%s", r->why_not);
 	return ctsr_give_report(report, &mine, sizeof mine, e);
 }

@@ -23,7 +23,7 @@ __attribute__((format(printf, 2, 3))) static void add(char *to, const char *fmt,
 
 static bool shows(const struct ct_operator *is, const struct ct_profile p[3], int axis)
 {
-	return is->by.factor[axis] > 1 && !isnan(p[axis].spread);
+	return is->operator.factor[axis]> 1 && !isnan(p[axis].spread);
 }
 
 /* The largest of the axes that are refined, a share of the spread. */
@@ -56,7 +56,7 @@ static void add_widths(char *to, char axes[8], const struct ct_operator *is,
 
 	*axes = '\0';
 	for (int a = 0; a < 3; a++) {
-		if (!(is->by.factor[a] > 1) || a == said)
+		if (!(is->operator.factor[a]> 1) || a == said)
 			continue;
 		if (shows(is, p, a))
 			add(to, "%s%.3g", between, FWHM * p[a].spread * spacing[a]);
@@ -116,7 +116,7 @@ void ct_assumed_words(char to[static CT_ASSUMED_WORDS], const struct ct_operator
 		[CT_DECIMATE_POINT] = "point-sampled",
 		[CT_DECIMATE_MEAN] = "averaged over a voxel",
 	};
-	const int said = is->by_slices ? ct_slice_profile_axis(is->by.factor) : -1;
+	const int said = is->by_slices ? ct_slice_profile_axis(is->operator.factor) : -1;
 	const double deviation = deviation_of(is, is->joint);
 	bool any = false, told = false;
 	char axes[8];
@@ -134,7 +134,7 @@ void ct_assumed_words(char to[static CT_ASSUMED_WORDS], const struct ct_operator
 	add_widths(to, axes, is, is->joint, spacing, said);
 	add(to, " mm wide (FWHM) along %s", axes);
 	add(to, ", uncertain by %.0f %%%s, %s (%.0f %% sure)", 100 * deviation,
-		deviation > POOR ? ", therefore sharpened less" : "", sampling[is->by.decimate],
+		deviation > POOR ? ", therefore sharpened less" : "", sampling[is->operator.decimate],
 		fmin(100 * is->sure, 99));
 	if (told)
 		add_sources(to, is, spacing, said);

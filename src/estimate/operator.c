@@ -84,13 +84,14 @@ static int sigma_of(struct ct_operator *r, int known, const struct ct_said *said
 		if (!(sigma >= 0 && sigma <= CT_SAID_SIGMA))
 			return ct_fail(e, CT_EUSAGE, "the blur sigma %g is outside [0, %d]", sigma,
 				CT_SAID_SIGMA);
-		if (r->by.factor[a] == 1 && said->sigma_for_all)
+		if (r->operator.factor[a] == 1 && said->sigma_for_all)
 			sigma = 0;
-		if (known == 0 && fabs(sigma - r->by.sigma[a]) > 1e-6)
+		if (known == 0 && fabs(sigma - r->operator.sigma[a]) > 1e-6)
 			return ct_fail(e, CT_EUSAGE,
 				"sigma %g contradicts the file, which was blurred by %g,%g,%g",
-				sigma, r->by.sigma[0], r->by.sigma[1], r->by.sigma[2]);
-		r->by.sigma[a] = sigma;
+				sigma, r->operator.sigma[0], r->operator.sigma[1],
+				r->operator.sigma[2]);
+		r->operator.sigma[a] = sigma;
 	}
 	return 0;
 }
@@ -101,19 +102,20 @@ static int operator_of(
 {
 	const struct ct_meta *m = &v->meta;
 	const bool done = ct_meta_get(m, CT_META_UPSAMPLE) != NULL; /* the operator is used up */
-	const int known = done ? 1 : ct_degrade_get(m, &r->by, e);
+	const int known = done ? 1 : ct_degrade_get(m, &r->operator, e);
 	const bool sigma = !isnan(said->sigma[0]);
 
-	if (known < 0 || factor_of(&r->by, known, said, v, e))
+	if (known < 0 || factor_of(&r->operator, known, said, v, e))
 		return -1;
 	r->known = known == 0 || sigma;
 	r->from = known == 0 ? CT_BY_FILE : sigma ? CT_BY_CALLER : CT_BY_NOBODY;
-	if (said->decimate >= 0 && known == 0 && r->by.decimate != (enum ct_decimate)said->decimate)
+	if (said->decimate >= 0 && known == 0 &&
+		r->operator.decimate !=(enum ct_decimate) said->decimate)
 		return ct_fail(e, CT_EUSAGE, "the sampling %s contradicts the file, which says %s",
 			CT_WORD(CT_DECIMATE_LIST, said->decimate),
-			CT_WORD(CT_DECIMATE_LIST, r->by.decimate));
+			CT_WORD(CT_DECIMATE_LIST, r->operator.decimate));
 	if (said->decimate >= 0)
-		r->by.decimate = (enum ct_decimate)said->decimate;
+		r->operator.decimate =(enum ct_decimate) said->decimate;
 	return sigma ? sigma_of(r, known, said, e) : 0;
 }
 
@@ -121,9 +123,9 @@ static int operator_of(
 static int slice_of(struct ct_operator *r, const struct ct_said *said, const struct ct_vol *in,
 	struct ct_err *e)
 {
-	const int axis = ct_slice_profile_axis(r->by.factor);
-	const bool alone = ct_slice_profile_is_alone(r->by.factor, axis);
-	const struct ct_degrade had = r->by;
+	const int axis = ct_slice_profile_axis(r->operator.factor);
+	const bool alone = ct_slice_profile_is_alone(r->operator.factor, axis);
+	const struct ct_degrade had = r->operator;
 	double mm[3];
 
 	if (!ct_slice_profile_is_said(&said->slice))
@@ -133,12 +135,12 @@ static int slice_of(struct ct_operator *r, const struct ct_said *said, const str
 		    !isnan(said->sigma[axis]) &&
 			    (said->sigma_for_all ? alone : said->sigma[axis] > 0),
 		    said->decimate >= 0 && alone, e) ||
-		ct_slice_profile_set(&r->by, axis, &said->slice, mm[axis], e))
+		ct_slice_profile_set(&r->operator, axis, &said->slice, mm[axis], e))
 		return -1;
 	if (r->from == CT_BY_FILE &&
-		(had.decimate != r->by.decimate || had.profile.n != r->by.profile.n ||
-			fabs(had.sigma[axis] - r->by.sigma[axis]) >
-				1e-4 * fmax(had.sigma[axis], r->by.sigma[axis])))
+		(had.decimate != r->operator.decimate || had.profile.n != r->operator.profile.n ||
+					 fabs(had.sigma[axis] - r->operator.sigma[axis]) >
+					 1e-4 * fmax(had.sigma[axis], r->operator.sigma[axis])))
 		return ct_fail(e, CT_EUSAGE,
 			"--profile and --slice-thickness contradict the file, which says its "
 			"operator");
@@ -254,7 +256,8 @@ static void settle(struct ct_operator *r, const double x[3], const struct ct_env
 		some = true;
 		seen = seen || !isnan(r->seen[a].spread);
 		told = told || (!isnan(r->told[a].spread) && !r->apart[a]);
-		r->by.sigma[a] = sigma_left(ct_scanner_aim(p, slices), x[a], r->by.decimate);
+		r->operator.sigma[a] =
+			sigma_left(ct_scanner_aim(p, slices), x[a], r->operator.decimate);
 		if (!isnan(r->told[a].spread))
 			ct_log(env, CT_INFO,
 				"axis %d: DICOM expects a spread of %.3g +- %.2g voxels, edges show "
@@ -264,8 +267,8 @@ static void settle(struct ct_operator *r, const double x[3], const struct ct_env
 		ct_log(env, CT_INFO,
 			"axis %d: spread %.3g +- %.2g voxels, aliases with %.0f %%, assumed blur "
 			"%.3g voxels of OUT, %zu edges",
-			a, p->spread, p->spread * p->deviation, 100 * p->aliases, r->by.sigma[a],
-			r->seen[a].edges);
+			a, p->spread, p->spread * p->deviation, 100 * p->aliases,
+			r->operator.sigma[a], r->seen[a].edges);
 	}
 	r->known = r->known || some;
 	if (seen || told)
@@ -287,8 +290,8 @@ static int estimate_operator(struct ct_operator *r, const struct ct_vol *in,
 	const struct ct_said *said, const struct ct_env *env, struct ct_err *e)
 {
 	const bool slice = ct_slice_profile_is_said(&said->slice);
-	const int given = slice ? ct_slice_profile_axis(r->by.factor) : -1;
-	double x[3] = {r->by.factor[0], r->by.factor[1], r->by.factor[2]};
+	const int given = slice ? ct_slice_profile_axis(r->operator.factor) : -1;
+	double x[3] = {r->operator.factor[0], r->operator.factor[1], r->operator.factor[2] };
 	struct ct_profile *got = r->seen;
 	bool scanner = false;
 
@@ -310,7 +313,7 @@ static int estimate_operator(struct ct_operator *r, const struct ct_vol *in,
 	}
 	assume_slices(r->joint, x);
 	if (said->decimate < 0)
-		r->by.decimate = sampling_of(&r->sure, r->joint, x, scanner);
+		r->operator.decimate = sampling_of(&r->sure, r->joint, x, scanner);
 	settle(r, x, env);
 	return 0;
 }
@@ -346,7 +349,7 @@ bool ct_operator_is_cubic(const struct ct_operator *r)
 
 	for (int a = 0; a < 3; a++) {
 		some = some || r->cubic[a];
-		other = other || (r->by.factor[a] > 1 && !r->cubic[a]);
+		other = other || (r->operator.factor[a]> 1 && !r->cubic[a]);
 	}
 	return some && !other;
 }
@@ -359,7 +362,7 @@ int ct_operator_find(struct ct_operator *r, const struct ct_said *said, bool nee
 	double noise = 0;
 	int none;
 
-	*r = (struct ct_operator){.by = {{1, 1, 1}, {0}, CT_DECIMATE_SINC, {0}}, .sure = 1};
+	*r = (struct ct_operator){.operator= {{1, 1, 1}, {0}, CT_DECIMATE_SINC, {0}}, .sure = 1};
 	for (int a = 0; a < 3; a++)
 		r->seen[a].spread = r->told[a].spread = r->joint[a].spread = (double)NAN;
 	if (operator_of(r, said, in, e))
@@ -376,7 +379,8 @@ int ct_operator_find(struct ct_operator *r, const struct ct_said *said, bool nee
 			: by_caller                                       ? CT_BY_CALLER
 									  : CT_BY_NOBODY;
 	settled = ct_slice_profile_is_said(&said->slice) &&
-		  ct_slice_profile_is_alone(r->by.factor, ct_slice_profile_axis(r->by.factor));
+		  ct_slice_profile_is_alone(
+			  r->operator.factor, ct_slice_profile_axis(r->operator.factor));
 	if ((said->estimate && !r->known && !settled && estimate_operator(r, in, said, env, e)) ||
 		slice_of(r, said, in, e))
 		return -1;

@@ -54,7 +54,7 @@ struct ct_said {
 enum ct_by { CT_SOURCE_LIST(CT_WORD_VALUE) };
 
 struct ct_operator {
-	struct ct_degrade by;
+	struct ct_degrade operator;
 	bool known;              /* the operator, not only its factor */
 	double noise;            /* HU */
 	struct ct_noise texture; /* what was measured of it, if it was */
@@ -68,7 +68,7 @@ struct ct_operator {
 	struct ct_acquired scanner; /* what DICOM says, where it is used */
 	bool apart[3];              /* the two contradict each other: what was measured counts */
 	bool cubic[3];              /* axes to interpolate: factors below CT_SMALL */
-	double sure;                /* probability of by.decimate, if it is estimated */
+	double sure;                /* probability of operator.decimate, if it is estimated */
 };
 
 /* Was it estimated, at least in part? */

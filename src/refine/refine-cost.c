@@ -63,8 +63,8 @@ static bool pilot_of(size_t *n, const struct ct_refine *r, const struct ct_vol *
 {
 	const struct ct_upsample_rule rule = ct_refine_inversion(r);
 
-	return r->is.known && ct_slab_axis(&r->is.by, in->n) >= 0 && ct_pilot_size(n, in, &rule) &&
-	       (r->slabs > 1 || memcmp(n, in->n, sizeof in->n) != 0);
+	return r->scan.known && ct_slab_axis(&r->scan.operator, in->n) >= 0 &&
+	       ct_pilot_size(n, in, &rule) && (r->slabs > 1 || memcmp(n, in->n, sizeof in->n) != 0);
 }
 
 /* Voxels that are refined: what lies about slabs twice, and the pilot. */
@@ -74,7 +74,7 @@ static double work_of(const struct ct_refine *r, const struct ct_vol *in)
 	size_t n[3];
 
 	for (size_t k = 0; k < r->slabs; k++) {
-		const struct ct_slab s = ct_slab_at(&r->is.by, in->n, k, r->slabs);
+		const struct ct_slab s = ct_slab_at(&r->scan.operator, in->n, k, r->slabs);
 
 		all += plane * (double)(s.hi - s.lo) / (double)s.of;
 	}
@@ -94,7 +94,7 @@ static int inversion(double *cpu, const struct ct_refine *r, const struct ct_vol
 	size_t n[3];
 	int rc = -1;
 
-	if (cut(&piece, in, r->is.by.factor, PRIOR_PIECE, MIDDLE, e) ||
+	if (cut(&piece, in, r->scan.operator.factor, PRIOR_PIECE, MIDDLE, e) ||
 		try(&least, &small, &piece, &rule, env, e))
 		goto out;
 	iterations = (double)small.iterations;
@@ -103,7 +103,7 @@ static int inversion(double *cpu, const struct ct_refine *r, const struct ct_vol
 	ct_vol_free(&piece);
 	rule.tolerance = 0;
 	rule.iterations = 1;
-	if (cut(&piece, in, r->is.by.factor, SOLVER_PIECE, MIDDLE, e) ||
+	if (cut(&piece, in, r->scan.operator.factor, SOLVER_PIECE, MIDDLE, e) ||
 		try(&most, &large, &piece, &rule, env, e) || /* pages are touched first */
 		try(&once, &large, &piece, &rule, env, e))
 		goto out;
@@ -141,7 +141,7 @@ static int try_prior(double *cpu, const struct ct_vol *piece, const struct ct_re
 	const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_upsample_rule refine = {
-		.method = CT_UPSAMPLE_BSPLINE, .known = true, .by = r->is.by};
+		.method = CT_UPSAMPLE_BSPLINE, .known = true, .by = r->scan.operator};
 	struct ct_restore_report did;
 	struct ct_upsample_report up;
 	struct ct_vol x = {0};
@@ -184,8 +184,8 @@ static int find_uneven(struct ct_vol *piece, double *uneven, const struct ct_vol
 static int prior(double *cpu, const struct ct_refine *r, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e)
 {
-	const double *factor = r->is.by.factor, voxels = (double)ct_vol_count(in);
-	const size_t cells = patch_cells(r->rule.prior, &r->is.by);
+	const double *factor = r->scan.operator.factor, voxels = (double)ct_vol_count(in);
+	const size_t cells = patch_cells(r->rule.prior, &r->scan.operator);
 	struct ct_vol piece = {0};
 	double uneven, most, flat, share, each;
 	int rc = -1;
@@ -218,7 +218,7 @@ static int arssr(double *cpu, const struct ct_refine *r, const struct ct_vol *in
 	if (cut(&piece, in, (const double[]){1, 1, 1}, ARSSR_PIECE, MIDDLE, e))
 		goto out;
 	for (int a = 0; a < 3; a++) {
-		v.n[a] = ct_degrade_cover(piece.n[a], r->is.by.factor[a]);
+		v.n[a] = ct_degrade_cover(piece.n[a], r->scan.operator.factor[a]);
 		v.tiles[a] = 1;
 	}
 	v.in = &piece;

@@ -24,15 +24,15 @@ struct ct_upsample_rule ct_refine_inversion(const struct ct_refine *r)
 {
 	const struct ct_refine_rule *p = &r->rule;
 
-	return (struct ct_upsample_rule){.method = ct_operator_is_cubic(&r->is) ? CT_UPSAMPLE_CUBIC
-						   : r->textured                ? CT_UPSAMPLE_HTV
-						   : p->method == CT_REFINE_PRIOR
-							   ? CT_UPSAMPLE_AUTO
-							   : (enum ct_upsample)p->method,
-		.known = r->is.known,
-		.by = r->is.by,
-		.noise = r->is.noise,
-		.alike = r->is.alike,
+	return (struct ct_upsample_rule){
+		.method = ct_operator_is_cubic(&r->scan) ? CT_UPSAMPLE_CUBIC
+			  : r->textured                  ? CT_UPSAMPLE_HTV
+			  : p->method == CT_REFINE_PRIOR ? CT_UPSAMPLE_AUTO
+							 : (enum ct_upsample)p->method,
+		.known = r->scan.known,
+		.by = r->scan.operator,
+		.noise = r->scan.noise,
+		.alike = r->scan.alike,
 		.iterations = p->iterations,
 		.tolerance = p->tolerance,
 		.spread = r->spread,
@@ -83,9 +83,10 @@ static double volumes_of(const struct ct_refine *r, const struct ct_vol *in)
 /* Share of the CT that the widest of m slabs is, with what is about it. */
 static double widest_of(const struct ct_refine *r, const struct ct_vol *in, size_t m)
 {
-	const int axis = ct_slab_axis(&r->is.by, in->n);
+	const int axis = ct_slab_axis(&r->scan.operator, in->n);
 
-	return axis < 0 ? 1 : (double)ct_slab_widest(&r->is.by, in->n, m) / (double)in->n[axis];
+	return axis < 0 ? 1
+			: (double)ct_slab_widest(&r->scan.operator, in->n, m) / (double)in->n[axis];
 }
 
 /* Bytes in m slabs: volumes, and the work of the largest slab; or those of what is tried before
@@ -94,23 +95,24 @@ static int need_in_slabs(double *bytes, const struct ct_refine *r, const struct 
 	size_t m, struct ct_err *e)
 {
 	const double share = widest_of(r, in, m);
-	const int axis = ct_slab_axis(&r->is.by, in->n);
+	const int axis = ct_slab_axis(&r->scan.operator, in->n);
 	size_t n[3] = {r->n[0], r->n[1], r->n[2]};
 	struct ct_refine own = *r; /* of a part */
 	double part;
 
 	if (m > 1)
-		n[axis] = (size_t)nearbyint(share * (double)in->n[axis] * r->is.by.factor[axis]);
+		n[axis] = (size_t)nearbyint(
+			share * (double)in->n[axis] * r->scan.operator.factor[axis]);
 	if (need_of(bytes, r, n, share * (double)ct_vol_count(in), e))
 		return -1;
 	*bytes += m > 1 ? volumes_of(r, in) : 0;
-	for (int k = 0; ct_rehearsal_part(n, &own.is.by, r, in, k); k++) {
-		own.restore.by = own.is.by;
+	for (int k = 0; ct_rehearsal_part(n, &own.scan.operator, r, in, k); k++) {
+		own.restore.by = own.scan.operator;
 		if (need_of(&part, &own, n, voxels(n), e))
 			return -1;
 		*bytes = fmax(*bytes, part + 8 * voxels(n) + 4 * (double)ct_vol_count(in));
 	}
-	if (ct_operator_is_estimated(&r->is)) /* damp.h */
+	if (ct_operator_is_estimated(&r->scan)) /* damp.h */
 		*bytes = fmax(*bytes, volumes_of(r, in) + 4 * (double)ct_vol_count(in));
 	*bytes += CT_MEMORY_BASE + r->before;
 	return 0;
@@ -124,7 +126,7 @@ static int choose_slabs(struct ct_refine *r, const struct ct_vol *in, struct ct_
 	const double most = given > 0 ? given : ct_memory_most(free);
 	const double spare = given > 0 ? CT_MEMORY_SPARE : 0, volumes = volumes_of(r, in);
 	const double each = (most - volumes - CT_MEMORY_BASE) / (1 + spare); /* of a slab */
-	const size_t can = r->is.known ? ct_slab_most(&r->is.by, in->n) : 0;
+	const size_t can = r->scan.known ? ct_slab_most(&r->scan.operator, in->n) : 0;
 	double need;
 
 	r->slabs = 1;
@@ -147,10 +149,10 @@ static int choose_slabs(struct ct_refine *r, const struct ct_vol *in, struct ct_
 	return ct_fail(e, CT_ENOMEM,
 		"takes %.0f MiB of memory%s, and %.0f MiB are %s: refine it less, or a part of it",
 		ceil(need / MIB),
-		can > 0        ? " in slabs"
-		: !r->is.known ? ", as a CT of unknown blur and sampling is not cut into slabs"
-			       : " as a whole, which band-limited sampling (sinc) or a wide blur "
-				 "along all axes asks",
+		can > 0          ? " in slabs"
+		: !r->scan.known ? ", as a CT of unknown blur and sampling is not cut into slabs"
+				 : " as a whole, which band-limited sampling (sinc) or a wide blur "
+				   "along all axes asks",
 		floor(most / MIB), given > 0 ? "given" : "free");
 }
 
@@ -180,20 +182,20 @@ static int plan_prior(struct ct_refine *r, const struct ct_vol *in, struct ct_er
 {
 	const struct ct_refine_rule *p = &r->rule;
 	const bool weighted = !isnan(p->weight);
-	const double *x = r->is.by.factor;
+	const double *x = r->scan.operator.factor;
 	bool little, can[3];
 	size_t cell;
 	int last = 2;
 
-	r->restore = (struct ct_restore_rule){.by = r->is.by, .noise = r->is.noise};
-	if (ct_operator_is_cubic(&r->is))
+	r->restore = (struct ct_restore_rule){.by = r->scan.operator, .noise = r->scan.noise };
+	if (ct_operator_is_cubic(&r->scan))
 		return leave(r, e,
 			"factors below %g are only interpolated (cubic) where the operator of the scan "
 			"is not known (pass --sigma)",
 			CT_SMALL);
-	if (!r->is.known)
+	if (!r->scan.known)
 		return leave(r, e, "its edges do not show how it was made (pass --sigma)");
-	cell = ct_slice_prior_knows(can, p->prior, &r->is.by, false);
+	cell = ct_slice_prior_knows(can, p->prior, &r->scan.operator, false);
 	if (cell == 0 && weighted)
 		return ct_fail(e, CT_EGEOM, "the prior has no network for factors %g,%g,%g", x[0],
 			x[1], x[2]);
@@ -212,7 +214,7 @@ static int plan_prior(struct ct_refine *r, const struct ct_vol *in, struct ct_er
 		last--;
 	for (int a = 0; a < 3; a++)
 		r->restore.axes[a] = !p->one_axis || a == last;
-	r->restore.passes = p->one_axis ? 1 : ct_slice_prior_passes(p->prior, &r->is.by);
+	r->restore.passes = p->one_axis ? 1 : ct_slice_prior_passes(p->prior, &r->scan.operator);
 	if (!isnan(p->least))
 		r->restore.least = p->least;
 	r->restore.weight = weighted ? p->weight : 1;
@@ -232,7 +234,7 @@ static int check_start(const struct ct_refine *r, const struct ct_vol *in, struc
 
 	if (!r->rule.start)
 		return 0;
-	ct_degrade_refine(want.affine, in->affine, in->n, r->is.by.factor);
+	ct_degrade_refine(want.affine, in->affine, in->n, r->scan.operator.factor);
 	return ct_vol_same_grid(&want, r->rule.start, e) ? ct_blame(e, "the volume to start from")
 							 : 0;
 }
@@ -255,9 +257,9 @@ static int choose_method(
 	r->method = choice.method;
 	r->aliasing = choice.aliasing;
 	if (!r->inverts || r->method != CT_UPSAMPLE_TV || method == CT_UPSAMPLE_TV ||
-		r->is.noise > QUIET)
+		r->scan.noise > QUIET)
 		return 0;
-	if (ct_trial_gain(&gain, in, &r->is.by, env, e))
+	if (ct_trial_gain(&gain, in, &r->scan.operator, env, e))
 		return -1;
 	r->loss = -gain;
 	if (gain >= -CT_TRIAL_LOSS)
@@ -279,7 +281,7 @@ static int plan_arssr(
 
 	*v = (struct ct_arssr_volume){.net = r->rule.arssr, .in = in};
 	for (int a = 0; a < 3; a++) {
-		const double factor = r->is.by.factor[a], whole = (double)in->n[a] * factor;
+		const double factor = r->scan.operator.factor[a], whole = (double)in->n[a] * factor;
 
 		v->n[a] = r->n[a];
 		v->step[a] = 1 / factor;
@@ -299,7 +301,7 @@ static int plan_arssr(
 void ct_refine_times(double times[static 3], const struct ct_refine *r)
 {
 	for (int a = 0; a < 3; a++)
-		times[a] = r->first[a] * r->is.by.factor[a];
+		times[a] = r->first[a] * r->scan.operator.factor[a];
 }
 
 int ct_refine_first(struct ct_vol *mid, const struct ct_vol **use, const struct ct_refine *r,
@@ -322,13 +324,13 @@ int ct_refine_first(struct ct_vol *mid, const struct ct_vol **use, const struct 
 /* Of axes to interpolate beside others to invert: they come first. */
 static void split_factor(struct ct_refine *r, const struct ct_vol *in)
 {
-	const bool all = ct_operator_is_cubic(&r->is);
+	const bool all = ct_operator_is_cubic(&r->scan);
 
 	for (int a = 0; a < 3; a++)
-		if (r->is.cubic[a] && !all) {
-			r->first[a] = r->is.by.factor[a];
-			r->is.by.factor[a] = 1;
-			r->is.by.sigma[a] = 0;
+		if (r->scan.cubic[a] && !all) {
+			r->first[a] = r->scan.operator.factor[a];
+			r->scan.operator.factor[a] = 1;
+			r->scan.operator.sigma[a] = 0;
 			r->before = 4 * (double)ct_vol_count(in);
 		}
 }
@@ -339,7 +341,7 @@ static int plan(
 	const struct ct_refine_rule *rule = &r->rule;
 
 	for (int a = 0; a < 3; a++)
-		r->n[a] = ct_degrade_cover(in->n[a], r->is.by.factor[a]);
+		r->n[a] = ct_degrade_cover(in->n[a], r->scan.operator.factor[a]);
 	if (check_start(r, in, e))
 		return -1;
 	if (rule->method == CT_REFINE_ARSSR)
@@ -368,17 +370,17 @@ int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const
 		.residual = (double)NAN,
 		.first = {1, 1, 1}};
 	if (ct_meta_need_hu(&in->meta, true, e) ||
-		ct_operator_find(&r->is, &rule->said, iterates(rule->method), in, env, e))
+		ct_operator_find(&r->scan, &rule->said, iterates(rule->method), in, env, e))
 		return -1;
-	if ((prior || rule->error) && !r->is.known && !rule->said.estimate)
+	if ((prior || rule->error) && !r->scan.known && !rule->said.estimate)
 		return ct_fail(e, CT_EUSAGE,
 			"holds no operator (how it was reduced): pass --sigma or --estimate");
-	if (rule->error && ct_operator_is_cubic(&r->is))
+	if (rule->error && ct_operator_is_cubic(&r->scan))
 		return ct_fail(e, CT_EINPUT,
 			"factors below %g are only interpolated (cubic) where the operator of the scan "
 			"is not known, and have no predicted error: pass --sigma",
 			CT_SMALL);
-	if (rule->error && !r->is.known)
+	if (rule->error && !r->scan.known)
 		return ct_fail(e, CT_EINPUT,
 			"its edges do not show how it was made, which the predicted error needs: "
 			"pass --sigma");
@@ -397,13 +399,15 @@ const char *ct_refine_name(const struct ct_refine *r, bool did)
 
 const char *ct_refine_why(const struct ct_refine *r)
 {
-	if (ct_operator_is_cubic(&r->is))
+	if (ct_operator_is_cubic(&r->scan))
 		return "factors too small to invert";
-	if (!r->is.known)
+	if (!r->scan.known)
 		return "operator not known";
 	if (r->textured)
 		return "texture";
 	if (!(r->aliasing > CT_UPSAMPLE_ALIAS))
-		return r->is.by.decimate == CT_DECIMATE_SINC ? "band-limited" : "not aliased";
-	return r->is.by.decimate == CT_DECIMATE_POINT ? "point-sampled, aliased" : "aliased";
+		return r->scan.operator.decimate == CT_DECIMATE_SINC ? "band-limited"
+								     : "not aliased";
+	return r->scan.operator.decimate == CT_DECIMATE_POINT ? "point-sampled, aliased"
+							      : "aliased";
 }

@@ -54,7 +54,7 @@ struct ct_refine_rule {
 
 struct ct_refine {
 	struct ct_refine_rule rule;
-	struct ct_operator is;
+	struct ct_operator scan;
 	enum ct_upsample method; /* of the inversion, or interpolation */
 	bool inverts;            /* not so if the prior adds to what is given */
 	double aliasing;         /* NaN if the operator is not known */

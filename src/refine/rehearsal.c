@@ -60,7 +60,7 @@ static bool is_twice(const struct ct_degrade *by)
 bool ct_rehearsal_part(size_t n[3], struct ct_degrade *own, const struct ct_refine *r,
 	const struct ct_vol *in, int k)
 {
-	const struct ct_degrade *by = &r->is.by;
+	const struct ct_degrade *by = &r->scan.operator;
 	const int a = refined_axis(by);
 
 	if (!r->adds || k >= (a < 0 ? 1 : 2) || (a < 0 && !is_twice(by)))
@@ -114,7 +114,7 @@ static int cut(struct ct_vol *part, const struct ct_vol *in, const size_t n[3], 
 static int try(struct sums *s, const struct ct_refine *r, const struct ct_vol *in,
 	const size_t n[3], const struct ct_degrade *own, const struct ct_env *env, struct ct_err *e)
 {
-	const int a = refined_axis(&r->is.by), b = refined_axis(own);
+	const int a = refined_axis(&r->scan.operator), b = refined_axis(own);
 	const size_t voxels = n[0] * n[1] * n[2];
 	struct ct_upsample_rule inversion = ct_refine_inversion(r);
 	struct ct_restore_rule rule = r->restore;
@@ -133,7 +133,7 @@ static int try(struct sums *s, const struct ct_refine *r, const struct ct_vol *i
 		rule.axes[b] = r->restore.axes[a];
 	}
 	if (cut(&part, in, n, e) ||
-		ct_degrade_volume(&coarse, &part, own, r->is.noise, env->seed, env->par, e) ||
+		ct_degrade_volume(&coarse, &part, own, r->scan.noise, env->seed, env->par, e) ||
 		ct_upsample(&made, &coarse, &inversion, &up, env, e) ||
 		ct_alloc(&base, voxels, sizeof *base, e) ||
 		ct_alloc(&error, voxels, sizeof *error, e))
@@ -141,7 +141,7 @@ static int try(struct sums *s, const struct ct_refine *r, const struct ct_vol *i
 	memcpy(base, made.data, voxels * sizeof *base);
 	if (ct_restore(&made, error, &coarse, r->rule.prior, &rule, &did, env, e))
 		goto out;
-	add(s, &part, base, made.data, error, r->is.noise);
+	add(s, &part, base, made.data, error, r->scan.noise);
 	rc = 0;
 out:
 	ct_vol_free(&part);
@@ -188,7 +188,7 @@ int ct_rehearsal_run(struct ct_rehearsal *t, const struct ct_refine *r, const st
 
 static int axes_of(const struct ct_refine *r)
 {
-	const double *x = r->is.by.factor;
+	const double *x = r->scan.operator.factor;
 
 	return (x[0] > 1) + (x[1] > 1) + (x[2] > 1);
 }
@@ -201,12 +201,12 @@ static bool is_open(const struct ct_refine *r)
 
 static bool loss_tells(const struct ct_refine *r)
 {
-	return r->textured && axes_of(r) > 1 && r->is.by.decimate == CT_DECIMATE_SINC;
+	return r->textured && axes_of(r) > 1 && r->scan.operator.decimate == CT_DECIMATE_SINC;
 }
 
 bool ct_rehearsal_weighs(const struct ct_refine *r)
 {
-	const bool said = r->is.from == CT_BY_FILE || r->is.from == CT_BY_CALLER;
+	const bool said = r->scan.from == CT_BY_FILE || r->scan.from == CT_BY_CALLER;
 
 	return is_open(r) && (r->textured ? !loss_tells(r) : axes_of(r) > 1 && said);
 }
@@ -214,7 +214,7 @@ bool ct_rehearsal_weighs(const struct ct_refine *r)
 int ct_rehearsal_weigh(
 	struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
 {
-	const double *x = r->is.by.factor, most = fmax(x[0], fmax(x[1], x[2]));
+	const double *x = r->scan.operator.factor, most = fmax(x[0], fmax(x[1], x[2]));
 	struct ct_rehearsal its = {0};
 	double less;
 

@@ -80,7 +80,7 @@ static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	if (r->adds && add_prior(r, out, error ? error->data : NULL, in, env, e))
 		return -1;
 	if (error && !r->adds &&
-		ct_expected_error(error->data, out, &r->is.by, r->is.noise, env, e))
+		ct_expected_error(error->data, out, &r->scan.operator, r->scan.noise, env, e))
 		return -1;
 	if (!isnan(r->did.residual))
 		r->residual =
@@ -93,7 +93,7 @@ static int one_slab(struct ct_refine *r, struct ct_vol *out, struct ct_vol *erro
 	const struct ct_vol *in, size_t k, struct ct_pilot *pilot, const struct ct_env *env,
 	struct ct_err *e)
 {
-	const struct ct_slab s = ct_slab_at(&r->is.by, in->n, k, r->slabs);
+	const struct ct_slab s = ct_slab_at(&r->scan.operator, in->n, k, r->slabs);
 	struct ct_env_part of = {env, "slab", k, r->slabs};
 	struct ct_vol part = {0}, start = {0}, made = {0}, its = {0};
 	struct ct_env own;
@@ -124,7 +124,7 @@ static int begin(
 	if (ct_vol_alloc(out, r->n, e) || ct_meta_copy(&out->meta, &in->meta, e) ||
 		ct_meta_set(&out->meta, CT_META_UPSAMPLE, ct_refine_name(r, false), e))
 		return -1;
-	ct_degrade_refine(out->affine, in->affine, in->n, r->is.by.factor);
+	ct_degrade_refine(out->affine, in->affine, in->n, r->scan.operator.factor);
 	return 0;
 }
 
@@ -142,7 +142,7 @@ static int in_slabs(struct ct_refine *r, struct ct_vol *out, struct ct_vol *erro
 void ct_refine_assumed(
 	char to[static CT_ASSUMED_WORDS], const struct ct_refine *r, const double spacing[static 3])
 {
-	ct_assumed_words(to, &r->is, spacing);
+	ct_assumed_words(to, &r->scan, spacing);
 	ct_damped_words(to, CT_ASSUMED_WORDS, &r->damped);
 }
 
@@ -150,11 +150,11 @@ void ct_refine_assumed(
 static int describe(
 	const struct ct_refine *r, struct ct_vol *out, const struct ct_vol *in, struct ct_err *e)
 {
-	const bool knows = r->is.known || r->rule.said.estimate;
+	const bool knows = r->scan.known || r->rule.said.estimate;
 	const bool noisy =
-		r->is.noise > 0 && (r->rule.method == CT_REFINE_PRIOR || r->did.iterations > 0);
+		r->scan.noise > 0 && (r->rule.method == CT_REFINE_PRIOR || r->did.iterations > 0);
 	char assumed[CT_ASSUMED_WORDS];
-	struct ct_degrade by = r->is.by;
+	struct ct_degrade by = r->scan.operator;
 	double mm[3];
 
 	ct_refine_times(by.factor, r);
@@ -167,7 +167,7 @@ static int describe(
 		return -1;
 	if (r->adds && ct_meta_set(&out->meta, CT_META_UPSAMPLE, "prior", e))
 		return -1;
-	return noisy ? ct_meta_setf(&out->meta, e, CT_META_NOISE, "%.9g", r->is.noise) : 0;
+	return noisy ? ct_meta_setf(&out->meta, e, CT_META_NOISE, "%.9g", r->scan.noise) : 0;
 }
 
 static int run_arssr(struct ct_refine *r, struct ct_vol *out, const struct ct_vol *in,
@@ -191,15 +191,15 @@ static int damp(struct ct_refine *r, struct ct_vol *out, const struct ct_vol *in
 				     (method >= CT_UPSAMPLE_DC && method < CT_UPSAMPLE_METHODS));
 	double left;
 
-	if (inverts && r->is.from == CT_BY_CALLER && ct_damp_left(&left, out, in) > 1)
+	if (inverts && r->scan.from == CT_BY_CALLER && ct_damp_left(&left, out, in) > 1)
 		ct_log(env, CT_WARN,
 			"the result leaves the range of the scan by %.0f HU, more than all of it: "
 			"the operator that was given is too wide, or there is noise that --noise "
 			"would say",
 			left);
-	if (!inverts || !r->rule.said.estimate || !ct_operator_is_estimated(&r->is))
+	if (!inverts || !r->rule.said.estimate || !ct_operator_is_estimated(&r->scan))
 		return 0;
-	if (ct_damp(&r->damped, out, in, r->is.by.factor, env->par, e))
+	if (ct_damp(&r->damped, out, in, r->scan.operator.factor, env->par, e))
 		return -1;
 	if (!(r->damped.share > 0))
 		return 0;
@@ -207,9 +207,9 @@ static int damp(struct ct_refine *r, struct ct_vol *out, const struct ct_vol *in
 		"the result left the range of the scan by %.0f HU: %.2g %% of the voxels are "
 		"blended with cubic",
 		r->damped.most, 100 * r->damped.share);
-	if (r->slabs > 1 || !r->is.known)
+	if (r->slabs > 1 || !r->scan.known)
 		return 0;
-	if (ct_upsample_settle(out, in, &r->is.by, (double)INFINITY, &r->residual, env, e))
+	if (ct_upsample_settle(out, in, &r->scan.operator,(double) INFINITY, &r->residual, env, e))
 		return -1;
 	r->did.residual = r->residual;
 	return 0;
@@ -222,7 +222,7 @@ static int run_inverted(struct ct_refine *r, struct ct_vol *out, struct ct_vol *
 	struct ct_pilot pilot = {0};
 	int rc = -1;
 
-	if (r->inverts && r->is.known && ct_slab_axis(&r->is.by, in->n) >= 0 &&
+	if (r->inverts && r->scan.known && ct_slab_axis(&r->scan.operator, in->n) >= 0 &&
 		ct_pilot_run(&pilot, in, &rule, r->slabs > 1, env, e))
 		goto out;
 	rc = r->rule.method == CT_REFINE_ARSSR ? run_arssr(r, out, in, env, e)
@@ -293,7 +293,7 @@ static int say_error(struct ct_rehearsal *its, const struct ct_refine *r, const 
 int ct_refine_run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
 {
-	const bool inverts = r->inverts && r->is.known && r->method >= CT_UPSAMPLE_DC;
+	const bool inverts = r->inverts && r->scan.known && r->method >= CT_UPSAMPLE_DC;
 	struct ct_rehearsal its = {0, 1, 1};
 	struct ct_padding p = {0};
 	int rc;

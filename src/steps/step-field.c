@@ -34,11 +34,12 @@ static int find_grids(struct ct_step_field *p, const struct ct_step_field_data *
 	const struct ct_vol *lr = d->lr;
 
 	memcpy(said.factor, p->rule.factor, sizeof said.factor);
-	if (ct_operator_find(&p->is, &said, false, lr, env, e))
+	if (ct_operator_find(&p->scan, &said, false, lr, env, e))
 		return ct_blame(e, p->rule.in);
 	for (int a = 0; a < 3; a++)
-		p->fine.n[a] = ct_degrade_cover(lr->n[a], p->is.by.factor[a]);
-	ct_degrade_refine(p->fine.affine, (const double(*)[4])lr->affine, lr->n, p->is.by.factor);
+		p->fine.n[a] = ct_degrade_cover(lr->n[a], p->scan.operator.factor[a]);
+	ct_degrade_refine(
+		p->fine.affine, (const double(*)[4])lr->affine, lr->n, p->scan.operator.factor);
 	p->grid = p->fine;
 	if (!d->like)
 		return 0;
@@ -161,11 +162,11 @@ int ct_step_field_plan(struct ct_step_field *p, const struct ct_step_field_rule 
 	p->data.lr = d->lr;
 	p->data.rays = d->rays;
 	p->data.fine = &p->fine;
-	p->data.by = &p->is.by;
+	p->data.by = &p->scan.operator;
 	ct_field_data_box(&p->data, &p->fine);
 	if (ct_field_rule_check(&p->how, e))
 		return -1;
-	return p->how.samples.kind != CT_SAMPLES_PROFILE || p->is.known
+	return p->how.samples.kind != CT_SAMPLES_PROFILE || p->scan.known
 		       ? 0
 		       : ct_fail(e, CT_EINPUT,
 				 "%s: does not say how it was made (key \"sigma\" of ct-degrade): "
@@ -185,7 +186,8 @@ int ct_step_field_volume(struct ct_vol *out, const struct ct_field_fit *f,
 	return ct_meta_copy(&out->meta, &p->data.lr->meta, e) ||
 			       ct_window_put(&out->meta, p->window, e) ||
 			       ct_window_volume(out, false, p->window, e) ||
-			       (p->is.known && ct_degrade_put(&out->meta, &p->is.by, e)) ||
+			       (p->scan.known &&
+				       ct_degrade_put(&out->meta, &p->scan.operator, e)) ||
 			       ct_meta_set(&out->meta, CT_META_UPSAMPLE, "field", e)
 		       ? -1
 		       : 0;

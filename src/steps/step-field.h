@@ -61,7 +61,7 @@ struct ct_step_field {
 	struct ct_step_field_rule rule;
 	struct ct_field_rule how;
 	struct ct_field_data data; /* borrowed, and of this struct, which stays where it is */
-	struct ct_operator is;     /* of the CT */
+	struct ct_operator scan;   /* of the CT */
 	struct ct_vol fine,
 		grid; /* size and affine of the refined CT or of the scan; of the result */
 	double window[2];

@@ -269,9 +269,9 @@ static void put_operator(FILE *f, const struct ct_operator *is)
 {
 	if (is->known) {
 		fputs("; blur ", f);
-		put_three(f, is->by.sigma);
-		fprintf(f, " voxels, %s%s (%s)", CT_WORD(CT_DECIMATE_LIST, is->by.decimate),
-			is->by.profile.n ? ", with a slice profile" : "",
+		put_three(f, is->operator.sigma);
+		fprintf(f, " voxels, %s%s (%s)", CT_WORD(CT_DECIMATE_LIST, is->operator.decimate),
+			is->operator.profile.n ? ", with a slice profile" : "",
 			CT_WORD(CT_SOURCE_LIST, is->from));
 	} else
 		fputs("; blur not known", f);
@@ -297,7 +297,7 @@ static void put_method(FILE *f, const struct ct_refine *r)
 static void say_assumed(
 	const struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env)
 {
-	const struct ct_operator *is = &r->is;
+	const struct ct_operator *is = &r->scan;
 	char words[CT_ASSUMED_WORDS];
 	double mm[3];
 
@@ -306,7 +306,7 @@ static void say_assumed(
 	if (*words)
 		ct_log(env, CT_TOLD, "assumed: %s; %s", words,
 			ct_slice_profile_is_alone(
-				is->by.factor, ct_slice_profile_axis(is->by.factor))
+				is->operator.factor, ct_slice_profile_axis(is->operator.factor))
 				? "--slice-thickness or --profile says it better"
 				: "--sigma and --decimate say it better");
 	else if (!is->known)
@@ -336,7 +336,7 @@ static void say(const struct ct_refine *r, const struct ct_vol *in, double secon
 	ct_refine_times(times, r);
 	put_three(stderr, times);
 	fputs(" times", stderr);
-	put_operator(stderr, &r->is);
+	put_operator(stderr, &r->scan);
 	put_method(stderr, r);
 	fprintf(stderr, "; %.*f s, %.0f MiB\n", seconds < 10, seconds,
 		ceil(ct_memory_held() / 0x1p20));
@@ -352,7 +352,8 @@ static int refine(struct files *f, const struct ct_env *env, struct ct_err *e)
 		return -1;
 	if (ct_refine_plan(&r, &rule, &f->in, env, e))
 		return ct_blame(e, f->p->in);
-	if (r.is.by.factor[0] == 1 && r.is.by.factor[1] == 1 && r.is.by.factor[2] == 1)
+	if (r.scan.operator.factor[0] == 1 && r.scan.operator.factor[1] == 1 && r.scan.
+		operator.factor[2] == 1)
 		return ct_fail(e, CT_EUSAGE, "%s: a factor of 1 refines nothing", f->p->in);
 	if (ahead_tell(&r, &f->in, f->p->in, f->p->out, f->p->confidence, env, e))
 		return -1;

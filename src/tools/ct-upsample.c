@@ -147,7 +147,7 @@ static int check_modes(const struct ct_refine *r, const struct params *p, const 
 {
 	struct params now = *p;
 
-	if (p->rule.method != CT_UPSAMPLE_AUTO || r->is.known || p->estimate)
+	if (p->rule.method != CT_UPSAMPLE_AUTO || r->scan.known || p->estimate)
 		return 0;
 	now.rule.method = CT_UPSAMPLE_BSPLINE;
 	return ct_modes_check(&env->command->given, &now, e) ? ct_blame(e, p->in) : 0;
