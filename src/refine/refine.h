@@ -61,7 +61,7 @@ struct ct_refine {
 	double loss;             /* of TV on a part of the CT, dB (trial.h); NaN: not asked */
 	bool textured;           /* so TV does not suit it: auto takes HTV */
 	double first[3];         /* the CT is first interpolated (cubic) so many times finer; then
-				  * is.by makes that of the result */
+				  * scan.operator makes that of the result */
 	double before;           /* bytes of the CT beside that, or 0 */
 	size_t n[3];             /* voxels of the result */
 	bool adds;               /* the prior does */
