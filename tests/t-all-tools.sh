@@ -28,7 +28,7 @@ for t in $CT_TOOLS; do
 	fi
 done
 # a library that is not linked need not be there: who asks for volumes reads no other format
-for t in ct-degrade ct-metrics; do
+for t in ct-degrade; do
 	if command -v ldd >/dev/null; then
 		! ldd "$(command -v $t)" | grep -qE 'OpenEXR|deflate'; ok $? "$t links no library of EXR"
 	else

@@ -32,7 +32,7 @@ static const struct ct_opt opts[] = {
 		"may be left out"),
 	CT_ARG_MAYBE(second, CT_READS, "TEST",
 		"the CT or projections to judge, on the same grid or of the same geometry, or -"),
-	CT_ARG_MAYBE(more, CT_READS, "REF TEST", "further pairs, with --csv: a line each"),
+	CT_ARG_MAYBE(more, CT_READS, "PAIR", "further REF and TEST, with --csv: a line each"),
 	CT_TEXT(window, 'w', "window", "LO:HI",
 		"clip both volumes to LO:HI HU for PSNR and SSIM (default: -512:3071)",
 		CT_WHEN(CT_IF(second), CT_UNLESS(rule.range))),
