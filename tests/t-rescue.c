@@ -65,7 +65,8 @@ static void test_rights(void)
 
 int main(void)
 {
-	const struct ct_env env = {.tool = "ct-test"};
+	const struct ct_command command = {0};
+	const struct ct_env env = {.tool = "ct-test", .command = &command};
 	const float work = 42;
 	char root[] = "/tmp/t-rescue.XXXXXX", pattern[200];
 	struct ct_resume r = {0};

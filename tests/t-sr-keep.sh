@@ -46,6 +46,9 @@ sed '1s/ct-sr [^:]*/ct-sr 0.0.0/' k/run.state >old && ! cmp -s old k/run.state &
 exits 0 'what another version kept is made again' "$@" in.nii sr.nii
 grep -q 'steps were done' err; [ $? -eq 1 ]; ok $? 'nothing that another version kept is left out'
 alone sr.nii 'the result after another version is right'
+mkdir foreign && echo mine >foreign/lr.nii
+exits 4 'a folder with a volume that no run made is refused' ct-sr -q -x 2 --paper --expert views=2,iterations=2,gaussians=20 --keep foreign in.nii other.nii
+[ "$(ls foreign)" = lr.nii ] && [ "$(cat foreign/lr.nii)" = mine ]; ok $? 'a folder that is refused stays as it is'
 cp k/run.state whole; printf 'junk' >k/run.state
 exits 4 'a state that no run wrote is refused' "$@" in.nii sr.nii
 has err 'k/run.state: exists, and no run in this folder made it' 'the error of a state that no run wrote names it'

@@ -45,6 +45,7 @@ static int take_lock(struct ct_kept *k, struct ct_err *e)
 
 	if (!path)
 		return no_memory(e);
+	k->fresh = access(path, F_OK) != 0;
 	k->lock = open(path, O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600);
 	if (k->lock < 0)
 		rc = ct_fail_errno(e, CT_EOUTPUT, path);
@@ -127,27 +128,28 @@ bool ct_kept_owns(const struct ct_kept *k, const char *output)
 	return false;
 }
 
-static int refuse(const char *foreign, struct ct_err *e)
+static int refuse(struct ct_kept *k, const char *foreign, struct ct_err *e)
 {
+	k->refused = true;
 	return ct_fail(e, CT_EOUTPUT,
 		"%s: exists, and no run in this folder made it; name another folder, or --force "
 		"overwrites it",
 		foreign);
 }
 
-int ct_kept_check(const struct ct_kept *k, size_t n, const char *const *outputs,
-	const struct ct_env *env, struct ct_err *e)
+int ct_kept_check(struct ct_kept *k, size_t n, const char *const *outputs, const struct ct_env *env,
+	struct ct_err *e)
 {
 	const size_t len = strlen(k->folder);
 	char *state = ct_kept_path(k, STATE);
 	int rc = !state                                    ? no_memory(e)
-		 : k->foreign && !ct_io_rule_of(env).force ? refuse(state, e)
+		 : k->foreign && !ct_io_rule_of(env).force ? refuse(k, state, e)
 							   : 0;
 
 	for (size_t i = 0; i < n && rc == 0 && !ct_io_rule_of(env).force; i++)
 		if (strncmp(outputs[i], k->folder, len) == 0 && outputs[i][len] == '/' &&
 			access(outputs[i], F_OK) == 0 && !ct_kept_owns(k, outputs[i]))
-			rc = refuse(outputs[i], e);
+			rc = refuse(k, outputs[i], e);
 	free(state);
 	return rc;
 }
@@ -220,7 +222,7 @@ int ct_kept_script(
 			"%s: was edited, and stays as it is: this run may not be what it does",
 			path);
 	else if (rc == 0 && !ours && !ct_io_rule_of(env).force)
-		rc = refuse(path, e);
+		rc = refuse(k, path, e);
 	else if (rc == 0) {
 		if (!as_it_is)
 			rc = ct_out_open(&o, path, &own, e) || ct_put(&o, text, n, e) ||
@@ -237,6 +239,11 @@ int ct_kept_script(
 
 void ct_kept_close(struct ct_kept *k)
 {
+	char *path = k->lock >= 0 && k->fresh && k->refused ? ct_kept_path(k, "lock") : NULL;
+
+	if (path) /* a folder that was refused stays as it was */
+		unlink(path);
+	free(path);
 	if (k->lock >= 0)
 		close(k->lock);
 	free(k->folder);

@@ -23,6 +23,7 @@ enum ct_kept_done { CT_KEPT_NOTHING, CT_KEPT_BEGUN, CT_KEPT_DONE };
 struct ct_kept {
 	char *folder; /* owned */
 	int lock;
+	bool fresh, refused; /* this run made the lock; what is there is of no run */
 	const char *tool;    /* of the run; borrowed */
 	bool other, foreign; /* run.state is of another version; it is no such file */
 	struct ct_kept_step step[CT_KEPT_STEPS], script;
@@ -34,8 +35,8 @@ int ct_kept_open(struct ct_kept *k, const char *folder, const struct ct_env *env
 char *ct_kept_path(const struct ct_kept *k, const char *name);
 /* CT_EOUTPUT naming it, unless it is forced, if one of these outputs, or run.state, is a file in
  * the folder that no run in it made. */
-int ct_kept_check(const struct ct_kept *k, size_t n, const char *const *outputs,
-	const struct ct_env *env, struct ct_err *e);
+int ct_kept_check(struct ct_kept *k, size_t n, const char *const *outputs, const struct ct_env *env,
+	struct ct_err *e);
 /* Has a run in this folder begun to make `output`, under that name? */
 bool ct_kept_owns(const struct ct_kept *k, const char *output);
 /* What of step i, which makes `output`, was done, with this key; that output holds `content` now.
