@@ -52,6 +52,27 @@ static void test_places(void)
 	OK(!v.data && v.n[0] == 0, "nothing is left");
 }
 
+/* Turned by 30 degrees about x, then 90 about z: (x, y, z) goes to (-c y + s z, x, s y + c z). */
+static void test_turned(void)
+{
+	const double c = sqrt(0.75), s = 0.5;
+	const double want[3][3] = {{0, -c, s}, {1, 0, 0}, {0, s, c}};
+	double before[3], after[3], off = 0;
+	struct ct_vol v = {0};
+
+	must(ct_vol_alloc(&v, (const size_t[3]){8, 6, 4}, &err));
+	ct_vol_centre(&v, before);
+	ct_vol_rotate(&v, (const double[3]){30, 0, 90});
+	ct_vol_centre(&v, after);
+	for (int i = 0; i < 9; i++)
+		off = fmax(off, fabs(v.affine[i / 3][i % 3] - want[i / 3][i % 3]));
+	OK(off < 1e-12, "a volume is turned by degrees, about x before z");
+	for (int a = 0; a < 3; a++)
+		off = fmax(off, fabs(after[a] - before[a]));
+	OK(off < 1e-12, "a volume is turned about its centre");
+	ct_vol_free(&v);
+}
+
 static bool refused(const struct ct_vol *v, const char *word)
 {
 	return ct_vol_check_grid(v, &err) < 0 && err.code == CT_EGEOM && strstr(err.msg, word);
@@ -456,6 +477,7 @@ static void test_gauss(void)
 int main(void)
 {
 	test_places();
+	test_turned();
 	test_grid();
 	test_same_grid();
 	test_finite();

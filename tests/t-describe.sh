@@ -7,6 +7,9 @@ for t in $CT_TOOLS; do
 	exits 0 "$t --describe" py described "$t"
 	exits 0 "$t --xml" py form "$t"
 done
+ct-sr --describe | python3 -c 'import json, sys
+sys.exit([o["ends"] for o in json.load(sys.stdin)["options"] if o["name"] == "report"] != [[{"names": ["html"]}]])'
+ok $? 'an output of one kind tells how its name ends'
 ct-phantom -q --size 16x16x16 --spacing 2 ellipsoids hr.nii && ct-degrade -q -x 2 hr.nii lr.nii
 ct-convert -q lr.nii lr.nrrd
 slicer() { exits 0 "as Slicer runs $1" env SLICER_HOME=/ sh -c "$(py slicer "$@")"; }
