@@ -67,6 +67,7 @@ static void test_turned(void)
 	for (int i = 0; i < 9; i++)
 		off = fmax(off, fabs(v.affine[i / 3][i % 3] - want[i / 3][i % 3]));
 	OK(off < 1e-12, "a volume is turned by degrees, about x before z");
+	off = 0;
 	for (int a = 0; a < 3; a++)
 		off = fmax(off, fabs(after[a] - before[a]));
 	OK(off < 1e-12, "a volume is turned about its centre");
