@@ -8,6 +8,7 @@
 #include "core/number.h"
 #include "core/inflate.h"
 #include "core/mem.h"
+#include "core/order.h"
 #include "formats/exr.h"
 #include "formats/format.h"
 #include "formats/any.h"
@@ -121,13 +122,7 @@ static int open_file(struct reader *d, const char *name)
 	return r == EXR_ERR_SUCCESS ? 0 : lib_fail(d, NULL, r);
 }
 
-static int by_number(const void *a, const void *b)
-{
-	const struct part *p = a, *q = b;
-
-	return p->number != q->number ? (p->number > q->number) - (p->number < q->number)
-				      : (p->index > q->index) - (p->index < q->index);
-}
+CT_ORDER_BY(by_number, struct part, number, index)
 
 static bool name_part(struct part *p, exr_const_context_t c)
 {

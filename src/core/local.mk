@@ -18,6 +18,6 @@ libct_a_SOURCES += src/core/number.c src/core/number.h
 libct_a_SOURCES += src/core/words.c src/core/words.h
 libct_a_SOURCES += src/core/memory.c src/core/memory.h
 libct_a_SOURCES += src/core/stream.c src/core/stream.h
-libct_a_SOURCES += src/core/cost.h src/core/vec3.h
+libct_a_SOURCES += src/core/cost.h src/core/vec3.h src/core/order.h
 libct_a_SOURCES += src/core/fourier.c src/core/fourier.h
 SIMD_SOURCES += src/core/fourier-kernels.c

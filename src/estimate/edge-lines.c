@@ -1,6 +1,7 @@
 /* edge-lines.c: see edge-lines.h. */
 #include "config.h"
 #include "core/mem.h"
+#include "core/order.h"
 #include "core/rng.h"
 #include "estimate/edge-lines.h"
 
@@ -88,13 +89,7 @@ static void look(struct lines *l, size_t i, size_t j)
 	}
 }
 
-static int compare(const void *a, const void *b)
-{
-	const struct place *p = a, *q = b;
-
-	return p->key != q->key ? (p->key > q->key) - (p->key < q->key)
-				: (p->at > q->at) - (p->at < q->at);
-}
+CT_ORDER_BY(by_key, struct place, key, at)
 
 /* The places that come first are drawn from the steepest. */
 static void draw(struct lines *l, int axis)
@@ -114,7 +109,7 @@ static void draw(struct lines *l, int axis)
 		l->place[kept++] = p;
 	}
 	l->count = kept;
-	qsort(l->place, kept, sizeof *l->place, compare);
+	qsort(l->place, kept, sizeof *l->place, by_key);
 }
 
 static void row_of(float row[CT_EDGE_ROW], const struct lines *l, size_t at)
@@ -187,12 +182,7 @@ int ct_edge_lines_draw(float (*rows)[CT_EDGE_ROW], size_t most, size_t *count, b
 	return 0;
 }
 
-static int compare_floats(const void *a, const void *b)
-{
-	const float x = *(const float *)a, y = *(const float *)b;
-
-	return (x > y) - (x < y);
-}
+CT_ORDER(by_value, float)
 
 void ct_edge_lines_median(
 	double line[static CT_EDGE_LONG], const float (*rows)[CT_EDGE_ROW], size_t n)
@@ -202,7 +192,7 @@ void ct_edge_lines_median(
 	for (size_t k = 0; k < CT_EDGE_LONG; k++) {
 		for (size_t r = 0; r < n; r++)
 			x[r] = rows[r][k];
-		qsort(x, n, sizeof *x, compare_floats);
+		qsort(x, n, sizeof *x, by_value);
 		line[k] = ((double)x[(n - 1) / 2] + (double)x[n / 2]) / 2;
 	}
 }

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "estimate/noise.h"
 #include "core/mem.h"
+#include "core/order.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -104,12 +105,7 @@ static struct block look(const float *x, const size_t m[3], const size_t stride[
 		.mixed = 2 * same > count};
 }
 
-static int by_value(const void *a, const void *b)
-{
-	const float x = *(const float *)a, y = *(const float *)b;
-
-	return (x > y) - (x < y);
-}
+CT_ORDER(by_value, float)
 
 /* Where n sorted values are densest: the half of them that is narrowest, and the half of it. */
 static double densest(const float *x, size_t n)
@@ -239,13 +235,7 @@ static struct parts parts_of(const float *x, const size_t stride[3], const struc
 	return r;
 }
 
-static int by_rest(const void *a, const void *b)
-{
-	const struct parts *x = a, *y = b;
-
-	return x->rest != y->rest ? (x->rest > y->rest) - (x->rest < y->rest)
-				  : (x->all > y->all) - (x->all < y->all);
-}
+CT_ORDER_BY(by_rest, struct parts, rest, all)
 
 /* Deviations of blocks of tissue from the begin of an array, of air from its end; the number of
  * those that are as constant as the highest value; and of those of tissue the parts. */

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "inverse/flat.h"
 #include "core/mem.h"
+#include "core/order.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -36,12 +37,7 @@ static double variance(const struct ct_vol *lo, size_t i, size_t j, size_t k, do
 	return fmax(square - sum * sum / 8, 0) / 7;
 }
 
-static int by_value(const void *a, const void *b)
-{
-	const float x = *(const float *)a, y = *(const float *)b;
-
-	return (x > y) - (x < y);
-}
+CT_ORDER(by_value, float)
 
 static size_t steps(const size_t cells[3], size_t step)
 {

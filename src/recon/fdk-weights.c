@@ -4,6 +4,7 @@
 #include "recon/parker.h"
 #include "core/vec3.h"
 #include "core/mem.h"
+#include "core/order.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -193,13 +194,7 @@ struct turn {
 	size_t view;
 };
 
-static int by_angle(const void *a, const void *b)
-{
-	const struct turn *x = a, *y = b;
-
-	return x->angle != y->angle ? (x->angle > y->angle) - (x->angle < y->angle)
-				    : (x->view > y->view) - (x->view < y->view);
-}
+CT_ORDER_BY(by_angle, struct turn, angle, view)
 
 /* Arcs that the views count for, on a circle of `period`; the widest gap tells whether it is open:
  * one of `lost` does not make it so. */

@@ -1,6 +1,7 @@
 /* moments.c: see moments.h. */
 #include "config.h"
 #include "core/mem.h"
+#include "core/order.h"
 #include "core/vec3.h"
 #include "series/moments.h"
 
@@ -258,12 +259,7 @@ static bool share_places(
 	return false;
 }
 
-static int by_value(const void *p, const void *q)
-{
-	const double a = *(const double *)p, b = *(const double *)q;
-
-	return (a > b) - (a < b);
-}
+CT_ORDER(by_value, double)
 
 /* The usual distance of slices of each rank, and the least and the largest number of those; of
  * m->order. */

@@ -1,5 +1,6 @@
 /* slice.c: see slice.h. */
 #include "config.h"
+#include "core/order.h"
 #include "core/vec3.h"
 #include "series/slice.h"
 
@@ -113,12 +114,7 @@ bool ct_slice_parallel(const struct ct_slice *a, const struct ct_slice *b)
 	return true;
 }
 
-static int by_value(const void *p, const void *q)
-{
-	const double a = *(const double *)p, b = *(const double *)q;
-
-	return (a > b) - (a < b);
-}
+CT_ORDER(by_value, double)
 
 /* The most slices in a row none of which is further than that from the next. */
 static size_t most_in_a_row(const struct ct_slice *s, size_t n, double gap)
