@@ -212,14 +212,9 @@ static int go(double *sum, const struct pass *p, size_t pieces, struct ct_err *e
 	ct_par_for(t->env.par, pieces, one, &own);
 	if (ct_check_stop(&t->env, e))
 		return -1;
-	for (size_t i = 0; i < pieces; i++) {
-		if (t->failed[i].code) {
-			*e = t->failed[i];
-			return -1;
-		}
+	for (size_t i = 0; i < pieces; i++)
 		*sum += t->loss[i];
-	}
-	return 0;
+	return ct_err_first(e, pieces, t->failed, sizeof *t->failed);
 }
 
 int ct_arssr_train_step(struct ct_arssr_train *t, double *loss, struct ct_err *e)

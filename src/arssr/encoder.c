@@ -271,12 +271,7 @@ static int go(struct pass *p, ct_par_fn *fn, const struct ct_env *env, struct ct
 
 	memset(p->e, 0, c->sides * sizeof *p->e);
 	ct_par_for(c->sides > 1 ? env->par : NULL, c->n[2] / c->planes, fn, p);
-	for (size_t t = 0; t < c->sides; t++)
-		if (p->e[t].code) {
-			*e = p->e[t];
-			return -1;
-		}
-	return ct_check_stop(env, e);
+	return ct_err_first(e, c->sides, p->e, sizeof *p->e) || ct_check_stop(env, e) ? -1 : 0;
 }
 
 /* A convolution of one source. */

@@ -28,6 +28,13 @@ int ct_fail_errno(struct ct_err *e, enum ct_code code, const char *what)
 	return ct_fail(e, why == ENOMEM ? CT_ENOMEM : code, "%s: %s", what, strerror(why));
 }
 
+int ct_err_first(struct ct_err *e, size_t n, const struct ct_err *of, size_t step)
+{
+	for (; n > 0 && of->code == CT_OK; n--)
+		of = (const void *)((const char *)of + step);
+	return n > 0 ? (*e = *of, -1) : 0;
+}
+
 int ct_blame(struct ct_err *e, const char *what)
 {
 	enum { ROOM = 200 };

@@ -6,6 +6,8 @@
  */
 #ifndef CT_CORE_ERR_H
 #define CT_CORE_ERR_H
+#include <stddef.h>
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -32,6 +34,9 @@ int ct_fail(struct ct_err *e, enum ct_code code, const char *fmt, ...)
 	__attribute__((format(printf, 3, 4)));
 /* The same, "WHAT: words of errno"; of ENOMEM the code is CT_ENOMEM, whatever the file was for. */
 int ct_fail_errno(struct ct_err *e, enum ct_code code, const char *what);
+/* The first of n errors that is one, each `step` bytes behind the other, as *e and -1; 0 if none
+ * is: what the tasks of a loop left. */
+int ct_err_first(struct ct_err *e, size_t n, const struct ct_err *of, size_t step);
 /* Put "what: " in front of the message, of a long one its end; returns -1. */
 int ct_blame(struct ct_err *e, const char *what);
 

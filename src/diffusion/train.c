@@ -134,11 +134,8 @@ static int run_pass(struct pass *p, ct_par_fn *fn, double *loss, struct ct_err *
 		goto out;
 	ct_par_for(p->t->env->par, p->groups, fn, p);
 	*loss = 0;
-	for (size_t g = 0; g < p->groups; g++)
-		if (p->err[g].code != CT_OK) {
-			*e = p->err[g];
-			goto out;
-		}
+	if (ct_err_first(e, p->groups, p->err, sizeof *p->err))
+		goto out;
 	for (size_t k = 0; k < p->count; k++)
 		*loss += p->loss[k] / (double)p->count;
 	rc = 0;

@@ -22,7 +22,6 @@ struct step_job {
 	double rate;
 	struct group {
 		double loss;
-		int rc;
 		struct ct_err e;
 	} group[CT_FIELD_GROUPS];
 };
@@ -151,19 +150,13 @@ static void group(void *arg, size_t g, size_t worker)
 	const size_t end = j->items * (g + 1) / CT_FIELD_GROUPS;
 	const size_t most = ct_field_step_piece(&j->f->rule);
 
-	for (size_t i = j->items * g / CT_FIELD_GROUPS; i < end && !j->group[g].rc; i += most)
-		j->group[g].rc =
-			j->each(j, g, &j->f->own[worker], i, end - i < most ? end - i : most);
+	for (size_t i = j->items * g / CT_FIELD_GROUPS; i < end && !j->group[g].e.code; i += most)
+		(void)j->each(j, g, &j->f->own[worker], i, end - i < most ? end - i : most);
 }
 
 static int failed(const struct step_job *j, struct ct_err *e)
 {
-	for (size_t g = 0; g < CT_FIELD_GROUPS; g++)
-		if (j->group[g].rc) {
-			*e = j->group[g].e;
-			return -1;
-		}
-	return 0;
+	return ct_err_first(e, CT_FIELD_GROUPS, &j->group->e, sizeof *j->group);
 }
 
 /* D of the block against the scan, and TV: gradient at its voxels. */

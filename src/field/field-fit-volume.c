@@ -16,9 +16,8 @@ struct volume_job {
 	struct ct_vol *out;
 	double grid[3][4];
 	size_t first, count, piece;
-	int *rc; /* of each worker */
-	struct ct_err *e;
-	float *x; /* of each worker, the points of both passes */
+	struct ct_err *e; /* of each worker */
+	float *x;         /* of each worker, the points of both passes */
 };
 
 /* The field at the centres, rounded up to whole segments. */
@@ -80,9 +79,8 @@ static void piece(void *arg, size_t i, size_t worker)
 	const size_t n = left < j->piece ? left : j->piece;
 	float *x = j->x + worker * 3 * j->piece * (how->n + how->n + how->fine);
 
-	if (j->rc[worker] == 0)
-		j->rc[worker] = (how->fine ? rendered : centres)(
-			j, s, x, j->first + first, n, &j->e[worker]);
+	if (j->e[worker].code == CT_OK)
+		(void)(how->fine ? rendered : centres)(j, s, x, j->first + first, n, &j->e[worker]);
 }
 
 static int strips(struct volume_job *j, const struct ct_env *env, struct ct_err *e)
@@ -92,11 +90,8 @@ static int strips(struct volume_job *j, const struct ct_env *env, struct ct_err 
 	for (j->first = 0; j->first < all; j->first += strip) {
 		j->count = all - j->first < strip ? all - j->first : strip;
 		ct_par_for(env->par, (j->count + j->piece - 1) / j->piece, piece, j);
-		for (size_t w = 0; w < j->f->workers; w++)
-			if (j->rc[w]) {
-				*e = j->e[w];
-				return -1;
-			}
+		if (ct_err_first(e, j->f->workers, j->e, sizeof *j->e))
+			return -1;
 		ct_progress(env, "evaluating", j->first + j->count, all);
 		if (j->first + j->count < all && ct_check_stop(env, e))
 			return -1;
@@ -115,13 +110,11 @@ int ct_field_fit_volume(struct ct_vol *out, const struct ct_field_fit *f,
 	if (!how->fine && how->n > 1) /* of rays: as many points as a piece of them */
 		j.piece = ct_field_step_piece(&f->rule) * how->n;
 	ct_vec3_after(j.grid, d->box, (const double(*)[4])out->affine);
-	if (ct_alloc0(&j.rc, f->workers, sizeof *j.rc, e) ||
-		ct_alloc0(&j.e, f->workers, sizeof *j.e, e) ||
+	if (ct_alloc0(&j.e, f->workers, sizeof *j.e, e) ||
 		ct_alloc(&j.x, f->workers * 3 * j.piece * (2 * how->n + how->fine), sizeof *j.x, e))
 		goto out;
 	rc = strips(&j, env, e);
 out:
-	free(j.rc);
 	free(j.e);
 	free(j.x);
 	return rc;

@@ -74,7 +74,8 @@ static int gram(double *sum, struct ct_learn *l, size_t n, bool solve, struct ct
 	for (s.first = 0; s.first < CT_LEARN_BEGIN / PIECE; s.first += GROUP) {
 		memset(l->failed, 0, GROUP * sizeof *l->failed);
 		ct_par_for(l->env.par, GROUP, sum_piece, &s);
-		if (ct_learn_failed(l, GROUP, e) || ct_check_stop(&l->env, e))
+		if (ct_err_first(e, GROUP, l->failed, sizeof *l->failed) ||
+			ct_check_stop(&l->env, e))
 			goto out;
 		for (size_t p = 0; p < GROUP; p++)
 			for (size_t i = 0; i < n * n; i++)

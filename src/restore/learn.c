@@ -171,16 +171,6 @@ static void take_piece(void *arg, size_t piece, size_t worker)
 	ct_dnn_leave(was);
 }
 
-int ct_learn_failed(const struct ct_learn *l, size_t pieces, struct ct_err *e)
-{
-	for (size_t p = 0; p < pieces; p++)
-		if (l->failed[p].code) {
-			*e = l->failed[p];
-			return -1;
-		}
-	return 0;
-}
-
 /* Sums of the loss, and of that without a network. */
 static int take_pieces(
 	double *loss, double *whole, struct learn_job *j, size_t pieces, struct ct_err *e)
@@ -194,7 +184,7 @@ static int take_pieces(
 		*loss += l->sums[2 * p];
 		*whole += l->sums[2 * p + 1];
 	}
-	return ct_learn_failed(l, pieces, e);
+	return ct_err_first(e, pieces, l->failed, sizeof *l->failed);
 }
 
 int ct_learn_step(struct ct_learn *l, double *loss, struct ct_err *e)

@@ -93,7 +93,5 @@ int ct_learn_restore(struct ct_learn *l, const struct ct_tensors *w, struct ct_e
 /* A piece of patches of the pairs, their features, targets and weights. */
 int ct_learn_draw(const struct ct_learn *l, struct ct_learn_side *d, const struct ct_example *pairs,
 	size_t n, uint64_t stream, struct ct_err *e);
-/* -1 and the error of the first of the pieces that failed, if one did. */
-int ct_learn_failed(const struct ct_learn *l, size_t pieces, struct ct_err *e);
 
 #endif

@@ -356,12 +356,10 @@ static int column(struct wave *v, size_t c, size_t all, struct ct_err *e)
 	for (v->step = 0; v->step < steps && rc == 0; v->step++) {
 		ct_progress(v->env, "planes", c * steps + v->step, all * steps);
 		ct_par_for(v->env->par, v->layers, make, v);
-		rc = ct_check_stop(v->env, e);
-		for (size_t t = 0; t < ct_par_threads(v->env->par) && rc == 0; t++)
-			if (v->side[t].failed.code) {
-				*e = v->side[t].failed;
-				rc = -1;
-			}
+		rc = ct_check_stop(v->env, e) || ct_err_first(e, ct_par_threads(v->env->par),
+							 &v->side->failed, sizeof *v->side)
+			     ? -1
+			     : 0;
 	}
 	column_free(v);
 	return rc;
