@@ -18,8 +18,9 @@ static float *array_of(const struct ct_field_pass *p, size_t pass, size_t k, cha
 	return x[k];
 }
 
-int ct_field_fit_pack(struct ct_tensors *t, const struct ct_field_fit *f, struct ct_err *e)
+int ct_field_fit_pack(struct ct_tensors *t, const void *fit, struct ct_err *e)
 {
+	const struct ct_field_fit *f = fit;
 	char name[NAME];
 
 	for (size_t p = 0; p < ct_samples_passes(&f->rule.samples); p++) {
@@ -38,8 +39,9 @@ int ct_field_fit_pack(struct ct_tensors *t, const struct ct_field_fit *f, struct
 	return ct_meta_setf(&t->meta, e, CT_META_SCALARS, "%a %a %a", f->used, f->first, f->last);
 }
 
-int ct_field_fit_unpack(struct ct_field_fit *f, const struct ct_tensors *t, struct ct_err *e)
+int ct_field_fit_unpack(void *fit, const struct ct_tensors *t, struct ct_err *e)
 {
+	struct ct_field_fit *f = fit;
 	const size_t most = f->rule.iterations;
 	double *const scalars[] = {&f->used, &f->first, &f->last};
 	char name[NAME];

@@ -137,8 +137,9 @@ int ct_field_fit_cost(struct ct_cost *cost, struct ct_field_fit *f, const struct
  * lines and cubes of its voxels. Outside the box as on its face. CT_ENUMERIC, CT_ESTOP. */
 int ct_field_fit_volume(struct ct_vol *out, const struct ct_field_fit *f,
 	const struct ct_field_data *d, const struct ct_env *env, struct ct_err *e);
-/* All that a run changes as tensors, exact, and back (CT_EINPUT). *t must be zero. */
-int ct_field_fit_pack(struct ct_tensors *t, const struct ct_field_fit *f, struct ct_err *e);
-int ct_field_fit_unpack(struct ct_field_fit *f, const struct ct_tensors *t, struct ct_err *e);
+/* All that a run of a struct ct_field_fit changes as tensors, exact, and back (CT_EINPUT). *t must
+ * be zero. */
+int ct_field_fit_pack(struct ct_tensors *t, const void *fit, struct ct_err *e);
+int ct_field_fit_unpack(void *fit, const struct ct_tensors *t, struct ct_err *e);
 
 #endif

@@ -34,9 +34,9 @@ static void scalars(struct ct_fit *f, double *s[static SCALARS])
 	memcpy(s, all, sizeof all);
 }
 
-int ct_fit_state_pack(struct ct_tensors *t, const struct ct_fit *fit, struct ct_err *e)
+int ct_fit_state_pack(struct ct_tensors *t, const void *fit, struct ct_err *e)
 {
-	struct ct_fit f = *fit; /* the same arrays; only read */
+	struct ct_fit f = *(const struct ct_fit *)fit; /* the same arrays; only read */
 	char name[NAME];
 	double *s[SCALARS];
 
@@ -102,8 +102,9 @@ static int get_scalars(struct ct_fit *f, const struct ct_tensors *t, struct ct_e
 	return 0;
 }
 
-int ct_fit_state_unpack(struct ct_fit *f, const struct ct_tensors *t, struct ct_err *e)
+int ct_fit_state_unpack(void *fit, const struct ct_tensors *t, struct ct_err *e)
 {
+	struct ct_fit *f = fit;
 	const struct ct_tensor *first = ct_tensors_find(t, "x");
 	size_t n;
 

@@ -143,9 +143,9 @@ void ct_fit_signs(const struct ct_gauss *g, size_t *positive, size_t *negative);
 /* The view of an iteration (from 0) of `views`: a permutation each epoch. */
 size_t ct_fit_view(uint64_t seed, size_t iteration, size_t views);
 /* All that ct_fit_run changes as tensors, exact, to be continued. t must be zero; free it
- * in any case. */
-int ct_fit_state_pack(struct ct_tensors *t, const struct ct_fit *f, struct ct_err *e);
+ * in any case. `fit` is a struct ct_fit. */
+int ct_fit_state_pack(struct ct_tensors *t, const void *fit, struct ct_err *e);
 /* Into an initialised fit of the same options, data and seed. CT_EINPUT if it is not whole. */
-int ct_fit_state_unpack(struct ct_fit *f, const struct ct_tensors *t, struct ct_err *e);
+int ct_fit_state_unpack(void *fit, const struct ct_tensors *t, struct ct_err *e);
 
 #endif

@@ -72,8 +72,9 @@ static int put_joint(struct ct_tensors *t, const struct ct_joint *j, struct ct_e
 	return 0;
 }
 
-int ct_fuse_pack(struct ct_tensors *t, const struct ct_fuse *f, struct ct_err *e)
+int ct_fuse_pack(struct ct_tensors *t, const void *fuse, struct ct_err *e)
 {
+	const struct ct_fuse *f = fuse;
 	const struct ct_joint *j = &f->joint;
 
 	if (f->residual ? ct_tensors_put(t, RESULT, 1, &j->n, f->residual, e) : put_joint(t, j, e))
@@ -126,8 +127,9 @@ static bool get_joint(struct ct_joint *j, const struct ct_tensors *t)
 	return true;
 }
 
-int ct_fuse_unpack(struct ct_fuse *f, const struct ct_tensors *t, struct ct_err *e)
+int ct_fuse_unpack(void *fuse, const struct ct_tensors *t, struct ct_err *e)
 {
+	struct ct_fuse *f = fuse;
 	struct ct_joint *j = &f->joint;
 	const float *result = ct_tensors_vector(t, RESULT, j->n, e);
 	bool good = get_at(&j->at, &t->meta);

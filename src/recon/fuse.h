@@ -64,9 +64,9 @@ int ct_fuse_alloc(struct ct_fuse *f, const struct ct_env *env, struct ct_err *e)
  * CT_ESTOP, CT_EGEOM, CT_ENOMEM. */
 int ct_fuse_begin(struct ct_fuse *f, struct ct_err *e);
 /* Where the solver is, or its residual, as tensors, exact, and back into one of the same data
- * (CT_EINPUT). *t must be zero. */
-int ct_fuse_pack(struct ct_tensors *t, const struct ct_fuse *f, struct ct_err *e);
-int ct_fuse_unpack(struct ct_fuse *f, const struct ct_tensors *t, struct ct_err *e);
+ * (CT_EINPUT). *t must be zero; `fuse` is a struct ct_fuse. */
+int ct_fuse_pack(struct ct_tensors *t, const void *fuse, struct ct_err *e);
+int ct_fuse_unpack(void *fuse, const struct ct_tensors *t, struct ct_err *e);
 /* p[count][rows][cols] without its low band:
  *
  *   p <- p - (G_rows x G_cols) p

@@ -195,19 +195,9 @@ static int check_memory(struct field_job *j, struct ct_cost *cost, struct ct_err
 	return 0;
 }
 
-static int pack(struct ct_tensors *t, const void *fit, struct ct_err *e)
-{
-	return ct_field_fit_pack(t, fit, e);
-}
-
 static int save_state(void *run, const struct ct_field_fit *f, struct ct_err *e)
 {
-	return ct_resume_save(run, pack, f, e);
-}
-
-static int unpack(void *fit, const struct ct_tensors *t, struct ct_err *e)
-{
-	return ct_field_fit_unpack(fit, t, e);
+	return ct_resume_save(run, ct_field_fit_pack, f, e);
 }
 
 static int report(const struct ct_field_fit *f, bool json, struct ct_err *e)
@@ -240,7 +230,7 @@ static int fit(struct field_job *j, struct ct_field_fit *f, struct ct_err *e)
 	if (kept) {
 		f->save = save_state;
 		f->ctx = &j->resume;
-		rc = ct_resume_load(&j->resume, unpack, f, e);
+		rc = ct_resume_load(&j->resume, ct_field_fit_unpack, f, e);
 		if (rc < 0)
 			return -1;
 		if (rc == 0)
@@ -252,12 +242,13 @@ static int fit(struct field_job *j, struct ct_field_fit *f, struct ct_err *e)
 	if (evaluate(j, f, e)) {
 		struct ct_err other;
 
-		return e->code == CT_ESTOP && ct_resume_save(&j->resume, pack, f, &other)
+		return e->code == CT_ESTOP &&
+				       ct_resume_save(&j->resume, ct_field_fit_pack, f, &other)
 			       ? (*e = other, -1)
 			       : -1;
 	}
 	if (ct_vol_write(j->p->out, &j->out, j->env, e))
-		return ct_resume_rescue(&j->resume, pack, f, e);
+		return ct_resume_rescue(&j->resume, ct_field_fit_pack, f, e);
 	ct_resume_done(&j->resume);
 	return j->env->command->json || (kept && j->env->verbose >= 0)
 		       ? report(f, j->env->command->json, e)

@@ -90,22 +90,12 @@ static int name_run(struct fuse_job *j, struct ct_err *e)
 		       : 0;
 }
 
-static int pack(struct ct_tensors *t, const void *fuse, struct ct_err *e)
-{
-	return ct_fuse_pack(t, fuse, e);
-}
-
-static int unpack(void *fuse, const struct ct_tensors *t, struct ct_err *e)
-{
-	return ct_fuse_unpack(fuse, t, e);
-}
-
 static int save_state(void *job, const struct ct_joint *joint, struct ct_err *e)
 {
 	struct fuse_job *j = job;
 
 	(void)joint;
-	return ct_resume_save(&j->resume, pack, &j->fuse, e);
+	return ct_resume_save(&j->resume, ct_fuse_pack, &j->fuse, e);
 }
 
 static int prepare(struct fuse_job *j, struct ct_err *e)
@@ -173,13 +163,13 @@ static int fuse(struct fuse_job *j, struct ct_err *e)
 	int rc = ct_fuse_begin(&j->fuse, e);
 
 	if (rc == 0)
-		rc = ct_resume_load(&j->resume, unpack, &j->fuse, e);
+		rc = ct_resume_load(&j->resume, ct_fuse_unpack, &j->fuse, e);
 	if (rc == 0)
 		ct_log(j->env, CT_INFO, "%s: continuing", j->resume.path);
 	if (rc < 0 || ct_step_fuse_run(&j->fuse, &r, e))
 		return -1;
 	if (write_all(j, e))
-		return ct_resume_rescue(&j->resume, pack, &j->fuse, e);
+		return ct_resume_rescue(&j->resume, ct_fuse_pack, &j->fuse, e);
 	ct_resume_done(&j->resume);
 	return !to_stdout(j->p) && (j->env->command->json || j->env->verbose >= 0)
 		       ? report(&r, j->env->command->json, e)

@@ -110,25 +110,15 @@ static int write_set(struct ct_fit *f, const struct nabgs_job *j, struct ct_err 
 	return ct_gauss_write(p->out, &f->g, j->env, e);
 }
 
-static int pack(struct ct_tensors *t, const void *fit, struct ct_err *e)
-{
-	return ct_fit_state_pack(t, fit, e);
-}
-
 static int save_state(void *run, const struct ct_fit *f, struct ct_err *e)
 {
-	return ct_resume_save(run, pack, f, e);
-}
-
-static int unpack(void *fit, const struct ct_tensors *t, struct ct_err *e)
-{
-	return ct_fit_state_unpack(fit, t, e);
+	return ct_resume_save(run, ct_fit_state_pack, f, e);
 }
 
 static int load_state(
 	struct ct_fit *f, struct ct_resume *run, const struct ct_env *env, struct ct_err *e)
 {
-	int rc = ct_resume_load(run, unpack, f, e);
+	int rc = ct_resume_load(run, ct_fit_state_unpack, f, e);
 
 	if (rc == 0)
 		ct_log(env, CT_INFO, "%s: continuing after iteration %zu", run->path, f->g.step);
@@ -189,7 +179,7 @@ static int fit(struct nabgs_job *j, struct ct_err *e)
 		goto out;
 	if (write_set(&f, j, e)) {
 		if (f.end != CT_FIT_EMPTY)
-			ct_resume_rescue(r, pack, &f, e);
+			ct_resume_rescue(r, ct_fit_state_pack, &f, e);
 		goto out;
 	}
 	ct_resume_done(r);

@@ -36,16 +36,6 @@ static void begin(struct ct_field_fit *f, struct ct_vol *v, struct ct_field_data
 		exit(99);
 }
 
-static int pack(struct ct_tensors *t, const void *fit, struct ct_err *e)
-{
-	return ct_field_fit_pack(t, fit, e);
-}
-
-static int unpack(void *fit, const struct ct_tensors *t, struct ct_err *e)
-{
-	return ct_field_fit_unpack(fit, t, e);
-}
-
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
 	struct ct_field_data d;
@@ -58,7 +48,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 
 	begin(&f, &v, &d);
 	state_of(&run, data, size);
-	rc = ct_resume_load(&run, unpack, &f, &e);
+	rc = ct_resume_load(&run, ct_field_fit_unpack, &f, &e);
 	if (rc <= 0)
 		state_check(rc, &e);
 	fuzz_taken += rc == 0;
@@ -92,7 +82,7 @@ size_t fuzz_seed(size_t k, unsigned char **data)
 	if (k && ct_field_fit_run(&f, &d, &env, &e))
 		exit(99);
 	state_run(&run, seed_path());
-	n = seed_file(data, ct_resume_save(&run, pack, &f, &e));
+	n = seed_file(data, ct_resume_save(&run, ct_field_fit_pack, &f, &e));
 	ct_resume_close(&run);
 	ct_field_fit_free(&f);
 	ct_vol_free(&v);

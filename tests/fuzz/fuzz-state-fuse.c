@@ -47,16 +47,6 @@ static void solver(struct ct_joint *j)
 	memset(j->x, 0, N * sizeof *j->x);
 }
 
-static int unpack(void *fuse, const struct ct_tensors *t, struct ct_err *e)
-{
-	return ct_fuse_unpack(fuse, t, e);
-}
-
-static int pack(struct ct_tensors *t, const void *fuse, struct ct_err *e)
-{
-	return ct_fuse_pack(t, fuse, e);
-}
-
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
 	struct ct_env env = {0};
@@ -67,7 +57,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 
 	solver(&f.joint);
 	state_of(&run, data, size);
-	rc = ct_resume_load(&run, unpack, &f, &e);
+	rc = ct_resume_load(&run, ct_fuse_unpack, &f, &e);
 	state_check(rc, &e);
 	fuzz_taken += rc == 0;
 	if (rc == 0 && !f.residual)
@@ -103,7 +93,7 @@ size_t fuzz_seed(size_t k, unsigned char **data)
 	j.at.fista.next = k == 2 ? 1.5 : 0;
 	state_run(&run, seed_path());
 	f.joint = j;
-	n = seed_file(data, ct_resume_save(&run, pack, &f, &e));
+	n = seed_file(data, ct_resume_save(&run, ct_fuse_pack, &f, &e));
 	ct_resume_close(&run);
 	ct_joint_free(&j);
 	return n;

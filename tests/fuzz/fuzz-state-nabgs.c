@@ -59,16 +59,6 @@ static void scene_make(struct scene *s)
 	s->options.from_base = true;
 }
 
-static int pack(struct ct_tensors *t, const void *fit, struct ct_err *e)
-{
-	return ct_fit_state_pack(t, fit, e);
-}
-
-static int unpack(void *fit, const struct ct_tensors *t, struct ct_err *e)
-{
-	return ct_fit_state_unpack(fit, t, e);
-}
-
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
 	struct ct_env env = {0};
@@ -82,7 +72,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 	if (ct_fit_init(&f, &s.options, &s.data, &env, &e))
 		exit(99);
 	state_of(&run, data, size);
-	rc = ct_resume_load(&run, unpack, &f, &e);
+	rc = ct_resume_load(&run, ct_fit_state_unpack, &f, &e);
 	if (rc <= 0)
 		state_check(rc, &e);
 	fuzz_taken += rc == 0;
@@ -111,7 +101,7 @@ size_t fuzz_seed(size_t k, unsigned char **data)
 	if (ct_fit_init(&f, &s.options, &s.data, &env, &e))
 		exit(99);
 	state_run(&run, seed_path());
-	n = seed_file(data, ct_resume_save(&run, pack, &f, &e));
+	n = seed_file(data, ct_resume_save(&run, ct_fit_state_pack, &f, &e));
 	ct_resume_close(&run);
 	ct_fit_free(&f);
 	scene_free(&s);
