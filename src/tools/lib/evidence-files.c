@@ -5,18 +5,6 @@
 #include "formats/units.h"
 #include "tools/lib/geometry-opts.h"
 
-int ct_evidence_files_base(
-	struct ct_vol *base, const char *path, const struct ct_env *env, struct ct_err *e)
-{
-	return ct_vol_read_hu(path, base, env, e) || ct_evidence_volume(base, path, e) ? -1 : 0;
-}
-
-int ct_evidence_files_stack(
-	struct ct_stack *s, const char *path, const char *quantity, struct ct_err *e)
-{
-	return ct_stack_read(path, s, e) || ct_evidence_rays(s, path, quantity, e) ? -1 : 0;
-}
-
 int ct_evidence_files_read(struct ct_evidence *d, const struct ct_evidence_files *f,
 	const struct ct_env *env, struct ct_err *e)
 {

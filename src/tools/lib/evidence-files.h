@@ -13,11 +13,5 @@ struct ct_evidence_files {
  * ct_evidence_check, naming the file. */
 int ct_evidence_files_read(struct ct_evidence *d, const struct ct_evidence_files *f,
 	const struct ct_env *env, struct ct_err *e);
-/* Projections of a geometry that makes sense, all finite; quantity NULL: any. *s must be zero. */
-int ct_evidence_files_stack(
-	struct ct_stack *s, const char *path, const char *quantity, struct ct_err *e);
-/* A base volume in HU: finite, with axes at right angles. */
-int ct_evidence_files_base(
-	struct ct_vol *base, const char *path, const struct ct_env *env, struct ct_err *e);
 
 #endif
