@@ -20,6 +20,13 @@ size_t ct_any_head(unsigned char head[static CT_SNIFF], const char *path)
 	return n;
 }
 
+enum ct_kind ct_any_kind(const char *path)
+{
+	unsigned char head[CT_SNIFF];
+
+	return ct_signature_kind(head, ct_any_head(head, path));
+}
+
 bool ct_any_is_stack(const char *path)
 {
 	unsigned char head[CT_SNIFF];
@@ -36,8 +43,7 @@ bool ct_any_is_stack(const char *path)
 
 int ct_any_check_picture(const char *path, struct ct_err *e)
 {
-	unsigned char head[CT_SNIFF];
-	const enum ct_kind kind = ct_signature_kind(head, ct_any_head(head, path));
+	const enum ct_kind kind = ct_any_kind(path);
 
 	return kind == CT_KIND_UNKNOWN || kind == CT_KIND_PICTURE
 		       ? 0

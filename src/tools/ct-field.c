@@ -7,8 +7,8 @@
 #include "cli/modes.h"
 #include "cli/resume.h"
 #include "core/memory.h"
+#include "formats/any.h"
 #include "formats/format.h"
-#include "formats/io.h"
 #include "formats/units.h"
 #include "steps/step-field.h"
 #include "tools/lib/geometry-opts.h"
@@ -75,23 +75,6 @@ static const struct ct_opt opts[] = {
 		"of cunerf: concatenate leaves out the layer there, as the authors' program"),
 	CT_OPT_END,
 };
-
-/* Is IN a stack? By its content; a stream is what `rays` says. */
-static int is_stack(bool *stack, const char *in, bool rays, struct ct_err *e)
-{
-	static const unsigned char exr[4] = {0x76, 0x2f, 0x31, 0x01};
-	unsigned char is[4] = {0};
-	FILE *f;
-
-	*stack = rays;
-	if (strcmp(in, "-") == 0)
-		return 0;
-	if (ct_io_open(in, &f, e))
-		return -1;
-	*stack = fread(is, 1, sizeof is, f) == sizeof is && memcmp(is, exr, sizeof is) == 0;
-	ct_io_close(f);
-	return 0;
-}
 
 struct field_job {
 	const struct params *p;
@@ -162,9 +145,10 @@ static int read_all(struct field_job *j, struct ct_err *e)
 	struct ct_step_field_data d = {0};
 	bool stack;
 
-	if (parse_rule(&r, p, e) || is_stack(&stack, r.in, asks, e) ||
-		(stack ? ct_stack_read(r.in, &j->rays, e)
-		       : ct_vol_read_hu(r.in, &j->lr, j->env, e)))
+	if (parse_rule(&r, p, e))
+		return -1;
+	stack = strcmp(r.in, "-") == 0 ? asks : ct_any_kind(r.in) == CT_KIND_STACK;
+	if (stack ? ct_stack_read(r.in, &j->rays, e) : ct_vol_read_hu(r.in, &j->lr, j->env, e))
 		return -1;
 	if (stack && ct_geometry_opts_grid(&r.voxels, &j->like, p->grid, e))
 		return -1;

@@ -322,12 +322,10 @@ static int read_rays(
 	return path ? ct_stack_read(path, s, e) : 0;
 }
 
-/* By its first bytes; a stream is what the others are. */
+/* A stream is what the others are. */
 static bool is_rays(const char *path)
 {
-	unsigned char head[CT_SNIFF];
-
-	return path && ct_signature_kind(head, ct_any_head(head, path)) == CT_KIND_STACK;
+	return path && ct_any_kind(path) == CT_KIND_STACK;
 }
 
 /* In the order in which errors are reported. */
