@@ -50,6 +50,31 @@ static inline double ct_vec3_dual(double out[static 3][3], const double a[static
 	return ct_vec3_dot(a, out[0]);
 }
 
+/* The order of the columns of `a` in which column axis[d] runs most along the world's axis
+ * world[d]: the largest sum of cosines, and of equal ones the first. */
+static inline void ct_vec3_axes(
+	int axis[static 3], const double a[static 3][4], const int world[static 3])
+{
+	static const int all[6][3] = {
+		{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+	double best = -1;
+
+	for (int p = 0; p < 6; p++) {
+		double sum = 0;
+
+		for (int d = 0; d < 3; d++) {
+			const int o = all[p][d];
+
+			sum += fabs(a[world[d]][o]) / hypot(hypot(a[0][o], a[1][o]), a[2][o]);
+		}
+		if (sum > best + 1e-9) {
+			best = sum;
+			for (int d = 0; d < 3; d++)
+				axis[d] = all[p][d];
+		}
+	}
+}
+
 /* out = the map m after the affine map a, both 3x4. */
 static inline void ct_vec3_after(
 	double out[static 3][4], const double m[static 3][4], const double a[static 3][4])

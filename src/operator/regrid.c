@@ -1,5 +1,6 @@
 /* regrid.c: see regrid.h. */
 #include "config.h"
+#include "core/vec3.h"
 #include "operator/regrid.h"
 #include "operator/degrade.h"
 #include "operator/crop.h"
@@ -48,23 +49,7 @@ static int permute(struct ct_meta *m, const char *key, const int axis[3], struct
 static void find_axes(
 	int axis[3], int sign[3], const double a[3][4], const int world[3], const int towards[3])
 {
-	static const int all[6][3] = {
-		{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
-	double best = -1;
-
-	for (int p = 0; p < 6; p++) {
-		double sum = 0;
-
-		for (int d = 0; d < 3; d++) {
-			const int o = all[p][d];
-
-			sum += fabs(a[world[d]][o]) / hypot(hypot(a[0][o], a[1][o]), a[2][o]);
-		}
-		if (sum > best + 1e-9) {
-			best = sum;
-			memcpy(axis, all[p], sizeof all[p]);
-		}
-	}
+	ct_vec3_axes(axis, a, world);
 	for (int d = 0; d < 3; d++)
 		sign[d] = a[world[d]][axis[d]] * towards[d] < 0 ? -1 : 1;
 }

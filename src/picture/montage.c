@@ -61,26 +61,6 @@ void ct_colour_map_of(unsigned char rgb[static 3], double t, enum ct_colour_map 
 	}
 }
 
-/* Voxel axis of every world axis: the assignment with the largest sum of cosines. */
-static void nearest_axes(int axis[3], const struct ct_vol *v)
-{
-	static const int order[6][3] = {
-		{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
-	double mm[3], best = -1;
-
-	ct_vol_spacing(v, mm);
-	for (int k = 0; k < 6; k++) {
-		double sum = 0;
-
-		for (int a = 0; a < 3; a++)
-			sum += fabs(v->affine[a][order[k][a]]) / mm[order[k][a]];
-		if (sum > best) {
-			best = sum;
-			memcpy(axis, order[k], sizeof order[k]);
-		}
-	}
-}
-
 /* World axes across a plane, down the rows and along the columns; both of those run to minus. */
 static const int world[3][3] = {{2, 1, 0}, {1, 2, 0}, {0, 2, 1}};
 
@@ -89,7 +69,7 @@ static void frame_make(struct frame *f, const struct ct_vol *v, enum ct_montage_
 	double spacing[3], centre[3];
 	int axis[3];
 
-	nearest_axes(axis, v);
+	ct_vec3_axes(axis, v->affine, (const int[]){0, 1, 2});
 	ct_vol_spacing(v, spacing);
 	ct_vol_centre(v, centre);
 	for (int i = 0; i < 3; i++) {
