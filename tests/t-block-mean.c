@@ -9,7 +9,8 @@ enum { H = 3, W = 5, S = 4, NY = H * W, NX = NY * S * S };
 
 int main(void)
 {
-	const struct ct_measurement op = {CT_MEASUREMENT_MEAN, H, W, S, S * H, S * W, {0}, {0}};
+	const struct ct_measurement op = {
+		.kind = CT_MEASUREMENT_MEAN, .h = H, .w = W, .s = S, .high = S * H, .wide = S * W};
 	float x[NX], x0[NX], up[NX], y[NY], ax[NY + 1];
 	double c[NY], d[NY], cc = 0, cd = 0;
 

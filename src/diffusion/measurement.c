@@ -7,41 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* First n rows of the orthonormal DCT-II of length m: b (n, m). */
-static void cosines(size_t n, size_t m, double *b)
-{
-	for (size_t k = 0; k < n; k++) {
-		double norm = sqrt((k ? 2.0 : 1.0) / (double)m);
-
-		for (size_t i = 0; i < m; i++) { /* the phase is reduced exactly, in integers */
-			size_t p = k * (2 * i + 1) % (4 * m);
-
-			b[k * m + i] = norm * cos(M_PI * (double)p / (double)(2 * m));
-		}
-	}
-}
-
-/* g[k], k < n, of measurement.h for a line of m fine pixels. */
-static void responses(size_t n, size_t m, double sigma, double *g)
-{
-	size_t radius = (size_t)floor(4.0 * sigma + 0.5);
-
-	for (size_t k = 0; k < n; k++) {
-		double sum = 1.0, mass = 1.0;
-
-		for (size_t d = 1; d <= radius; d++) {
-			double x = (double)d / sigma, w = 2.0 * exp(-0.5 * x * x);
-
-			sum += w * cos(M_PI * (double)(k * d % (2 * m)) / (double)m);
-			mass += w;
-		}
-		g[k] = sum / mass;
-		if (g[k] * CT_AXIS_LIMIT < 1.0)
-			g[k] = 0.0;
-	}
-}
-
-static int axis_alloc(struct ct_axis *a, size_t n, size_t fine, double sigma, struct ct_err *e)
+static int axis_alloc(struct ct_svd *a, size_t n, size_t fine, double sigma, struct ct_err *e)
 {
 	if (n == 0 || fine < n || n > CT_AXIS_MAX || fine / n > CT_AXIS_MAX)
 		return ct_fail(e, CT_EGEOM,
@@ -49,20 +15,14 @@ static int axis_alloc(struct ct_axis *a, size_t n, size_t fine, double sigma, st
 			CT_AXIS_MAX, n);
 	if (!(sigma >= 0 && sigma <= 1e4))
 		return ct_fail(e, CT_EUSAGE, "a blur of %g pixels", sigma);
-	if (ct_alloc(&a->u, n * n + n * fine + n, sizeof *a->u, e))
-		return -1;
-	a->v = a->u + n * n;
-	a->g = a->v + n * fine;
-	cosines(n, n, a->u);
-	cosines(n, fine, a->v);
-	responses(n, fine, sigma, a->g);
-	return 0;
+	return ct_svd_cosines(a, n, fine, sigma, e);
 }
 
 int ct_measurement_alloc(struct ct_measurement *op, enum ct_measurement_kind kind, size_t h,
 	size_t w, size_t s, double sigma, struct ct_err *e)
 {
-	*op = (struct ct_measurement){kind, h, w, s, s * h, s * w, {0}, {0}};
+	*op = (struct ct_measurement){
+		.kind = kind, .h = h, .w = w, .s = s, .high = s * h, .wide = s * w};
 	if (kind == CT_MEASUREMENT_MATCHED &&
 		(axis_alloc(&op->rows, h, op->high, sigma, e) ||
 			axis_alloc(&op->cols, w, op->wide, sigma, e))) {
@@ -74,8 +34,8 @@ int ct_measurement_alloc(struct ct_measurement *op, enum ct_measurement_kind kin
 
 void ct_measurement_free(struct ct_measurement *op)
 {
-	free(op->rows.u);
-	free(op->cols.u);
+	ct_svd_free(&op->rows);
+	ct_svd_free(&op->cols);
 	*op = (struct ct_measurement){0};
 }
 

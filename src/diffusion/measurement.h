@@ -13,13 +13,12 @@
  *   A = U^T diag(g / sqrt(s)) V,   A+ = V^T diag(sqrt(s) / g) U
  *   U[k][j] = sqrt(c_k / n) cos(pi k (j + 1/2) / n)     (n, n) orthogonal; c_0 = 1, else 2
  *   V[k][i] = sqrt(c_k / N) cos(pi k (i + 1/2) / N)     (n, N) orthonormal rows
- *   g[k]    = sum_d G[d] cos(pi k d / N), G the Gaussian sampled at whole pixels, cut at 4 sigma
- *             and normalised: for sigma of a pixel or more exp(-2 pi^2 sigma^2 f^2) within 1e-3,
- *             f = k / (2 N) cycles a fine pixel
+ *   g[k]    of ct_svd_cosines: for sigma of a pixel or more exp(-2 pi^2 sigma^2 f^2) within 1e-3,
+ *           f = k / (2 N) cycles a fine pixel
  *
- * Frequencies that the blur weakens by more than CT_AXIS_LIMIT count as not measured: g = 0 in A
- * and in A+, so A A+ A = A always holds. For sigma up to 0.9 s none is lost (A A+ = I). It is the
- * axis operator of degrade.h with its sinc decimation.
+ * Frequencies that the blur weakens by more than CT_SVD_LIMIT count as not measured: g = 0 in A and
+ * in A+, so A A+ A = A always holds. For sigma up to 0.9 s none is lost (A A+ = I). It is the axis
+ * operator of degrade.h with its sinc decimation.
  *
  * Functions do not change the operator and are thread-safe; t is scratch of
  * ct_measurement_scratch() values. Sums are in double and in a fixed order.
@@ -28,6 +27,7 @@
 #define CT_DIFFUSION_MEASUREMENT_H
 #include "core/err.h"
 #include "core/words.h"
+#include "operator/svd.h"
 
 #include <stddef.h>
 
@@ -50,17 +50,12 @@ static inline enum ct_measurement_kind ct_pixel_measures(enum ct_pixel pixel)
 	return pixel == CT_PIXEL_SINC ? CT_MEASUREMENT_MATCHED : CT_MEASUREMENT_MEAN;
 }
 
-#define CT_AXIS_LIMIT 100.0
 enum { CT_AXIS_MAX = 1024 }; /* largest n: the bases are stored */
-
-struct ct_axis {
-	double *u, *v, *g; /* (n, n), (n, N), (n); owned, one block at u */
-};
 
 struct ct_measurement {
 	enum ct_measurement_kind kind;
 	size_t h, w, s, high, wide;
-	struct ct_axis rows, cols; /* matched only */
+	struct ct_svd rows, cols; /* matched only */
 };
 
 /* sigma: Gaussian of the matched kind, fine pixels in [0, 1e4], else CT_EUSAGE. CT_EGEOM if a

@@ -16,6 +16,16 @@ double ct_cosine_at(size_t k, size_t j, size_t n)
 	return cos(M_PI * (double)(k * (2 * j + 1) % (4 * n)) / (2 * (double)n));
 }
 
+void ct_cosine_rows(double *v, size_t m, size_t n)
+{
+	for (size_t k = 0; k < m; k++) {
+		const double norm = sqrt((k ? 2.0 : 1.0) / (double)n);
+
+		for (size_t j = 0; j < n; j++)
+			v[k * n + j] = norm * ct_cosine_at(k, j, n);
+	}
+}
+
 /* Is v a_k cos(pi k (j + 1/2) / n), a_0 = sqrt(1/n), else sqrt(2/n)? */
 static bool cosines(const double *v, size_t m, size_t n)
 {

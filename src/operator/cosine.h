@@ -40,6 +40,8 @@ struct ct_cosine {
 
 /* cos(pi k (j + 1/2) / n), the phase reduced exactly. */
 double ct_cosine_at(size_t k, size_t j, size_t n);
+/* The first m rows of the orthonormal DCT-II of n points: v (m,n). */
+void ct_cosine_rows(double *v, size_t m, size_t n);
 /* From v (m,n). Allocates *b, which must be zero. CT_ENOMEM, CT_EINPUT for absurd sizes. */
 int ct_cosine_alloc(struct ct_cosine *b, const double *v, size_t m, size_t n, struct ct_err *e);
 /* Also legal on a zeroed struct; leaves it zeroed. */

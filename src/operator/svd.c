@@ -12,17 +12,6 @@
 /* A weight of so little of the largest is what rounding left of none. */
 #define NOTHING 1e-15
 
-/* U (m,m) to begin with: the orthonormal DCT-II of m points, or the identity. */
-static void begin(double *u, size_t m, bool same)
-{
-	for (size_t k = 0; k < m; k++) {
-		const double norm = sqrt((k ? 2.0 : 1.0) / (double)m);
-
-		for (size_t i = 0; i < m; i++)
-			u[k * m + i] = same ? i == k : norm * ct_cosine_at(k, i, m);
-	}
-}
-
 /* v = u A, (m,m) (m,n). */
 static void transformed(double *v, const double *u, const struct ct_taps *a)
 {
@@ -63,19 +52,54 @@ static int normalise(struct ct_svd *f, struct ct_err *e)
 	return 0;
 }
 
-int ct_svd_alloc(struct ct_svd *f, const struct ct_taps *a, struct ct_err *e)
+static int room(struct ct_svd *f, size_t m, size_t n, struct ct_err *e)
 {
-	size_t m = a->n_out, n = a->n_in, uu, vv;
+	size_t uu, vv;
 
 	*f = (struct ct_svd){.m = m, .n = n};
-	if (m > n)
-		return ct_fail(e, CT_EINPUT, "an operator from %zu to %zu samples", n, m);
 	if (ct_size_mul(&uu, m, m, "operator", e) || ct_size_mul(&vv, m, n, "operator", e) ||
 		ct_alloc(&f->u, uu + vv + m, sizeof *f->u, e))
 		return -1;
 	f->v = f->u + uu;
 	f->g = f->v + vv;
-	begin(f->u, m, ct_taps_is_identity(a));
+	return 0;
+}
+
+int ct_svd_cosines(struct ct_svd *f, size_t m, size_t n, double sigma, struct ct_err *e)
+{
+	const size_t reach = (size_t)floor(4.0 * sigma + 0.5);
+
+	if (room(f, m, n, e))
+		return -1;
+	ct_cosine_rows(f->u, m, m);
+	ct_cosine_rows(f->v, m, n);
+	for (size_t k = 0; k < m; k++) {
+		double sum = 1.0, mass = 1.0;
+
+		for (size_t d = 1; d <= reach; d++) {
+			const double x = (double)d / sigma, w = 2.0 * exp(-0.5 * x * x);
+
+			sum += w * cos(M_PI * (double)(k * d % (2 * n)) / (double)n);
+			mass += w;
+		}
+		f->g[k] = sum / mass;
+		if (f->g[k] * CT_SVD_LIMIT < 1.0)
+			f->g[k] = 0.0;
+	}
+	return 0;
+}
+
+int ct_svd_alloc(struct ct_svd *f, const struct ct_taps *a, struct ct_err *e)
+{
+	size_t m = a->n_out, n = a->n_in;
+
+	if (m > n)
+		return ct_fail(e, CT_EINPUT, "an operator from %zu to %zu samples", n, m);
+	if (room(f, m, n, e))
+		return -1;
+	ct_cosine_rows(f->u, m, m);
+	for (size_t i = 0; ct_taps_is_identity(a) && i < m * m; i++)
+		f->u[i] = i / m == i % m;
 	transformed(f->v, f->u, a);
 	if (ct_jacobi(f->m, f->n, f->v, f->u, e) || normalise(f, e)) {
 		ct_svd_free(f);

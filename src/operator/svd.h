@@ -30,6 +30,14 @@ struct ct_svd {
 /* Factor *a, not all zero. Allocates *f, which must be zero. Costs m^2 n flops. CT_EINPUT,
  * CT_ENOMEM. */
 int ct_svd_alloc(struct ct_svd *f, const struct ct_taps *a, struct ct_err *e);
+/* That of the operator that all cosines make diagonal, without factoring anything: a line of n
+ * samples, mirrored at its edges, blurred with a Gaussian of `sigma` of them, cut at the Nyquist
+ * frequency of m cells and sampled at their centres. But for the factor 1/sqrt(n/m):
+ *
+ *   g[k] = sum_d G[d] cos(pi k d / n), G the Gaussian at whole samples, cut at 4 sigma, of sum 1
+ *
+ * n/m need not be whole. *f must be zero. CT_EINPUT, CT_ENOMEM. */
+int ct_svd_cosines(struct ct_svd *f, size_t m, size_t n, double sigma, struct ct_err *e);
 /* Also legal on a zeroed struct; leaves it zeroed. */
 void ct_svd_free(struct ct_svd *f);
 /* The table of A+, n rows of m, or of the fewer that are not zero. Allocates. */
