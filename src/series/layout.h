@@ -52,6 +52,8 @@ struct ct_layout {
 	double near;        /* of step: a plane as near to a slice is that slice */
 };
 
+/* Unit vectors at right angles nearest to a slice's rows and columns, and their product. */
+void ct_layout_axes(const struct ct_slice *s, double a[3], double d[3], double u[3]);
 /* Sort n slices along their normal and say how they lie. The slices are parallel
  * (ct_slice_parallel) and pass ct_slice_check; CT_EGEOM if not, or if there are fewer than two. */
 int ct_layout_survey(struct ct_layout *l, struct ct_slice *s, size_t n, struct ct_err *e);
