@@ -4,7 +4,7 @@
 #include "config.h"
 #include "core/rng.h"
 #include "diffusion/draw.h"
-#include "diffusion/superres.h"
+#include "diffusion/sample-views.h"
 #include "numbers.h"
 #include "pinv.h"
 

@@ -3,7 +3,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "diffusion/superres.h"
+#include "diffusion/sample-views.h"
 #include "tap.h"
 
 #include <string.h>

@@ -5,5 +5,5 @@ libct_a_SOURCES += src/diffusion/sampler.h src/diffusion/draw.c src/diffusion/dr
 libct_a_SOURCES += src/diffusion/ddnm.c src/diffusion/ddim.c src/diffusion/bird.c
 libct_a_SOURCES += src/diffusion/patches.c src/diffusion/patches.h
 libct_a_SOURCES += src/diffusion/train.c src/diffusion/train.h
-libct_a_SOURCES += src/diffusion/superres.c src/diffusion/superres.h
+libct_a_SOURCES += src/diffusion/sample-views.c src/diffusion/sample-views.h
 libct_a_SOURCES += src/diffusion/prior.c src/diffusion/prior.h

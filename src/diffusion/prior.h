@@ -3,7 +3,7 @@
 #ifndef CT_DIFFUSION_PRIOR_H
 #define CT_DIFFUSION_PRIOR_H
 #include "core/tensors.h"
-#include "diffusion/superres.h"
+#include "diffusion/sample-views.h"
 #include "nn/unet.h"
 
 /* How values become numbers in [-1, 1]; the metadata "intensity_map" of a prior. */

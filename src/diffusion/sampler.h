@@ -34,7 +34,7 @@
  *                      DDIM begins with, which stays on its sphere, until A x is y; x0 as it is
  *
  * And two that are no chains: CT_SAMPLER_ONCE, what a network of super-resolution (nn/rdn.h,
- * omni.h) gives in one call, not held to y; CT_SAMPLER_NONE, which asks no network: superres.h.
+ * omni.h) gives in one call, not held to y; CT_SAMPLER_NONE, which asks no network: sample-views.h.
  *
  * Pictures are in [-1, 1], y too. Channels are restored together by the network and apart by A.
  */

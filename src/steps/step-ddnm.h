@@ -1,5 +1,5 @@
 /* step-ddnm.h: projections of a low-resolution CT become those of a high-resolution one, by a
- * diffusion prior that is held to them (the paper, section DDNM; diffusion/superres.h has the
+ * diffusion prior that is held to them (the paper, section DDNM; diffusion/sample-views.h has the
  * samplers), or by a network of super-resolution: all decisions once.
  *
  *     ct_step_ddnm_prior, ct_step_ddnm_plan, [what a caller keeps,] ct_step_ddnm_run

@@ -2,7 +2,7 @@
 #include "config.h"
 #include "train/data.h"
 #include "core/mem.h"
-#include "diffusion/superres.h"
+#include "diffusion/sample-views.h"
 #include "formats/any.h"
 #include "formats/format.h"
 #include "formats/hash.h"

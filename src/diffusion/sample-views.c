@@ -1,11 +1,11 @@
-/* superres.c: see superres.h.
+/* sample-views.c: see sample-views.h.
  *
  * A task is one sample of one view. All threads draw tasks in waves of whole views, the fewest that
  * fill them; samples are added in order. What a view becomes does not depend on the threads, nor on
  * what was done before.
  */
 #include "config.h"
-#include "diffusion/superres.h"
+#include "diffusion/sample-views.h"
 #include "core/mem.h"
 #include "core/rng.h"
 #include "core/vol.h"

@@ -1,4 +1,4 @@
-/* superres.h: super-resolution of a projection stack with a diffusion prior, view by view.
+/* sample-views.h: super-resolution of a projection stack with a diffusion prior, view by view.
  *
  * A view p (h, w), line integrals, becomes a picture of the network: p / norm, with
  * CT_MEASUREMENT_MEAN negative values raised to 0, [0, 1] mapped to [-1, 1], copied into every
@@ -15,8 +15,8 @@
  * CT_SAMPLER_NONE does nothing of that: its result is the start, init to the byte, or without init
  * the view on the finer grid (ct_superres_bilinear).
  */
-#ifndef CT_DIFFUSION_SUPERRES_H
-#define CT_DIFFUSION_SUPERRES_H
+#ifndef CT_DIFFUSION_SAMPLE_VIEWS_H
+#define CT_DIFFUSION_SAMPLE_VIEWS_H
 #include "core/env.h"
 #include "core/stack.h"
 #include "diffusion/sampler.h"
