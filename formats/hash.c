@@ -3,7 +3,13 @@
 #define XXH_INLINE_ALL
 #include "formats/hash.h"
 
+#include "core/mem.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 void ct_hash_begin(struct ct_hash *h)
 {
@@ -60,4 +66,51 @@ int ct_meta_input(struct ct_meta *m, const char *path, size_t n, const struct ct
 	const struct ct_hash h = hash_of(n, piece);
 
 	return ct_hash_input(&h, m, path, e);
+}
+
+static void put_hex(char hex[static CT_HASH_HEX], const struct ct_hash *h)
+{
+	uint64_t bits[2];
+
+	ct_hash_digest(h, bits);
+	snprintf(hex, CT_HASH_HEX, "%016llx%016llx", (unsigned long long)bits[0],
+		(unsigned long long)bits[1]);
+}
+
+void ct_hash_hex(char hex[static CT_HASH_HEX], size_t n, const void *data)
+{
+	const struct ct_hash h = hash_of(1, &(const struct ct_piece){data, n});
+
+	put_hex(hex, &h);
+}
+
+int ct_hash_file(
+	char hex[static CT_HASH_HEX], const char *path, const struct ct_env *env, struct ct_err *e)
+{
+	enum { BLOCK = 1 << 20 };
+	char *block = NULL;
+	struct ct_hash h;
+	struct stat st;
+	FILE *f;
+	size_t n;
+	int rc;
+
+	hex[0] = '\0';
+	if (stat(path, &st) != 0 || !S_ISREG(st.st_mode))
+		return 0;
+	f = fopen(path, "rb");
+	rc = f ? ct_alloc(&block, BLOCK, 1, e) : ct_fail_errno(e, CT_EINPUT, path);
+	ct_hash_begin(&h);
+	while (rc == 0 && (n = fread(block, 1, BLOCK, f)) > 0) {
+		ct_hash_add(&h, block, n);
+		rc = ct_check_stop(env, e);
+	}
+	if (rc == 0 && ferror(f))
+		rc = ct_fail_errno(e, CT_EINPUT, path);
+	if (rc == 0)
+		put_hex(hex, &h);
+	if (f)
+		fclose(f);
+	free(block);
+	return rc;
 }

@@ -1,7 +1,7 @@
 /* hash.h: what a file said, in 128 bits: XXH3. */
 #ifndef CT_FORMATS_HASH_H
 #define CT_FORMATS_HASH_H
-#include "core/err.h"
+#include "core/env.h"
 #include "core/meta.h"
 
 #include <stddef.h>
@@ -33,5 +33,11 @@ int ct_hash_input(const struct ct_hash *h, struct ct_meta *m, const char *path, 
 
 /* The 128 bits of n pieces. */
 void ct_hash_pieces(uint64_t bits[2], size_t n, const struct ct_piece *piece);
+
+/* As text: of n bytes, and of those of a file, "" if it is none. CT_ENOMEM, CT_ESTOP, CT_EINPUT. */
+enum { CT_HASH_HEX = 33 };
+void ct_hash_hex(char hex[static CT_HASH_HEX], size_t n, const void *data);
+int ct_hash_file(
+	char hex[static CT_HASH_HEX], const char *path, const struct ct_env *env, struct ct_err *e);
 
 #endif

@@ -26,35 +26,19 @@ static void note(const struct ct_env *env, enum ct_level level, const char *text
 static struct ct_io_rule files;
 static struct ct_env env = {.tool = "ct-t", .files = &files, .log = note};
 
-static void add_two(struct ct_commands *c)
-{
-	*c = (struct ct_commands){.source = {"src", "more"}};
-	ct_commands_add(c, "one", "t");
-	ct_commands_words(c, "src", "--a=more", "-a=src", "a=src", "two", "srcs", "", NULL);
-	ct_commands_add(c, "two", "it's");
-	ct_commands_words(c, "one", "a b", "'", "--b=one", "two", "$x", "A_z.09,/@%:-+=", NULL);
-}
-
 static void test_words(void)
 {
-	struct ct_commands c;
+	struct ct_commands c = {.n = 0};
 
-	add_two(&c);
-	OK(ct_commands_input(&c, 0, 1) && ct_commands_input(&c, 1, 1),
-		"a word that is a source, or was made before, is an input");
-	OK(is_text(ct_commands_input(&c, 0, 2), "more") &&
-			is_text(ct_commands_input(&c, 1, 4), "one"),
-		"an input is found behind its option too");
-	OK(!ct_commands_input(&c, 0, 3) && !ct_commands_input(&c, 0, 4) &&
-			!ct_commands_input(&c, 0, 5) && !ct_commands_input(&c, 0, 6) &&
-			!ct_commands_input(&c, 0, 0) && !ct_commands_input(&c, 1, 5) &&
-			!ct_commands_input(&c, 1, 2),
-		"no other word is an input");
+	ct_commands_add(&c, "one", "t");
+	ct_commands_words(&c, "src", "--a=more", "", NULL);
+	ct_commands_add(&c, "two", "it's");
+	ct_commands_words(&c, "one", "a b", "'", "--b=one", "$x", "A_z.09,/@%:-+=", NULL);
 	capture_begin(&shown);
 	ct_commands_print(&c, "", stdout);
 	capture_end(&shown);
-	OK(is_text(shown.out, "t src --a=more -a=src a=src two srcs ''\n"
-			      "'it'\\''s' one 'a b' ''\\''' --b=one two '$x' A_z.09,/@%:-+=\n"),
+	OK(is_text(shown.out, "t src --a=more ''\n"
+			      "'it'\\''s' one 'a b' ''\\''' --b=one '$x' A_z.09,/@%:-+=\n"),
 		"words are printed as a shell reads them");
 	ct_commands_free(&c);
 	OK(!c.n, "commands that are freed are none");
@@ -132,11 +116,38 @@ static void test_script(void)
 		exit(99);
 }
 
+static const char *const outputs[] = {"k/a", "k/b", "elsewhere"};
+
 static int begin(struct ct_kept *k, const char *folder)
 {
 	e = (struct ct_err){0};
 	said[0] = '\0';
-	return ct_kept_open(k, folder, &env, &e);
+	return ct_kept_open(k, folder, 3, outputs, &env, &e);
+}
+
+/* What output `place` is, with a key; -1 for an error. */
+static int look(struct ct_kept *k, size_t place, const char *key, bool of_own)
+{
+	char hex[CT_HASH_HEX];
+	enum ct_kept_is is;
+
+	said[0] = '\0';
+	e = (struct ct_err){0};
+	return ct_kept_look(&is, hex, k, place, outputs[place], key, of_own, &env, &e) ? -1
+										       : (int)is;
+}
+
+/* A run makes it. */
+static void make(struct ct_kept *k, size_t place, const char *key, const char *text)
+{
+	char hex[CT_HASH_HEX];
+
+	must(ct_kept_note(k, place, outputs[place], key, "-", &err));
+	if (!text)
+		return;
+	put_text(outputs[place], text);
+	ct_hash_hex(hex, strlen(text), text);
+	must(ct_kept_note(k, place, outputs[place], key, hex, &err));
 }
 
 static void test_done(void)
@@ -144,35 +155,65 @@ static void test_done(void)
 	struct ct_kept k;
 
 	must(begin(&k, "k"));
-	OK(ct_kept_look(&k, 1, "a1", "c1") == CT_KEPT_NOTHING && !ct_kept_owns(&k, "out"),
+	OK(look(&k, 1, "a1", false) == CT_KEPT_MISSING && !ct_kept_owns(&k, 1, "k/b"),
 		"in a new folder nothing was done");
-	must(ct_kept_note(&k, 1, "out", "a1", "", &err));
-	OK(ct_kept_look(&k, 1, "a1", "c1") == CT_KEPT_BEGUN && ct_kept_owns(&k, "out"),
-		"a step that is noted before it is done has begun");
-	OK(ct_kept_look(&k, 1, "a2", "c1") == CT_KEPT_NOTHING,
-		"a step with another key has not begun");
+	make(&k, 1, "a1", NULL);
 	ct_kept_close(&k);
 	must(begin(&k, "k"));
-	OK(ct_kept_look(&k, 1, "a1", "c1") == CT_KEPT_BEGUN, "what has begun is known afterwards");
-	must(ct_kept_note(&k, 1, "out", "a1", "c1", &err));
-	ct_kept_close(&k);
-	must(begin(&k, "k"));
-	OK(ct_kept_look(&k, 1, "a1", "c1") == CT_KEPT_DONE &&
-			ct_kept_look(&k, 1, "a1", "c2") == CT_KEPT_NOTHING &&
-			ct_kept_look(&k, 1, "a1", "") == CT_KEPT_NOTHING,
-		"a step is done while its output holds what it did");
-	OK(ct_kept_look(&k, 1, "", "c1") == CT_KEPT_NOTHING, "a key that is not known is no proof");
-	OK(ct_kept_owns(&k, "out") && !ct_kept_owns(&k, "out2") && !ct_kept_owns(&k, "ou"),
-		"an output is owned under its own name alone");
-	must(ct_kept_note(&k, 2, "m", "", "c1", &err));
-	OK(ct_kept_look(&k, 2, "", "c1") == CT_KEPT_NOTHING && ct_kept_owns(&k, "m"),
-		"what was made of a stream is owned, and not done");
+	OK(look(&k, 1, "a1", false) == CT_KEPT_BEGUN && ct_kept_owns(&k, 1, "k/b"),
+		"an output that is noted before it is done has begun");
+	OK(look(&k, 1, "a2", false) == CT_KEPT_MISSING, "an output with another key has not begun");
+	make(&k, 1, "a1", "one");
+	make(&k, 2, "a1", "two");
 	ct_kept_close(&k);
 	OK(k.lock == -1 && !k.folder, "a folder that is closed is closed");
 	ct_kept_close(&k);
+	must(begin(&k, "k"));
+	OK(look(&k, 1, "a1", false) == CT_KEPT_DONE && look(&k, 2, "a1", false) == CT_KEPT_DONE,
+		"an output that holds what was noted is done");
+	OK(!ct_kept_owns(&k, 1, "b") && !ct_kept_owns(&k, 2, "elsewher"),
+		"an output is owned under its own name alone");
+	OK(look(&k, 2, "a2", false) == CT_KEPT_MISSING && is_there("elsewhere"),
+		"an output elsewhere with another key is to be made, and stays until then");
+	put_text("elsewhere", "mine");
+	OK(look(&k, 2, "a1", false) == CT_KEPT_MISSING &&
+			is_text(said, "0 elsewhere: was changed, and is made again\n"),
+		"an output elsewhere that was changed is to be made, and that is said");
+	OK(look(&k, 1, "a2", false) == CT_KEPT_MISSING && !is_there("k/b"),
+		"an output in the folder with another key is removed");
+	ct_kept_close(&k);
 }
 
-/* run.state, each `from` in its first line being `to`. */
+static void test_own(void)
+{
+	struct ct_kept k;
+
+	must(begin(&k, "k"));
+	make(&k, 1, "a1", "one");
+	put_text("k/b", "mine");
+	OK(look(&k, 1, "a1", false) == CT_KEPT_OWN && strncmp(said, "0 k/b: is not what", 18) == 0,
+		"a file that a person changed is theirs, and that is said");
+	OK(look(&k, 1, "a2", false) == -1 && e.code == CT_EOUTPUT &&
+			strncmp(e.msg, "k/b: is not what a run made of this input", 41) == 0,
+		"a person's own file with another key is refused");
+	OK(look(&k, 1, "a2", true) == CT_KEPT_OWN,
+		"a person's own file that is made of another one is used");
+	OK(look(&k, 1, "a1", false) == CT_KEPT_OWN && is_text(text_of("k/b"), "mine"),
+		"a person's own file stays as it is");
+	put_text("k/a", "mine");
+	OK(look(&k, 0, "a1", false) == CT_KEPT_OWN,
+		"a file that a person put where the run has not come is used");
+	OK(look(&k, 0, "a2", false) == -1 && is_text(text_of("k/a"), "mine"),
+		"a file that a person put there is refused with another key");
+	remove("k/a");
+	make(&k, 1, "a1", NULL);
+	OK(look(&k, 1, "a1", false) == CT_KEPT_OWN,
+		"a file that was written when its run was killed is not made again");
+	make(&k, 1, "a1", "one");
+	ct_kept_close(&k);
+}
+
+/* run.state, `from` in its first line being `to`. */
 static void change(const char *from, const char *to)
 {
 	char text[4000], *at;
@@ -185,51 +226,49 @@ static void change(const char *from, const char *to)
 	put_text("k/run.state", text);
 }
 
+/* Is the folder refused for this file? */
+static bool refuses(const char *file)
+{
+	char want[200];
+	struct ct_kept k;
+	const int rc = begin(&k, "k");
+
+	ct_kept_close(&k);
+	snprintf(want, sizeof want, "%s: exists, and no run in this folder made it", file);
+	return rc == -1 && e.code == CT_EOUTPUT && strncmp(e.msg, want, strlen(want)) == 0;
+}
+
 static void test_versions(void)
 {
 	struct ct_kept k;
 
 	change(PACKAGE_VERSION, "9.9.9");
 	must(begin(&k, "k"));
-	OK(ct_kept_look(&k, 1, "a1", "c1") == CT_KEPT_NOTHING && ct_kept_owns(&k, "out"),
+	make(&k, 2, "a2", "two");
+	ct_kept_close(&k);
+	must(begin(&k, "k"));
+	OK(look(&k, 2, "a2", false) == CT_KEPT_DONE,
+		"what this version made beside another is done");
+	put_text("k/b", "mine");
+	OK(look(&k, 1, "a1", false) == CT_KEPT_OWN,
+		"a person's own file is used after another version");
+	put_text("k/b", "one");
+	OK(look(&k, 1, "a1", false) == CT_KEPT_MISSING && !is_there("k/b"),
 		"what another version made is owned, and not done");
-	must(ct_kept_note(&k, 2, "m", "a2", "c2", &err));
-	OK(ct_kept_look(&k, 1, "a1", "c1") == CT_KEPT_NOTHING &&
-			ct_kept_look(&k, 2, "a2", "c2") == CT_KEPT_DONE,
-		"another version is not believed when the state is written anew");
 	ct_kept_close(&k);
 	change("ct-t", "ct-u");
-	must(begin(&k, "k"));
-	OK(k.foreign && ct_kept_check(&k, 0, NULL, &env, &e) == -1 && e.code == CT_EOUTPUT &&
-			strncmp(e.msg, "k/run.state: exists, and no run in this folder made it",
-				54) == 0,
-		"a state of another command is refused");
-	ct_kept_close(&k);
+	OK(refuses("k/run.state"), "a state of another command is refused");
+	put_text("k/run.state", "mine\n");
+	OK(refuses("k/run.state"), "a file that is no state is refused");
+	remove("k/run.state");
+	put_text("k/b", "mine");
+	OK(refuses("k/b"), "an output that no run made is refused by its name");
+	files.force = true;
 	put_text("k/run.state", "mine\n");
 	must(begin(&k, "k"));
-	OK(ct_kept_check(&k, 0, NULL, &env, &e) == -1,
-		"a file of that name that is no state is refused");
-	files.force = true;
-	OK(ct_kept_check(&k, 0, NULL, &env, &e) == 0, "a state that is none is replaced by force");
+	OK(look(&k, 1, "a1", false) == CT_KEPT_MISSING && !is_there("k/run.state"),
+		"what no run made is replaced by force");
 	files.force = false;
-	ct_kept_close(&k);
-}
-
-static void test_foreign(void)
-{
-	const char *const outputs[] = {"f/a", "f/b", "elsewhere"};
-	struct ct_kept k;
-
-	must(begin(&k, "f"));
-	put_text("elsewhere", "");
-	OK(ct_kept_check(&k, 3, outputs, &env, &e) == 0,
-		"a file beside the folder is not asked about");
-	put_text("f/b", "");
-	OK(ct_kept_check(&k, 3, outputs, &env, &e) == -1 &&
-			strncmp(e.msg, "f/b: exists, and no run", 23) == 0,
-		"a file in the folder that no run made is refused by its name");
-	must(ct_kept_note(&k, 0, "f/b", "a1", "", &err));
-	OK(ct_kept_check(&k, 3, outputs, &env, &e) == 0, "one that a run began is not refused");
 	ct_kept_close(&k);
 }
 
@@ -237,31 +276,25 @@ static void test_commands_sh(void)
 {
 	struct ct_kept k;
 
-	must(begin(&k, "s"));
+	must(begin(&k, "k"));
 	must(ct_kept_script(&k, "one\n", 4, &env, &err));
-	OK(is_text(text_of("s/commands.sh"), "one\n"), "a script is written");
+	OK(is_text(text_of("k/commands.sh"), "one\n"), "a script is written");
 	must(ct_kept_script(&k, "two\n", 4, &env, &err));
-	OK(is_text(text_of("s/commands.sh"), "two\n") && !*said,
+	OK(is_text(text_of("k/commands.sh"), "two\n") && !*said,
 		"a script of a run is replaced by the next");
-	put_text("s/commands.sh", "mine\n");
+	put_text("k/commands.sh", "mine\n");
 	files.force = true;
 	must(ct_kept_script(&k, "two\n", 4, &env, &err));
-	OK(is_text(text_of("s/commands.sh"), "mine\n") &&
-			strncmp(said, "0 s/commands.sh: was edited, and stays", 37) == 0,
+	OK(is_text(text_of("k/commands.sh"), "mine\n") &&
+			strncmp(said, "0 k/commands.sh: was edited, and stays", 37) == 0,
 		"a script that was edited stays, forced or not, and that is said");
 	files.force = false;
-	remove("s/commands.sh");
+	remove("k/commands.sh");
 	must(ct_kept_script(&k, "two\n", 4, &env, &err));
-	OK(is_text(text_of("s/commands.sh"), "two\n"), "a script that was removed is written anew");
+	OK(is_text(text_of("k/commands.sh"), "two\n"), "a script that was removed is written anew");
 	ct_kept_close(&k);
-	must(begin(&k, "t"));
-	put_text("t/commands.sh", "mine\n");
-	OK(ct_kept_script(&k, "two\n", 4, &env, &e) == -1 && e.code == CT_EOUTPUT &&
-			is_text(text_of("t/commands.sh"), "mine\n"),
-		"a script that no run made is refused");
-	OK(ct_kept_script(&k, "mine\n", 5, &env, &e) == 0,
-		"unless it is the one that would be written");
-	ct_kept_close(&k);
+	remove("k/run.state");
+	OK(refuses("k/commands.sh"), "a script that no run made is refused");
 }
 
 /* Holds the lock of `path` for a while from now on. */
@@ -338,8 +371,8 @@ int main(void)
 	test_history();
 	test_script();
 	test_done();
+	test_own();
 	test_versions();
-	test_foreign();
 	test_commands_sh();
 	test_folder();
 	return tap_done();

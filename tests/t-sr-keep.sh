@@ -34,10 +34,8 @@ exits 0 'an output that is gone is made' "$@" in.nii sr.nii
 said '6 of 7' 'only the step of the output that is gone is done again'
 printf x >>sr.nii
 exits 0 'an output that is spoilt is made' "$@" in.nii sr.nii
+has err '^ct-sr: warning: sr.nii: was changed, and is made again' 'an output that is spoilt is warned of'
 alone sr.nii 'an output that is spoilt is as it was afterwards'
-cp cube.nii k/lr.nii
-exits 0 'a kept file that is another is made again' "$@" in.nii sr.nii
-alone sr.nii 'a kept file that was changed is not used'
 exits 0 'other options go on where they are the same' ct-sr -v -x 2 --paper --expert views=3,iterations=2,gaussians=20 --keep k in.nii sr.nii
 said '2 of 7' 'what does not depend on the number of views is left out'
 exits 0 'the options of before are taken again' "$@" in.nii sr.nii
@@ -46,6 +44,60 @@ sed '1s/ct-sr [^:]*/ct-sr 0.0.0/' k/run.state >old && ! cmp -s old k/run.state &
 exits 0 'what another version kept is made again' "$@" in.nii sr.nii
 grep -q 'steps were done' err; [ $? -eq 1 ]; ok $? 'nothing that another version kept is left out'
 alone sr.nii 'the result after another version is right'
+# A person's own file in the place of a kept one.
+own_lr() { cat cube.nii >k/lr.nii; }
+own_up_proj() { ct-project -q -f -n 2 --method joseph -w -512:3071 --overshoot k/up.nii k/up-proj.exr; }
+own_sr_proj() { ct-ddnm -q -f --sampler none -x 2 k/lr-proj.exr k/sr-proj.exr; }
+own_residual() { ct-nabgs -q -f --base k/up.nii --iterations 3 --gaussians 9 k/sr-proj.exr k/residual.ply; }
+for f in lr.nii up-proj.exr sr-proj.exr residual.ply; do
+	made=$(echo "${f%.*}" | tr - _)
+	cp k/$f was; "own_$made" && ! cmp -s was k/$f; ok $? "a file of one's own is put in the place of $f"
+	cp k/$f mine; rm -rf c; mkdir c; cp -r in.nii k c
+	sed "/ k\/$f --force$/d" k/commands.sh >c/k/commands.sh; sh c/k/commands.sh >/dev/null 2>&1; ok $? "the commands behind $f run on it"
+	exits 0 "a run goes on with one's own $f" "$@" in.nii sr.nii
+	has err "^ct-sr: warning: k/$f: is not what a run in this folder made: it is used as it is$" "one's own $f is told to be used"
+	cmp -s k/$f mine; ok $? "one's own $f stays as it is"
+	cmp -s sr.nii c/sr.nii; ok $? "the result is that of one's own $f"
+	bad=''; for g in lr.nii up.nii up-proj.exr lr-proj.exr sr-proj.exr residual.ply; do cmp -s k/$g c/k/$g || bad="$bad $g"; done
+	[ -z "$bad" ]; ok $? "what follows from one's own $f is made of it$bad"
+	exits 0 "a run with one's own $f may be run again" "$@" -f in.nii sr.nii
+	said '7 of 7' "nothing is done again beside one's own $f"
+	cmp -s k/$f mine; ok $? "one's own $f stays as it is, forced or not"
+	if [ $f != lr.nii ]; then
+		cat cube.nii >in.nii
+		exits 4 "one's own $f is refused for another patient" "$@" -f in.nii sr.nii
+		has err "^ct-sr: k/$f: is not what a run made of this input with these options, so is not written over: remove it" "one's own $f of another patient is named"
+		cmp -s k/$f mine; ok $? "one's own $f of another patient stays as it is"
+		cat marks.nii >in.nii
+	fi
+	echo junk >k/$f
+	exits 3 "a kept $f that is junk is refused" "$@" in.nii sr.nii
+	has err "k/$f: " "the error of a kept $f that is junk names it"
+	[ "$(cat k/$f)" = junk ]; ok $? "a kept $f that is junk stays as it is"
+	rm k/$f
+	exits 0 "a run makes $f where it was removed" "$@" in.nii sr.nii
+	alone sr.nii "the result without one's own $f is as before"
+done
+own_sr_proj; cp k/sr-proj.exr mine
+exits 4 "one's own projections are refused with other options" ct-sr -v -x 2 --paper --expert views=3,iterations=2,gaussians=20 --keep k in.nii sr.nii
+cmp -s k/sr-proj.exr mine; ok $? "one's own projections stay as they are with other options"
+exits 0 "one's own projections serve another fit" ct-sr -v -x 2 --paper --expert views=2,iterations=3,gaussians=20 --keep k in.nii sr.nii
+cmp -s k/sr-proj.exr mine; ok $? "one's own projections stay as they are for another fit"
+ct-ddnm -q -f --sampler none -x 4 k/lr-proj.exr k/sr-proj.exr; cp k/sr-proj.exr mine
+exits 5 "one's own projections of another detector are refused" "$@" in.nii sr.nii
+has err 'k/sr-proj.exr' "the error of one's own projections of another detector names them"
+cmp -s k/sr-proj.exr mine; ok $? "one's own projections of another detector stay as they are"
+rm k/sr-proj.exr
+signalled 5 15 "$@" in.nii sr.nii >/dev/null 2>&1; [ ! -e k/sr-proj.exr ]; ok $? 'a run is stopped before its finer projections'
+own_sr_proj; cp k/sr-proj.exr mine
+exits 0 "one's own projections may be put where a run was stopped" "$@" in.nii sr.nii
+cmp -s k/sr-proj.exr mine; ok $? "one's own projections stay as they are where a run was stopped"
+rm k/sr-proj.exr; "$@" in.nii sr.nii 2>/dev/null
+sed 's/--views=2/--views=3/' k/commands.sh >edited; cat edited >k/commands.sh; sh k/commands.sh >/dev/null 2>&1; cp sr.nii mine; cp k/sr-proj.exr mine.exr
+exits 0 'a run goes on with all that an edited script made' "$@" in.nii sr.nii
+cmp -s sr.nii mine && cmp -s k/sr-proj.exr mine.exr; ok $? 'the result is that of the edited script'
+rm k/commands.sh k/*-proj.exr k/residual.ply; exits 0 'what an edited script made may be removed' "$@" in.nii sr.nii
+alone sr.nii 'the result is that of the options where all was removed'
 mkdir foreign && echo mine >foreign/lr.nii
 exits 4 'a folder with a volume that no run made is refused' ct-sr -q -x 2 --paper --expert views=2,iterations=2,gaussians=20 --keep foreign in.nii other.nii
 [ "$(ls foreign)" = lr.nii ] && [ "$(cat foreign/lr.nii)" = mine ]; ok $? 'a folder that is refused stays as it is'
@@ -67,8 +119,8 @@ cp "$srcdir/src/prior/prior.safetensors" prior.safetensors
 exits 0 'a prior may be named' "$@" --prior prior.safetensors --keep bal marks.nii bal.nii
 exits 0 'the installed prior is the same one' "$@" --keep bal marks.nii bal.nii
 said '7 of 7' 'a prior of another name that holds the same is the same'
-printf x >>bal/up-proj.exr
-exits 0 'projections that are spoilt are made again' "$@" --keep bal marks.nii bal.nii
+rm bal/up-proj.exr
+exits 0 'projections that are gone are made again' "$@" --keep bal marks.nii bal.nii
 said '6 of 7' 'what follows from projections that come out the same is left out'
 
 # The script.
@@ -96,7 +148,8 @@ has err '^ct-sr: warning: bal/commands.sh: was edited, and stays as it is' 'a sc
 said '7 of 7' 'a script that was edited changes nothing of the run'
 sh bal/commands.sh >/dev/null 2>&1; ok $? 'a script that was edited runs'
 exits 0 'a run follows a script that was edited' "$@" --keep bal marks.nii bal.nii
-said '5 of 7' 'what the edited script made otherwise is made again'
+said '6 of 7' 'what the edited script made otherwise is used'
+has err 'bal/residual.ply: is not what a run in this folder made: it is used' 'what the edited script made otherwise is told to be used'
 rm bal/commands.sh; exits 0 'a script that was removed is written again' "$@" --keep bal marks.nii bal.nii
 [ -s bal/commands.sh ] && ! cmp -s edited bal/commands.sh; ok $? 'the script that is written again is that of the run'
 

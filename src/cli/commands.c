@@ -41,21 +41,6 @@ void ct_commands_word(struct ct_commands *c, const char *fmt, ...)
 	va_end(ap);
 }
 
-const char *ct_commands_input(const struct ct_commands *c, size_t i, size_t k)
-{
-	const char *word = c->step[i].argv[k], *equals = strchr(word, '=');
-
-	if (strncmp(word, "--", 2) == 0 && equals)
-		word = equals + 1;
-	for (size_t s = 0; s < 2; s++)
-		if (c->source[s] && strcmp(word, c->source[s]) == 0)
-			return word;
-	for (size_t s = 0; s < i; s++)
-		if (strcmp(word, c->step[s].output) == 0)
-			return word;
-	return NULL;
-}
-
 /* A word as a shell would read it. */
 static void put_word(const char *w, FILE *f)
 {

@@ -17,21 +17,17 @@ struct ct_commands_line {
 };
 
 struct ct_commands {
-	const char *source[2]; /* files that commands read and none makes; borrowed */
 	size_t n;
 	struct ct_commands_line step[CT_COMMANDS_MOST];
 	bool no_memory; /* for a word */
 };
 
-/* Append a command; `output` is what it makes. The words that follow are its own. A word that is a
- * source or the output of a command before, or "--option=" and one, names an input. */
+/* Append a command; `output` is what it makes. The words that follow are its own. */
 void ct_commands_add(struct ct_commands *c, const char *output, const char *tool);
 /* Words up to a NULL; one, printf-like. */
 void ct_commands_words(struct ct_commands *c, ...) __attribute__((sentinel));
 void ct_commands_word(struct ct_commands *c, const char *fmt, ...)
 	__attribute__((format(printf, 2, 3)));
-/* The input that word k of command i names, or NULL. */
-const char *ct_commands_input(const struct ct_commands *c, size_t i, size_t k);
 /* To f as a shell reads them, a line each, with `last` at its end. */
 void ct_commands_print(const struct ct_commands *c, const char *last, FILE *f);
 /* A script of them to f, which runs from wherever it is called if it lies in `folder`. CT_EOUTPUT.

@@ -1,7 +1,6 @@
 /* kept.c: see kept.h. */
 #include "config.h"
 #include "cli/kept.h"
-#include "formats/hash.h"
 #include "formats/io.h"
 #include "formats/temp.h"
 
@@ -13,39 +12,36 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#define STATE "run.state"
-#define SCRIPT "commands.sh"
-#define FIRST ": what a run in this folder has made\n" /* behind the command and its version */
-
-char *ct_kept_path(const struct ct_kept *k, const char *name)
-{
-	char *path = NULL;
-
-	return asprintf(&path, "%s/%s", k->folder, name) < 0 ? NULL : path;
-}
-
-void ct_kept_hash(char hex[static CT_CONTENT_HEX], const char *text, size_t n)
-{
-	uint64_t bits[2];
-
-	ct_hash_pieces(bits, 1, &(const struct ct_piece){text, n});
-	snprintf(hex, CT_CONTENT_HEX, "%016llx%016llx", (unsigned long long)bits[0],
-		(unsigned long long)bits[1]);
-}
+#define FIRST ": what a run in this folder made\n" /* behind the command and its version */
 
 static int no_memory(struct ct_err *e)
 {
 	return ct_fail(e, CT_ENOMEM, "no memory for a file name");
 }
 
+/* FOLDER/NAME, to be freed; NULL if no memory. */
+static char *in_folder(const struct ct_kept *k, const char *name)
+{
+	char *path = NULL;
+
+	return asprintf(&path, "%s/%s", k->folder, name) < 0 ? NULL : path;
+}
+
+/* The name of an output in the folder, "/NAME", or NULL for one elsewhere. */
+static const char *within(const struct ct_kept *k, const char *output)
+{
+	const size_t n = strlen(k->folder);
+
+	return strncmp(output, k->folder, n) == 0 && output[n] == '/' ? output + n : NULL;
+}
+
 static int take_lock(struct ct_kept *k, struct ct_err *e)
 {
-	char *path = ct_kept_path(k, "lock");
+	char *path = in_folder(k, "lock");
 	int rc = 0;
 
 	if (!path)
 		return no_memory(e);
-	k->fresh = access(path, F_OK) != 0;
 	k->lock = open(path, O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0600);
 	if (k->lock < 0)
 		rc = ct_fail_errno(e, CT_EOUTPUT, path);
@@ -58,128 +54,159 @@ static int take_lock(struct ct_kept *k, struct ct_err *e)
 	return rc;
 }
 
-/* A line of a step, or of the script. */
-static void take_line(struct ct_kept *k, const char *line)
+/* One line is that of a file; no name has an end of line. */
+static int take_line(struct ct_kept *k, const char *line, bool old, struct ct_err *e)
 {
-	struct ct_kept_step s = {0};
-	size_t i;
+	struct ct_kept_note s = {0};
+	size_t place;
+	int made_now, at = 0;
 
-	if (sscanf(line, "%zu %32[0-9a-f-] %32[0-9a-f-] %32[0-9a-f]", &i, s.key, s.made, s.name) ==
-			4 &&
-		i < CT_KEPT_STEPS)
-		k->step[i] = s;
-	else if (sscanf(line, "script %32[0-9a-f]", s.made) == 1)
-		k->script = s;
+	if (sscanf(line, "%zu %d %32[0-9a-f-] %32[0-9a-f-] %n", &place, &made_now, s.key, s.made,
+		    &at) < 4 ||
+		!at || place >= CT_KEPT_PLACES)
+		return 0;
+	s.old = old || !made_now;
+	s.name = strdup(line + at);
+	free(k->note[place].name);
+	k->note[place] = s;
+	return s.name ? 0 : no_memory(e);
 }
 
-/* Is it the state of a run of this command, and of which version? */
-static bool take_first(struct ct_kept *k, const char *text)
+static int read_state(struct ct_kept *k, const char *path, struct ct_err *e)
 {
-	const size_t n = strlen(k->tool);
-	const char *behind = strstr(text, FIRST);
-
-	if (!behind || strncmp(text, k->tool, n) != 0 || text[n] != ' ')
-		return false;
-	k->other = strlen(PACKAGE_VERSION) != (size_t)(behind - text) - n - 1 ||
-		   strncmp(text + n + 1, PACKAGE_VERSION, strlen(PACKAGE_VERSION)) != 0;
-	return true;
-}
-
-static int read_state(struct ct_kept *k, struct ct_err *e)
-{
-	char *path = ct_kept_path(k, STATE);
 	unsigned char *text = NULL;
-	int rc = path ? 0 : no_memory(e);
+	char *line, *behind, *end, first[120];
+	int rc = 0;
 	size_t n;
 
-	if (path && access(path, F_OK) == 0 && (rc = ct_slurp(path, &text, &n, e)) == 0) {
-		k->foreign = !take_first(k, (char *)text);
-		for (char *line = (char *)text; !k->foreign && *line;) {
-			char *end = line + strcspn(line, "\n"), *next = end + (*end != '\0');
-
-			*end = '\0';
-			take_line(k, line);
-			line = next;
-		}
+	if (access(path, F_OK) != 0)
+		return 0;
+	if (ct_slurp(path, &text, &n, e))
+		return -1;
+	n = strlen(k->tool);
+	line = (char *)text;
+	behind = strstr(line, FIRST);
+	k->noted = behind && strncmp(line, k->tool, n) == 0 && line[n] == ' ';
+	snprintf(first, sizeof first, "%s %s" FIRST, k->tool, PACKAGE_VERSION);
+	n = strlen(first);
+	for (line = behind ? strchr(behind, '\n') + 1 : NULL; k->noted && *line && rc == 0;
+		line = end + 1) {
+		end = strchrnul(line, '\n');
+		if (*end == '\0') /* the file ends in the middle of a line */
+			break;
+		*end = '\0';
+		rc = take_line(k, line, strncmp((char *)text, first, n) != 0, e);
 	}
 	free(text);
-	free(path);
 	return rc;
 }
 
-int ct_kept_open(struct ct_kept *k, const char *folder, const struct ct_env *env, struct ct_err *e)
+/* What is there where no run has worked. */
+static int check_foreign(const struct ct_kept *k, size_t n, const char *const *outputs,
+	const struct ct_env *env, struct ct_err *e)
 {
+	for (size_t i = 0; i < n && !k->noted; i++) {
+		if (!within(k, outputs[i]) || access(outputs[i], F_OK) != 0)
+			continue;
+		if (!ct_io_rule_of(env).force)
+			return ct_fail(e, CT_EOUTPUT,
+				"%s: exists, and no run in this folder made it; name another "
+				"folder, or --force overwrites it",
+				outputs[i]);
+		if (unlink(outputs[i]))
+			return ct_fail_errno(e, CT_EOUTPUT, outputs[i]);
+	}
+	return 0;
+}
+
+/* A folder that is refused stays as it was, so it is locked after that; and the run that worked in
+ * it meanwhile may have made more. */
+int ct_kept_open(struct ct_kept *k, const char *folder, size_t n, const char *const *outputs,
+	const struct ct_env *env, struct ct_err *e)
+{
+	char *own[2] = {0};
+	int rc;
+
 	*k = (struct ct_kept){.folder = strdup(folder), .lock = -1, .tool = env->tool};
-	if (!k->folder)
-		return no_memory(e);
-	if (mkdir(folder, 0777) != 0 && errno != EEXIST)
-		return ct_fail_errno(e, CT_EOUTPUT, folder);
-	return take_lock(k, e) || read_state(k, e) ? -1 : 0;
+	if (!k->folder || !(own[0] = in_folder(k, "run.state")) ||
+		!(own[1] = in_folder(k, "commands.sh")))
+		rc = no_memory(e);
+	else if (mkdir(folder, 0777) != 0 && errno != EEXIST)
+		rc = ct_fail_errno(e, CT_EOUTPUT, folder);
+	else
+		rc = read_state(k, own[0], e) ||
+				     check_foreign(k, 2, (const char *const *)own, env, e) ||
+				     check_foreign(k, n, outputs, env, e) || take_lock(k, e) ||
+				     read_state(k, own[0], e)
+			     ? -1
+			     : 0;
+	free(own[0]);
+	free(own[1]);
+	return rc;
 }
 
-bool ct_kept_owns(const struct ct_kept *k, const char *output)
+bool ct_kept_owns(const struct ct_kept *k, size_t place, const char *output)
 {
-	char name[CT_CONTENT_HEX];
+	const char *was = k->note[place].name, *name = within(k, output);
 
-	ct_kept_hash(name, output, strlen(output));
-	for (size_t i = 0; i < CT_KEPT_STEPS; i++)
-		if (strcmp(k->step[i].name, name) == 0)
-			return true;
-	return false;
+	return was && strcmp(was, name ? name : output) == 0;
 }
 
-static int refuse(struct ct_kept *k, const char *foreign, struct ct_err *e)
-{
-	k->refused = true;
-	return ct_fail(e, CT_EOUTPUT,
-		"%s: exists, and no run in this folder made it; name another folder, or --force "
-		"overwrites it",
-		foreign);
-}
-
-int ct_kept_check(struct ct_kept *k, size_t n, const char *const *outputs, const struct ct_env *env,
+int ct_kept_look(enum ct_kept_is *is, char hex[static CT_HASH_HEX], struct ct_kept *k, size_t place,
+	const char *output, const char *key, bool of_own, const struct ct_env *env,
 	struct ct_err *e)
 {
-	const size_t len = strlen(k->folder);
-	char *state = ct_kept_path(k, STATE);
-	int rc = !state                                    ? no_memory(e)
-		 : k->foreign && !ct_io_rule_of(env).force ? refuse(k, state, e)
-							   : 0;
+	const bool owned = ct_kept_owns(k, place, output), inside = within(k, output) != NULL;
+	const struct ct_kept_note *s = &k->note[place];
+	const bool same = owned && strcmp(s->key, key) == 0, ours = owned && !s->old;
 
-	for (size_t i = 0; i < n && rc == 0 && !ct_io_rule_of(env).force; i++)
-		if (strncmp(outputs[i], k->folder, len) == 0 && outputs[i][len] == '/' &&
-			access(outputs[i], F_OK) == 0 && !ct_kept_owns(k, outputs[i]))
-			rc = refuse(k, outputs[i], e);
-	free(state);
-	return rc;
+	*is = ours && same && strcmp(s->made, "-") == 0 ? CT_KEPT_BEGUN : CT_KEPT_MISSING;
+	if (ct_hash_file(hex, output, env, e))
+		return -1;
+	if (!*hex)
+		return 0;
+	if (owned && strcmp(s->made, hex) == 0) {
+		if (ours && same)
+			*is = CT_KEPT_DONE;
+		else if (inside && unlink(output))
+			return ct_fail_errno(e, CT_EOUTPUT, output);
+	} else if (!inside) {
+		if (owned && strcmp(s->made, "-") != 0)
+			ct_log(env, CT_WARN, "%s: was changed, and is made again", output);
+	} else if (owned && !same && !of_own)
+		return ct_fail(e, CT_EOUTPUT,
+			"%s: is not what a run made of this input with these options, so is not "
+			"written over: remove it, or name another folder",
+			output);
+	else {
+		*is = CT_KEPT_OWN;
+		ct_log(env, CT_WARN,
+			"%s: is not what a run in this folder made: it is used as it is", output);
+		if (!owned)
+			return ct_kept_note(k, place, output, key, "-", e);
+	}
+	return 0;
 }
 
-enum ct_kept_done ct_kept_look(
-	const struct ct_kept *k, size_t i, const char *key, const char *content)
+int ct_kept_note(struct ct_kept *k, size_t place, const char *output, const char *key,
+	const char *made, struct ct_err *e)
 {
-	const struct ct_kept_step *s = &k->step[i];
-
-	if (k->other || !*key || strcmp(s->key, key) != 0)
-		return CT_KEPT_NOTHING;
-	if (strcmp(s->made, "-") == 0)
-		return CT_KEPT_BEGUN;
-	return strcmp(s->made, content) == 0 ? CT_KEPT_DONE : CT_KEPT_NOTHING;
-}
-
-static int save(const struct ct_kept *k, struct ct_err *e)
-{
-	char *path = ct_kept_path(k, STATE);
+	const char *name = within(k, output);
+	char *path = in_folder(k, "run.state");
+	struct ct_kept_note s = {.name = strdup(name ? name : output)};
 	struct ct_out o = {0};
-	int rc = path ? ct_out_open_private(&o, path, e) : no_memory(e);
+	int rc = path && s.name ? ct_out_open_private(&o, path, e) : no_memory(e);
 
+	snprintf(s.key, sizeof s.key, "%s", key);
+	snprintf(s.made, sizeof s.made, "%s", made);
+	free(k->note[place].name);
+	k->note[place] = s;
 	if (rc == 0) {
 		fprintf(o.f, "%s %s" FIRST, k->tool, PACKAGE_VERSION);
-		for (size_t i = 0; i < CT_KEPT_STEPS; i++)
-			if (*k->step[i].name)
-				fprintf(o.f, "%zu %s %s %s\n", i, k->step[i].key, k->step[i].made,
-					k->step[i].name);
-		if (*k->script.made)
-			fprintf(o.f, "script %s\n", k->script.made);
+		for (size_t i = 0; i < CT_KEPT_PLACES; i++)
+			if (k->note[i].name && !strchr(k->note[i].name, '\n'))
+				fprintf(o.f, "%zu %d %s %s %s\n", i, !k->note[i].old,
+					k->note[i].key, k->note[i].made, k->note[i].name);
 		rc = ct_out_commit(&o, e);
 	}
 	ct_out_abandon(&o);
@@ -187,51 +214,26 @@ static int save(const struct ct_kept *k, struct ct_err *e)
 	return rc;
 }
 
-int ct_kept_note(struct ct_kept *k, size_t i, const char *output, const char *key, const char *made,
-	struct ct_err *e)
-{
-	struct ct_kept_step *s = &k->step[i];
-
-	if (k->other) /* what another version made is only owned */
-		for (size_t j = 0; j < CT_KEPT_STEPS; j++)
-			if (*k->step[j].name)
-				snprintf(k->step[j].key, sizeof k->step[j].key, "-");
-	k->other = false;
-	snprintf(s->key, sizeof s->key, "%s", *key ? key : "-");
-	snprintf(s->made, sizeof s->made, "%s", *made ? made : "-");
-	ct_kept_hash(s->name, output, strlen(output));
-	return save(k, e);
-}
-
 int ct_kept_script(
 	struct ct_kept *k, const char *text, size_t n, const struct ct_env *env, struct ct_err *e)
 {
-	char *path = ct_kept_path(k, SCRIPT), is[CT_CONTENT_HEX] = "", want[CT_CONTENT_HEX];
-	const struct ct_io_rule rule = {.force = true};
-	struct ct_env own = *env;
+	const struct ct_kept_note *s = &k->note[CT_KEPT_SCRIPT];
+	char *path = in_folder(k, "commands.sh"), is[CT_HASH_HEX], want[CT_HASH_HEX];
 	struct ct_out o = {0};
-	int rc = path ? ct_content_read(is, path, env, e) : no_memory(e);
-	bool as_it_is, ours;
+	int rc = path ? ct_hash_file(is, path, env, e) : no_memory(e);
 
-	own.files = &rule;
-	ct_kept_hash(want, text, n);
-	as_it_is = strcmp(is, want) == 0;
-	ours = !*is || as_it_is || strcmp(is, k->script.made) == 0;
-	if (rc == 0 && !ours && *k->script.made)
+	ct_hash_hex(want, n, text);
+	if (rc == 0 && *is && strcmp(is, want) != 0 && strcmp(is, s->made) != 0)
 		ct_log(env, CT_WARN,
 			"%s: was edited, and stays as it is: this run may not be what it does",
 			path);
-	else if (rc == 0 && !ours && !ct_io_rule_of(env).force)
-		rc = refuse(k, path, e);
-	else if (rc == 0) {
-		if (!as_it_is)
-			rc = ct_out_open(&o, path, &own, e) || ct_put(&o, text, n, e) ||
-					     ct_out_commit(&o, e)
-				     ? -1
-				     : 0;
-		snprintf(k->script.made, sizeof k->script.made, "%s", want);
-		rc = rc ? -1 : save(k, e);
-	}
+	else if (rc == 0 && strcmp(is, want) != 0)
+		rc = (*is && unlink(path) && ct_fail_errno(e, CT_EOUTPUT, path)) ||
+				     ct_kept_note(k, CT_KEPT_SCRIPT, path, "-", want, e) ||
+				     ct_out_open(&o, path, env, e) || ct_put(&o, text, n, e) ||
+				     ct_out_commit(&o, e)
+			     ? -1
+			     : 0;
 	ct_out_abandon(&o);
 	free(path);
 	return rc;
@@ -239,13 +241,10 @@ int ct_kept_script(
 
 void ct_kept_close(struct ct_kept *k)
 {
-	char *path = k->lock >= 0 && k->fresh && k->refused ? ct_kept_path(k, "lock") : NULL;
-
-	if (path) /* a folder that was refused stays as it was */
-		unlink(path);
-	free(path);
 	if (k->lock >= 0)
 		close(k->lock);
+	for (size_t i = 0; i < CT_KEPT_PLACES; i++)
+		free(k->note[i].name);
 	free(k->folder);
 	*k = (struct ct_kept){.lock = -1};
 }

@@ -1,59 +1,58 @@
-/* kept.h: a folder that keeps what the steps of a run make, so that the same run goes on, by
- * content.
+/* kept.h: a folder that keeps what the steps of a run make, so that the same run goes on, and a
+ * person may put a file of their own in the place of one.
  *
- * FOLDER/run.state is text. Its first line has the command and its version. Each other is of a
- * step: its number, its key, what its output held when it was done ("-" while it is made), and a
- * hash of the output's name. A key stands for all that decides what a step makes: words, and what
- * its inputs hold. The last line is of FOLDER/commands.sh. FOLDER/lock is locked by the run.
+ * FOLDER/run.state is text. Its first line has the command and its version. Each other is of one
+ * output: its place, whether this version made it, a key, the hash of what it held when it was done
+ * ("-": it was begun), and its name. A key is a hash of all that decides what the output is: words,
+ * and what its inputs hold. The line of FOLDER/commands.sh is the last. FOLDER/lock is locked by
+ * the run.
+ *
+ * A file in the folder that does not hold what was noted is a person's own: it is used as it is, or
+ * refused if what it stands for is another by now. It is never written over.
  */
 #ifndef CT_CLI_KEPT_H
 #define CT_CLI_KEPT_H
-#include "cli/content.h"
+#include "formats/hash.h"
 
-#include <stddef.h>
+#include <stdbool.h>
 
-enum { CT_KEPT_STEPS = 12 };
+enum { CT_KEPT_SCRIPT = 11, CT_KEPT_PLACES };
+enum ct_kept_is { CT_KEPT_MISSING, CT_KEPT_BEGUN, CT_KEPT_DONE, CT_KEPT_OWN };
 
-/* As run.state tells of it; "" where nothing is told. */
-struct ct_kept_step {
-	char key[CT_CONTENT_HEX], made[CT_CONTENT_HEX], name[CT_CONTENT_HEX];
+/* As run.state has it; its name is NULL if nothing is noted. */
+struct ct_kept_note {
+	char key[CT_HASH_HEX], made[CT_HASH_HEX], *name;
+	bool old; /* made by another version */
 };
-enum ct_kept_done { CT_KEPT_NOTHING, CT_KEPT_BEGUN, CT_KEPT_DONE };
 
 struct ct_kept {
 	char *folder; /* owned */
 	int lock;
-	bool fresh, refused; /* this run made the lock; what is there is of no run */
-	const char *tool;    /* of the run; borrowed */
-	bool other, foreign; /* run.state is of another version; it is no such file */
-	struct ct_kept_step step[CT_KEPT_STEPS], script;
+	const char *tool; /* of the run; borrowed */
+	bool noted;       /* a run has worked here */
+	struct ct_kept_note note[CT_KEPT_PLACES];
 };
 
-/* Work in `folder`, made if missing. CT_EOUTPUT, also if another run works in it. */
-int ct_kept_open(struct ct_kept *k, const char *folder, const struct ct_env *env, struct ct_err *e);
-/* FOLDER/NAME, to be freed; NULL if no memory. */
-char *ct_kept_path(const struct ct_kept *k, const char *name);
-/* CT_EOUTPUT naming it, unless it is forced, if one of these outputs, or run.state, is a file in
- * the folder that no run in it made. */
-int ct_kept_check(struct ct_kept *k, size_t n, const char *const *outputs, const struct ct_env *env,
-	struct ct_err *e);
-/* Has a run in this folder begun to make `output`, under that name? */
-bool ct_kept_owns(const struct ct_kept *k, const char *output);
-/* What of step i, which makes `output`, was done, with this key; that output holds `content` now.
+/* Work in `folder`, made if missing. CT_EOUTPUT naming it, also if another run works in it, or if
+ * no run has and one of these n outputs, run.state or commands.sh is there; with force that goes.
  */
-enum ct_kept_done ct_kept_look(
-	const struct ct_kept *k, size_t i, const char *key, const char *content);
-/* Step i makes `output`, or has made it, and that holds `made`; "": it is being made. The key may
- * be
- * "": not known. */
-int ct_kept_note(struct ct_kept *k, size_t i, const char *output, const char *key, const char *made,
+int ct_kept_open(struct ct_kept *k, const char *folder, size_t n, const char *const *outputs,
+	const struct ct_env *env, struct ct_err *e);
+/* Has a run in this folder begun to make that output, under that name? */
+bool ct_kept_owns(const struct ct_kept *k, size_t place, const char *output);
+/* *is <- what an output with this key is now; `of_own`: it is made of a person's own file, so that
+ * it may be another one, too. `hex` <- what it holds. A file of a run that is out of date is
+ * removed if it lies in the folder. CT_EOUTPUT for a person's own that is. */
+int ct_kept_look(enum ct_kept_is *is, char hex[static CT_HASH_HEX], struct ct_kept *k, size_t place,
+	const char *output, const char *key, bool of_own, const struct ct_env *env,
 	struct ct_err *e);
-/* Write FOLDER/commands.sh, a text of n bytes. One that somebody has edited stays, forced or not,
- * and that is said; one that no run made is refused as above. CT_EOUTPUT. */
+/* It is being made ("-"), or it is done and holds `made`. CT_EOUTPUT. */
+int ct_kept_note(struct ct_kept *k, size_t place, const char *output, const char *key,
+	const char *made, struct ct_err *e);
+/* Write FOLDER/commands.sh, a text of n bytes. One that a person has edited stays, forced or not,
+ * with a warning. CT_EOUTPUT. */
 int ct_kept_script(
 	struct ct_kept *k, const char *text, size_t n, const struct ct_env *env, struct ct_err *e);
-/* The hash of a text: of a key. */
-void ct_kept_hash(char hex[static CT_CONTENT_HEX], const char *text, size_t n);
 /* Also legal on a struct that is zero but for a lock of -1. */
 void ct_kept_close(struct ct_kept *k);
 

@@ -8,7 +8,6 @@ libct_a_SOURCES += src/cli/keep.c src/cli/keep.h
 libct_a_SOURCES += src/cli/modes.c src/cli/modes.h
 libct_a_SOURCES += src/cli/progress.c src/cli/progress.h
 libct_a_SOURCES += src/cli/stop.c src/cli/stop.h
-libct_a_SOURCES += src/cli/content.c src/cli/content.h
 libct_a_SOURCES += src/cli/kept.c src/cli/kept.h
 libct_a_SOURCES += src/cli/commands.c src/cli/commands.h
 libct_a_SOURCES += src/cli/cost-report.c src/cli/cost-report.h

@@ -61,6 +61,12 @@ struct run {
 	bool there[CT_STEP_PAPER_STEPS]; /* at the keeper */
 };
 
+/* What messages call what step k makes. */
+static const char *called(const struct run *r, enum ct_step_paper_made k)
+{
+	return r->keeper->name[k] ? r->keeper->name[k] : CT_WORD(CT_STEP_PAPER_LIST, k);
+}
+
 /* What a part is of the whole, by the time that it takes, and which of its works tells how far it
  * is. */
 struct whole {
@@ -176,7 +182,7 @@ static int project(struct ct_stack *scan, struct ct_vol *v, const char *name, co
 
 static int make_up_proj(struct run *r, const struct ct_env *env, struct ct_err *e)
 {
-	const char *name = CT_WORD(CT_STEP_PAPER_LIST, CT_STEP_PAPER_UP);
+	const char *name = called(r, CT_STEP_PAPER_UP);
 
 	return need_up(r, e) || project(&r->up_proj, &r->up, name, r, env, e) ? -1 : 0;
 }
@@ -225,7 +231,7 @@ static int make_sr_proj(struct run *r, const struct ct_env *env, struct ct_err *
 	struct ct_step_ddnm plan;
 	int rc = -1;
 
-	rule.in = CT_WORD(CT_STEP_PAPER_LIST, CT_STEP_PAPER_LR_PROJ);
+	rule.in = called(r, CT_STEP_PAPER_LR_PROJ);
 	rule.prior = r->p->rule.prior;
 	rule.factor = r->p->rule.factor;
 	rule.steps = r->p->calls;
@@ -282,10 +288,9 @@ static int fit(struct run *r, struct ct_evidence *d, const struct ct_env *env, s
 
 static int make_residual(struct run *r, const struct ct_env *env, struct ct_err *e)
 {
-	const struct ct_evidence_rule rule = {
-		.in = CT_WORD(CT_STEP_PAPER_LIST, CT_STEP_PAPER_SR_PROJ),
-		.base = CT_WORD(CT_STEP_PAPER_LIST, CT_STEP_PAPER_UP),
-		.projections = CT_WORD(CT_STEP_PAPER_LIST, CT_STEP_PAPER_UP_PROJ)};
+	const struct ct_evidence_rule rule = {.in = called(r, CT_STEP_PAPER_SR_PROJ),
+		.base = called(r, CT_STEP_PAPER_UP),
+		.projections = called(r, CT_STEP_PAPER_UP_PROJ)};
 	struct ct_evidence d = {0};
 	int rc = -1;
 
@@ -311,8 +316,8 @@ static int make_result(struct run *r, const struct ct_env *env, struct ct_err *e
 	struct ct_vol added = {0};
 	int rc = -1;
 
-	rule.base = CT_WORD(CT_STEP_PAPER_LIST, CT_STEP_PAPER_UP);
-	rule.residual = CT_WORD(CT_STEP_PAPER_LIST, CT_STEP_PAPER_RESIDUAL);
+	rule.base = called(r, CT_STEP_PAPER_UP);
+	rule.residual = called(r, CT_STEP_PAPER_RESIDUAL);
 	if (need_up(r, e) == 0 && need(r, CT_STEP_PAPER_RESIDUAL, &r->g, r->g.n > 0, e) == 0)
 		rc = ct_step_compose_run(&added, &did, &d, &rule, env,
 			     e) || ct_meta_step(&r->up.meta, env, 2,

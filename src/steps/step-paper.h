@@ -64,6 +64,8 @@ struct ct_step_paper_views {
  * its kind. */
 struct ct_step_paper_keeper {
 	void *ctx;
+	const char
+		*name[CT_STEP_PAPER_STEPS]; /* what messages call what is made, if not its words */
 	/* The weights of the network, into *w, zeroed. */
 	int (*prior)(void *ctx, struct ct_tensors *w, struct ct_err *e);
 	/* Before a step. *env, which it runs in, may be changed. 1 if what it makes is there. */

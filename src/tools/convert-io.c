@@ -7,6 +7,7 @@
 #include "dicom/dicom.h"
 #include "dicom/form.h"
 #include "formats/any.h"
+#include "formats/beside.h"
 #include "formats/ends.h"
 #include "formats/format.h"
 #include "formats/headed.h"
@@ -188,7 +189,7 @@ int convert_read(
 {
 	if (!p->raw && dicom_form_of(p->in) != NOT_DICOM)
 		return read_series(p, v, env, e);
-	if (read_other(p, v, e))
+	if (read_other(p, v, e) || (!p->raw && ct_beside_read(v, p->in, env, e)))
 		return -1;
 	return ct_vol_check_finite(v, e) ? ct_blame(e, p->in) : 0;
 }

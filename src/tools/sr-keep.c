@@ -25,47 +25,68 @@ static const char *hidden(const void *ctx, const char *name)
 											    : NULL;
 }
 
-/* Of the words of step i, with what its inputs hold for their names; "" if that cannot be told. */
-static int make_key(
-	char key[static CT_CONTENT_HEX], const struct sr_steps *s, size_t i, struct ct_err *e)
+/* Which file a word of a command names, "--option=" before it or not: SR_FILES: none. */
+static size_t file_of(const struct sr_words *w, const char *word)
+{
+	const char *equals = strncmp(word, "--", 2) == 0 ? strchr(word, '=') : NULL;
+	size_t f = 0;
+
+	while (f < SR_FILES && strcmp(equals ? equals + 1 : word, w->file[f]) != 0)
+		f++;
+	return f;
+}
+
+/* Of the words of step i, with what its inputs hold for their names; s->of_own. */
+static int make_key(struct sr_steps *s, size_t i, struct ct_err *e)
 {
 	const struct ct_commands_line *c = &s->w.c.step[i];
-	bool told = true;
+	char *text;
+	size_t n, f;
+	FILE *to;
+
+	if (ct_stream_open(&to, &text, &n, e))
+		return -1;
+	s->of_own = false;
+	for (size_t k = 0; k < c->argc; k++) {
+		const char *word = c->argv[k];
+
+		f = file_of(&s->w, word);
+		s->of_own |= f < SR_FILES && s->own[f];
+		if (strcmp(word, c->output) != 0)
+			fprintf(to, "%s\n", f < SR_FILES ? s->content[f] : word);
+	}
+	if (ct_stream_close(to, &text, e))
+		return -1;
+	ct_hash_hex(s->key, n, text);
+	free(text);
+	return 0;
+}
+
+int sr_steps_source(struct sr_steps *s, const struct ct_meta *in, struct ct_err *e)
+{
+	const char *input = ct_meta_get(in, CT_META_INPUT); /* NAME HASH */
 	char *text;
 	size_t n;
 	FILE *f;
-	int rc = 0;
 
 	if (ct_stream_open(&f, &text, &n, e))
 		return -1;
-	fputs(c->argv[0], f);
-	for (size_t k = 1; k < c->argc && rc == 0; k++) {
-		const char *input = ct_commands_input(&s->w.c, i, k);
-		char hex[CT_CONTENT_HEX];
-
-		if (input && (rc = ct_content_read(hex, input, s->env, e)) == 0) {
-			told &= *hex != '\0';
-			fprintf(f, "\n%s", hex);
-		} else if (!input && strcmp(c->argv[k], c->output) != 0)
-			fprintf(f, "\n%s", c->argv[k]);
-	}
-	if (ct_stream_close(f, &text, e) || rc) {
-		free(text);
+	fputs(input ? strrchr(input, ' ') : "", f);
+	for (size_t i = 0; i < in->n; i++)
+		if (strcmp(in->pair[i].key, CT_META_INPUT) != 0)
+			fprintf(f, "\n%s=%s", in->pair[i].key, in->pair[i].value);
+	if (ct_stream_close(f, &text, e))
 		return -1;
-	}
-	ct_kept_hash(key, text, n);
-	if (!told)
-		*key = '\0';
+	ct_hash_hex(s->content[SR_IN], n, text);
 	free(text);
-	return 0;
+	return ct_hash_file(s->content[SR_PRIOR], s->w.file[SR_PRIOR], s->env, e);
 }
 
 int sr_steps_begin(struct sr_steps *s, size_t i, struct ct_env *own, struct ct_err *e)
 {
 	const char *output = s->w.c.step[i].output;
 	const bool hides = s->w.p->deid && i >= CT_STEP_PAPER_STEPS;
-	char content[CT_CONTENT_HEX];
-	enum ct_kept_done was;
+	enum ct_kept_is is;
 
 	if (ct_check_stop(s->env, e) ||
 		ct_commands_history(&s->history[i], &s->w.c, i, hides ? hidden : NULL, &s->w, e))
@@ -78,12 +99,16 @@ int sr_steps_begin(struct sr_steps *s, size_t i, struct ct_env *own, struct ct_e
 	s->cpu = ct_clock_cpu();
 	if (!s->kept.folder)
 		return 0;
-	if (make_key(s->key, s, i, e) || ct_content_read(content, output, s->env, e))
+	s->place = file_of(&s->w, output);
+	if (s->place == SR_FILES) /* the page, in the place of its log */
+		s->place = SR_LOG;
+	if (make_key(s, i, e) || ct_kept_look(&is, s->content[s->place], &s->kept, s->place, output,
+					 s->key, s->of_own, s->env, e))
 		return -1;
-	was = ct_kept_look(&s->kept, i, s->key, content);
-	s->begun = was == CT_KEPT_BEGUN;
-	if (was != CT_KEPT_DONE)
-		return ct_kept_note(&s->kept, i, output, s->key, "", e);
+	s->begun = is == CT_KEPT_BEGUN;
+	s->own[s->place] = is == CT_KEPT_OWN;
+	if (is == CT_KEPT_MISSING || is == CT_KEPT_BEGUN)
+		return ct_kept_note(&s->kept, s->place, output, s->key, "-", e);
 	s->left_out++;
 	return 1;
 }
@@ -96,7 +121,7 @@ int sr_steps_end(struct sr_steps *s, size_t i, struct ct_err *e)
 								 : "the file";
 	const double wall = ct_clock_wall() - s->began;
 	struct ct_env own = *s->env;
-	char content[CT_CONTENT_HEX];
+	char *holds = s->content[s->place];
 
 	own.stop = NULL; /* what is done is noted */
 	ct_log(s->env, CT_INFO, "%s took %.1f s", made, wall);
@@ -104,9 +129,12 @@ int sr_steps_end(struct sr_steps *s, size_t i, struct ct_err *e)
 		fprintf(s->env->command->notes,
 			"%s: %s took %.1f s, %.1f s of CPU time, %.0f MiB\n", s->env->tool, made,
 			wall, ct_clock_cpu() - s->cpu, ct_memory_held() / 0x1p20);
-	if (!s->kept.folder || ct_content_read(content, output, &own, e))
-		return s->kept.folder ? -1 : 0;
-	return *content && *s->key ? ct_kept_note(&s->kept, i, output, s->key, content, e) : 0;
+	if (!s->kept.folder)
+		return 0;
+	return ct_hash_file(holds, output, &own,
+		       e) || (*holds && ct_kept_note(&s->kept, s->place, output, s->key, holds, e))
+		       ? -1
+		       : 0;
 }
 
 static void relay(const struct ct_env *env, enum ct_level level, const char *text)
@@ -151,10 +179,13 @@ static int fetch(void *ctx, enum ct_step_paper_made k, void *made, struct ct_err
 {
 	const struct sr_steps *s = ctx;
 	const char *path = s->w.c.step[k].output;
+	const struct ct_io_rule rule = {.units = CT_UNITS_AUTO};
+	struct ct_env own = *s->env;
 
+	own.files = &rule;
 	return is_stack(k)                   ? ct_stack_read(path, made, e)
 	       : k == CT_STEP_PAPER_RESIDUAL ? ct_gauss_read(path, made, e)
-					     : ct_vol_read(path, made, e);
+					     : ct_vol_read_hu(path, made, &own, e);
 }
 
 static int write_made(struct sr_steps *s, enum ct_step_paper_made k, void *made, struct ct_err *e)
@@ -199,7 +230,7 @@ static int after(void *ctx, enum ct_step_paper_made k, void *made, bool again, s
 	struct sr_steps *s = ctx;
 	int rc = 0;
 
-	if ((k == CT_STEP_PAPER_LR || k == CT_STEP_PAPER_UP) && ct_units_check(made, "--units", e))
+	if (k == CT_STEP_PAPER_UP && ct_units_check(made, "--units", e))
 		return ct_blame(e, s->w.p->in);
 	if (!again) {
 		rc = write_made(s, k, made, e) || sr_steps_end(s, k, e) ? -1 : 0;
@@ -271,14 +302,17 @@ static int keep_fit(void *ctx, struct ct_fit *f, struct ct_err *e)
 struct ct_step_paper_keeper sr_steps_keeper(struct sr_steps *s)
 {
 	const bool kept = s->kept.folder != NULL;
-
-	return (struct ct_step_paper_keeper){.ctx = s,
+	struct ct_step_paper_keeper keeper = {.ctx = s,
 		.prior = prior,
 		.before = before,
 		.fetch = kept ? fetch : NULL,
 		.after = after,
 		.views = kept ? keep_views : NULL,
 		.fit = kept ? keep_fit : NULL};
+
+	for (size_t k = 0; k < CT_STEP_PAPER_STEPS && kept; k++)
+		keeper.name[k] = s->w.c.step[k].output;
+	return keeper;
 }
 
 void sr_steps_free(struct sr_steps *s)

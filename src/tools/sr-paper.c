@@ -13,6 +13,7 @@
 #include "tools/convert.h"
 #include "tools/lib/ahead.h"
 #include "tools/page-file.h"
+#include "tools/scan-read.h"
 #include "tools/sr.h"
 
 #include <fcntl.h>
@@ -32,31 +33,19 @@ struct paper {
 	double began;
 };
 
-/* As ct-convert reads it. */
+/* As the steps get it: HU. */
 static int read_in(struct ct_vol *v, const struct sr *p, const struct ct_env *env, struct ct_err *e)
 {
-	const struct ct_dicom_in in = {.paths = &p->in,
-		.n = 1,
-		.series = p->series,
-		.units = (enum ct_units)ct_io_rule_of(env).units};
 	const char *code;
 
-	if (dicom_form_of(p->in) != NOT_DICOM) {
-		if (ct_dicom_read(v, &in, env, e))
-			return -1;
-	} else if (convert_is_picture(p->in))
-		return ct_fail(e, CT_EINPUT, "%s: a picture, not a volume", p->in);
-	else if (ct_vol_read(p->in, v, e))
+	if (scan_read(v, p->in, p->series, NULL, NULL, env, e))
 		return -1;
-	if (ct_vol_check_finite(v, e))
-		return ct_blame(e, p->in);
-	ct_vol_doubt(v, p->in, env);
 	code = ct_meta_get(&v->meta, CT_META_NIFTI_CODE);
 	if (code && strcmp(code, "0") == 0)
 		ct_log(env, CT_WARN,
 			"%s: its header does not say where the voxels lie: that is not known",
 			p->in);
-	return 0;
+	return ct_vol_check_finite(v, e) ? ct_blame(e, p->in) : 0;
 }
 
 /* v in one step more, in the units that somebody says. */
@@ -94,14 +83,22 @@ static int check_room(const struct paper *j, struct ct_err *e)
 static int make_lr(struct paper *j, const struct ct_step_paper_keeper *keeper, struct ct_err *e)
 {
 	struct ct_env own = j->env;
-	const int there = sr_steps_begin(&j->s, CT_STEP_PAPER_LR, &own, e);
+	int there;
 
-	if (there)
-		return there < 0 ? -1 : 0;
-	if (read_in(&j->lr, j->s.w.p, &j->env, e) || check_room(j, e) ||
-		describe(&j->lr, (enum ct_units)ct_io_rule_of(&j->env).units, &own, e))
+	if (read_in(&j->lr, j->s.w.p, &j->env, e) ||
+		(j->s.kept.folder && sr_steps_source(&j->s, &j->lr.meta, e)) ||
+		(there = sr_steps_begin(&j->s, CT_STEP_PAPER_LR, &own, e)) < 0)
 		return -1;
-	return keeper->after(keeper->ctx, CT_STEP_PAPER_LR, &j->lr, false, e);
+	if (there) {
+		ct_vol_free(&j->lr);
+		return 0;
+	}
+	return check_room(j, e) ||
+			       describe(&j->lr, (enum ct_units)ct_io_rule_of(&j->env).units, &own,
+				       e) ||
+			       keeper->after(keeper->ctx, CT_STEP_PAPER_LR, &j->lr, false, e)
+		       ? -1
+		       : 0;
 }
 
 /* The result, where it is needed beyond its step. */
@@ -223,7 +220,7 @@ static int work(struct paper *j, struct ct_err *e)
 	return 0;
 }
 
-/* Of a run that goes on, what is there is its own. */
+/* What is there of a run that goes on is its own. */
 static int check_out(const struct sr_steps *s, const struct ct_env *env, struct ct_err *e)
 {
 	const struct sr *p = s->w.p;
@@ -231,26 +228,13 @@ static int check_out(const struct sr_steps *s, const struct ct_env *env, struct 
 	struct ct_env over = *env;
 
 	over.files = &rule;
-	rule.force |= p->keep && ct_kept_owns(&s->kept, s->w.file[SR_OUT]);
-	if (p->keep && p->report && !ct_kept_owns(&s->kept, p->report) &&
+	rule.force |= p->keep && ct_kept_owns(&s->kept, SR_OUT, s->w.file[SR_OUT]);
+	if (p->keep && p->report && !ct_kept_owns(&s->kept, SR_LOG, p->report) &&
 		ct_out_check(p->report, env, e))
 		return -1;
 	if (ct_out_folder_named(p->out))
 		return ct_out_folder_check(p->out, CT_DICOM_OWN, &over, e);
 	return p->keep ? ct_out_check(p->out, &over, e) : 0;
-}
-
-/* The folder of --keep has nothing in it that is not of a run. */
-static int begin_keep(struct sr_steps *s, const struct ct_env *env, struct ct_err *e)
-{
-	const char *outputs[CT_COMMANDS_MOST];
-
-	for (size_t i = 0; i < s->w.c.n; i++)
-		outputs[i] = s->w.c.step[i].output;
-	return ct_kept_open(&s->kept, s->w.folder, env, e) ||
-			       ct_kept_check(&s->kept, s->w.c.n, outputs, env, e)
-		       ? -1
-		       : 0;
 }
 
 static int write_script(struct sr_steps *s, const struct ct_env *env, struct ct_err *e)
@@ -278,8 +262,10 @@ static int run(struct paper *j, const struct sr *p, const struct ct_env *env, st
 		ct_commands_print(&s->w.c, "", stdout);
 		return 0;
 	}
-	if ((p->keep && begin_keep(s, env, e)) || check_out(s, env, e) ||
-		(p->keep && write_script(s, env, e)) || begin_log(j, e) || work(j, e))
+	if ((p->keep && ct_kept_open(&s->kept, s->w.folder, SR_LOG - SR_LR,
+				(const char *const *)s->w.file + SR_LR, env, e)) ||
+		check_out(s, env, e) || (p->keep && write_script(s, env, e)) || begin_log(j, e) ||
+		work(j, e))
 		return e->code == CT_ESTOP && p->keep
 			       ? ct_fail(e, CT_ESTOP,
 					 "stopped on request; the same command goes on")

@@ -85,8 +85,6 @@ static int find_files(struct sr_words *s, struct ct_err *e)
 			return ct_fail(
 				e, CT_EOUTPUT, "%s: is written between IN and OUT", s->file[i]);
 	}
-	s->c.source[0] = s->file[SR_IN];
-	s->c.source[1] = s->file[SR_PRIOR];
 	s->converts = ct_files_is_dicom(p->out) || ct_ends_match(p->out, CT_ENDS_HEADED_ONE);
 	s->of_study = dicom_form_of(p->in) != NOT_DICOM && ct_files_is_dicom(p->out);
 	s->result = s->file[s->converts ? SR_SUM : SR_OUT];

@@ -66,16 +66,21 @@ struct sr_steps {
 	struct sr_words w;
 	const struct ct_env *env; /* of all of it; of a step: with its history */
 	char *history[CT_COMMANDS_MOST];
-	struct ct_kept kept; /* of --keep; without it folder is NULL */
-	size_t left_out;     /* steps that were done before */
+	struct ct_kept kept;                 /* of --keep; without it folder is NULL */
+	size_t left_out;                     /* steps that were done before */
+	char content[SR_FILES][CT_HASH_HEX]; /* what the files hold, of those that are known */
+	bool own[SR_FILES];                  /* a person's, not what a run made */
 	/* of the step under way */
 	struct ct_io_rule files;
-	char key[CT_CONTENT_HEX];
-	bool begun; /* before */
+	size_t place;
+	char key[CT_HASH_HEX];
+	bool of_own, begun; /* it is made of a person's own; it had begun before */
 	double began, cpu;
 	struct ct_resume resume;
 	struct ddnm_state views;
 };
+/* What IN as it was read, and the prior, hold: before the first step, if they are kept. */
+int sr_steps_source(struct sr_steps *s, const struct ct_meta *in, struct ct_err *e);
 /* Step i begins, in *own, a copy of s->env: 1 if what it makes is there. CT_EOUTPUT, CT_ENOMEM,
  * CT_ESTOP. */
 int sr_steps_begin(struct sr_steps *s, size_t i, struct ct_env *own, struct ct_err *e);
