@@ -1,7 +1,7 @@
 """suite.py: the tests of a build folder, run one at a time outside of make check. Used by
 coverage.py and mutate.py. A machine with other work makes a test wait, so that its limit is in seconds
 of CPU, its own and its children's."""
-import os, re, shutil, signal, subprocess, time
+import contextlib, os, re, shutil, signal, subprocess, time
 
 TOP = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 TICKS = os.sysconf('SC_CLK_TCK')
@@ -45,7 +45,8 @@ def run(command, limit=float('inf'), **kw):
         status = ('time' if spent > limit else 'hangs' if now - woke > IDLE else
                   'unknown' if limit < float('inf') and now - began > WALL else None)
     for pid in session(p.pid):
-        os.kill(pid, signal.SIGKILL)
+        with contextlib.suppress(ProcessLookupError):  # it may have ended by now
+            os.kill(pid, signal.SIGKILL)
     p.wait()
     return status, spent
 
