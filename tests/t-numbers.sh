@@ -62,7 +62,7 @@ good RescaleSlope UN '1.0'
 tail -c 480 g.nii >got
 cmp -s want got
 ok $? 'a RescaleSlope without a known VR is the number it says'
-good InstanceNumber IS ' 12'; good KVP DS ''; good SliceThickness DS '  '; good AcquisitionNumber IS '\x00\x00'
+good InstanceNumber IS ' 12'; good KVP DS ''; good SliceThickness DS '  '; good AcquisitionNumber IS '\x00\x00'; good PixelPaddingValue US ''
 py padding p; exits 0 'a series with padding of 0x8000 in signed values is converted' ct-convert p p.nii
 [ "$(tail -c 960 p.nii | head -c 2 | od -An -td2 | tr -d ' ')" = -1024 ]
 ok $? 'padding of 0x8000 is matched as -32768 and becomes -1024 HU'

@@ -35,6 +35,9 @@ def make():
     for turn in range(3):
         series("times/%d" % turn, "1.2.6", AcquisitionTime=lambda k, t=turn: "12%02d%02d" % (10 * t, k),
                RescaleIntercept=100 * turn, RescaleSlope=1)
+    for turn, time in enumerate(("25+0100", "75-0100")):
+        series("zones/%d" % turn, "1.2.6", 3, RescaleIntercept=100 * turn, RescaleSlope=1,
+               AcquisitionDateTime="20200101120027." + time)
     for turn in range(2):
         for key in "TemporalPositionIdentifier", "TemporalPositionIndex":
             series("%s/%d" % (key, turn), "1.2.12", 3, **{key: turn + 1})

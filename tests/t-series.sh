@@ -98,6 +98,9 @@ exits 2 'a UID that two phases share is refused with status 2' ct-convert --seri
 has err '2 series have this UID' 'the error of a UID that two phases share says so'
 exits 5 'three scans at one place are refused with status 5' ct-convert times d.nii
 has err 'series 3: .*AcquisitionTime from 44400$' 'the error of three scans lists each with its time'
+exits 5 'two scans in one second are refused with status 5' ct-convert zones d.nii
+has err 'series 1: .*AcquisitionTime 43227.25$' 'the error of two scans in one second lists a part of a second'
+has err 'series 2: .*AcquisitionTime 43227.75$' 'a time of day is listed without its zone'
 for key in TemporalPositionIdentifier TemporalPositionIndex; do
 	exits 5 "two moments by $key are refused with status 5" ct-convert $key d.nii
 	has err 'series 2: 3 CT .*, TemporalPositionIdentifier 2$' "the error of two moments by $key lists each"
