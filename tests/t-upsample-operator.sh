@@ -48,6 +48,7 @@ ct-convert -q --type f32 few.nii - | tail -c $((96 * 96 * 12 * 4)) >raw && ct-co
 up -x 1,1,8 --estimate bare-few.nii e.nii
 sampled mean
 ok $? 'twelve slices are too few for edges and assumed as means'
+has err 'axis 2: spread .* voxels, aliases with 50 %' 'of slices of which nothing is known aliasing is even odds'
 up -x 3 --estimate P1.nii e.nii; says e.nii 3,3,3 1.27399354,1.27399354,1.27399354 sinc tv
 ! grep -q 'axis 0' err; ok $? 'a file that records its operator is not measured'
 ct-phantom -q --size 12x12x12 --spacing 3 constant flat.nii; bare flat.nii 12 3
