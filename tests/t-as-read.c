@@ -131,7 +131,8 @@ static void test_errors(void)
 	ct_vol_free(&v);
 	must(ct_stack_alloc(&s, 1, 2, 2, &err));
 	memset(s.data, 0, 4 * sizeof *s.data);
-	OK(ct_stack_as_read(&s, "s.exr", &e) == -1 && e.code == CT_EGEOM,
+	OK(ct_stack_as_read(&s, "s.exr", &e) == -1 && e.code == CT_EGEOM &&
+			strncmp(e.msg, "s.exr: ", 7) == 0,
 		"a stack that no file holds is refused as its writer does: %s", e.msg);
 	ct_stack_free(&s);
 }

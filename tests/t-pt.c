@@ -474,6 +474,10 @@ static void by_name(void)
 	OK(ct_tensors_read("tar.pt", &w, &err) == -1 && err.code == CT_EINPUT &&
 			strstr(err.msg, "before 1.6"),
 		"in a tar, too");
+	memcpy(tar + 257, "ustar  ", 7);
+	put_bytes("tar.pt", tar, sizeof tar);
+	OK(ct_tensors_read("tar.pt", &w, &err) == -1 && strstr(err.msg, "before 1.6"),
+		"a tar as GNU writes it is told, too");
 	put_bytes("none.pt", old, 0);
 	OK(ct_tensors_read("none.pt", &w, &err) == -1 && err.code == CT_EINPUT, "%s", err.msg);
 }

@@ -93,6 +93,8 @@ static void parts(void)
 	OK(is_part(&thick, (size_t[]){200, 31, 9}, 2, NULL, -1), "and no other");
 	OK(is_part(&odd, (size_t[]){50, 9, 29}, 0, (size_t[]){50, 9, 28}, 2), "of no whole factor");
 	OK(is_part(&thick, (size_t[]){15, 64, 64}, 0, NULL, -1), "not if it is too small");
+	OK(is_part(&thick, (size_t[]){16, 64, 64}, 0, (size_t[]){16, 64, 64}, 0),
+		"a side of 16 voxels is just large enough");
 	OK(is_part(&cube, (size_t[]){64, 64, 64}, 0, NULL, -1), "nor of several axes");
 }
 
