@@ -2,6 +2,7 @@
  * begins, by its formulas, and what it ends with. */
 #include "config.h"
 #include "recon/fuse.h"
+#include "inverse/tv.h"
 #include "inverse/upsample.h"
 #include "xray/phantom.h"
 #include "xray/geometry.h"
@@ -282,6 +283,44 @@ static void t_cost(void)
 	scene_free(&s);
 }
 
+/* A solver between two steps, packed and unpacked into another. */
+static void t_state(void)
+{
+	const struct ct_env env = {0};
+	struct scene s = scene(1);
+	struct ct_fuse f = fuse_of(&s, 0.2, 10), g = fuse_of(&s, 0.2, 10);
+	struct ct_tensors t = {0};
+	struct ct_joint *j = &f.joint;
+	size_t n;
+
+	must(ct_fuse_alloc(&f, &env, &err) || ct_fuse_alloc(&g, &env, &err));
+	n = j->n;
+	j->at.phase = CT_JOINT_SOLVE;
+	j->at.fista.next = 1.5;
+	j->at.done = 7;
+	for (size_t i = 0; i < CT_TV_DUAL * n; i++)
+		j->dual[i] = (int16_t)((int)(i * 977 % 65535) - 32767);
+	for (size_t i = 0; i < n; i++) {
+		j->x[i] = (float)i;
+		j->ahead[i] = (float)(2 * i);
+		j->g[i] = (float)(3 * i);
+	}
+	must(ct_fuse_pack(&t, &f, &err) || ct_fuse_unpack(&g, &t, &err));
+	OK(memcmp(g.joint.dual, j->dual, CT_TV_DUAL * n * sizeof *j->dual) == 0,
+		"the dual variables come back from a state");
+	OK(memcmp(g.joint.x, j->x, n * sizeof *j->x) == 0 &&
+			memcmp(g.joint.ahead, j->ahead, n * sizeof *j->x) == 0 &&
+			memcmp(g.joint.g, j->g, n * sizeof *j->x) == 0,
+		"the volumes come back from a state");
+	OK(g.joint.at.phase == CT_JOINT_SOLVE && g.joint.at.done == 7 &&
+			g.joint.at.fista.next == 1.5,
+		"a state says where the solver was");
+	ct_tensors_free(&t);
+	ct_fuse_free(&f);
+	ct_fuse_free(&g);
+	scene_free(&s);
+}
+
 int main(void)
 {
 	t_order();
@@ -293,5 +332,6 @@ int main(void)
 	t_run(0, 5, CT_FUSE_DISTRUST);
 	t_run(0, 5, CT_FUSE_NOTHING);
 	t_cost();
+	t_state();
 	return tap_done();
 }
