@@ -250,7 +250,7 @@ rm huge.nii
 # the log of a page
 exits 0 'a page may be asked for' ct-sr -q -x 4 $few --keep page --report page.html marks.nii page.nii
 for w in 'the scan' 'the finer projections' 'the Gaussians' 'the result'; do
-	has page.html "ct-sr: $w took [0-9.]* s" "the page says what it took to make $w"
+	has page.html "ct-sr: $w took [0-9]\{1,3\}[.][0-9] s, [0-9]\{1,3\}[.][0-9] s of CPU time" "the page says what it took to make $w"
 done
 has page/log.txt 'ct-sr: the page took' 'the log of a kept run is log.txt'
 rm page.html; exits 0 'a page that is gone is made' ct-sr -v -x 4 $few --keep page --report page.html marks.nii page.nii

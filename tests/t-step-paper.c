@@ -124,6 +124,8 @@ static void make_scan(struct ct_vol *v)
 	must(ct_meta_set(&v->meta, CT_META_CLIP, "-512:3071", &err));
 }
 
+static struct ct_step_fit_report did; /* of the last run */
+
 static int run(struct ct_vol *out, const struct ct_step_paper_keeper *keeper, size_t threads)
 {
 	const struct ct_step_paper_rule rule = {.in = "scan.nii",
@@ -134,13 +136,13 @@ static int run(struct ct_vol *out, const struct ct_step_paper_keeper *keeper, si
 		.gaussians = 10};
 	struct ct_env env = {.progress = progress, .stop = &stop};
 	const size_t at = seen.stop_at;
-	struct ct_step_fit_report did;
 	struct ct_step_paper p;
 	struct ct_vol lr;
 	int rc;
 
 	seen = (struct seen){.in_order = true, .rises = true, .stop_at = at};
 	stop = 0;
+	memset(&did, 0x7f, sizeof did);
 	e = (struct ct_err){0};
 	*out = (struct ct_vol){.n = {0}};
 	make_scan(&lr);
@@ -206,6 +208,8 @@ static void test_errors(void)
 	OK(run(&got, &keeper, 1) == -1 && e.code == CT_EINPUT &&
 			strcmp(e.msg, "prior: is not there") == 0,
 		"an error of the prior does not name the scan");
+	OK(did.iterations == 0 && did.gaussians == 0,
+		"a run that ends before its fit reports none");
 }
 
 int main(void)
