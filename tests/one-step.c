@@ -249,6 +249,8 @@ static int refine(ctsr_volume *in, const char *out)
 
 	(prior ? ctsr_superres_options_init : ctsr_upsample_options_init)(&o, sizeof o);
 	o.factor[0] = o.factor[1] = o.factor[2] = number("factor", 0);
+	o.noise = number("noise", o.noise);
+	o.denoise = number("denoise", o.denoise);
 	o.method = (int)number("method", o.method);
 	o.prior_file = value("prior");
 	rc = (prior ? ctsr_superres : ctsr_upsample)(&v, NULL, NULL, in, &o, NULL, &e) ||

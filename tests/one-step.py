@@ -98,7 +98,7 @@ def main(step, *words):
     elif step == 'refine':
         f = ctsr.superres if 'prior' in o else ctsr.upsample
         how = {'method': METHODS[int(o['method'])]} if 'method' in o else {}
-        ctsr.write(f(files[0], prior=o.get('prior'), **real(o, 'factor'), **how), files[1])
+        ctsr.write(f(files[0], prior=o.get('prior'), **real(o, 'factor', 'noise', 'denoise'), **how), files[1])
 
 
 if __name__ == '__main__':

@@ -172,6 +172,11 @@ slices=$builddir/slices.safetensors
 step 'interpolated' nii refine lr.nii 'factor=2 method=2' ct-upsample -q -x 2 -m cubic lr.nii
 step 'inverted' nii refine lr-axes.nii '' ct-upsample -q lr-axes.nii
 step 'with a prior' nii refine lr.nii "prior=$slices" ct-upsample -q -m prior -p "$slices" lr.nii
+ct-degrade -q -x 2 --noise 20 fine.nii noisy.nii; ok $? 'a noisy scan'
+step 'noise is kept' nii refine noisy.nii "prior=$slices" ct-sr -q noisy.nii
+step 'noise is taken off' nii refine noisy.nii "prior=$slices denoise=1" ct-sr -q --denoise noisy.nii
+step 'a half of the noise' nii refine lr-axes.nii 'method=7 noise=9 denoise=0.5' ct-upsample -q -m tv --noise 9 --denoise=.5 lr-axes.nii
+refused 'a share of the noise above one' 2 nii refine noisy.nii 'denoise=1.5' ct-upsample -q --denoise=1.5 noisy.nii
 refused 'no HU' 3 nii refine grey.nii 'factor=2 method=2' ct-upsample -q -x 2 -m cubic grey.nii
 refused 'another quantity for a prior' 3 nii refine mu.nii "factor=2 prior=$slices" ct-sr -q -x 2 mu.nii
 refused 'another quantity for an interpolation' 3 nii refine mu.nii 'factor=2 method=2' ct-upsample -q -x 2 -m cubic mu.nii

@@ -122,13 +122,16 @@ static void compare(const struct ct_vol *a, const struct ct_vol *b, const char *
 }
 
 /* In slabs: within the largest bound that the whole does not fit into. */
-static void slabs(const struct ct_vol *lo)
+static void slabs(const struct ct_vol *lo, double noise)
 {
 	static const int methods[] = {CT_UPSAMPLE_TV, CT_UPSAMPLE_HTV, CT_REFINE_PRIOR};
 
-	for (size_t k = 0; k < sizeof methods / sizeof *methods; k++) {
-		struct call whole = {.lo = lo, .rule = rule_of(methods[k])}, part = whole;
+	/* a random network makes of noise what no slab knows of another */
+	for (size_t k = 0; k < (noise > 0 ? 2 : sizeof methods / sizeof *methods); k++) {
+		struct call whole = {.lo = lo, .rule = rule_of(methods[k])}, part;
 
+		whole.rule.said.noise = noise;
+		part = whole;
 		call(&whole);
 		part.rule.memory = 1.2 * whole.did.whole;
 		do {
@@ -295,9 +298,72 @@ static void shares(void)
 	NEAR(share(CT_DECIMATE_MEAN, (double)NAN), 1, 0, "aliased, it adds all");
 }
 
+/* RMS of D x - y, HU, of the scan that the call refined. */
+static double apart(const struct call *c)
+{
+	struct ct_vol x = {.n = {c->out.n[0], c->out.n[1], c->out.n[2]}, .data = c->out.data};
+	double rms;
+
+	memcpy(x.affine, c->out.affine, sizeof x.affine);
+	must(ct_upsample_settle(
+		&x, c->lo, &c->did.scan.operator,(double) INFINITY, &rms, &quiet, &err));
+	return rms;
+}
+
+static double deviation(const struct ct_vol *a, const struct ct_vol *b)
+{
+	double sum = 0;
+
+	for (size_t i = 0; i < ct_vol_count(a); i++)
+		sum += pow((double)a->data[i] - (double)b->data[i], 2);
+	return sqrt(sum / (double)ct_vol_count(a));
+}
+
+/* Noise stays unless it is to be taken off, whatever the method. */
+static void noises(const struct ct_vol *lo, const struct ct_vol *noisy)
+{
+	static const int methods[] = {CT_UPSAMPLE_TV, CT_UPSAMPLE_HTV, CT_REFINE_PRIOR};
+
+	for (size_t k = 0; k < sizeof methods / sizeof *methods; k++) {
+		struct call kept = {.lo = noisy, .rule = rule_of(methods[k])}, off, half, none;
+		const char *name = CT_WORD(CT_REFINE_LIST, methods[k]);
+
+		kept.rule.said.noise = 20;
+		kept.rule.error = methods[k] == CT_REFINE_PRIOR;
+		off = half = kept;
+		off.rule.denoise = 1;
+		half.rule.denoise = 0.5;
+		none = (struct call){.lo = lo, .rule = rule_of(methods[k])};
+		call(&kept);
+		call(&off);
+		call(&half);
+		call(&none);
+		OK(kept.rc == 0 && apart(&kept) < 1 && kept.did.residual < 1,
+			"%s: by default the result agrees with a noisy scan (%.2g HU)", name,
+			apart(&kept));
+		OK(off.rc == 0 && apart(&off) > 8 && off.did.rest.back == 0 &&
+				fabs(off.did.rest.off - apart(&off)) < 0.01,
+			"%s: denoised it leaves out %.3g HU and says so", name, off.did.rest.off);
+		NEAR(deviation(&kept.out, &half.out) / deviation(&kept.out, &off.out), 0.5, 1e-3,
+			"a share of the noise is that share of the difference");
+		OK(deviation(&kept.out, &off.out) < 1.1 * off.did.rest.off,
+			"%s: what is put back is not amplified", name);
+		OK(none.rc == 0 && none.did.rest.off == 0 && none.did.rest.back == 0 &&
+				none.did.rest.passes == 0,
+			"%s: of a scan without noise nothing is left out", name);
+		if (kept.rule.error)
+			OK(kept.error.data[0] > 15 && kept.error.data[0] > off.error.data[0],
+				"the predicted error holds the noise that is kept");
+		end(&kept);
+		end(&off);
+		end(&half);
+		end(&none);
+	}
+}
+
 int main(void)
 {
-	struct ct_vol lo, mute;
+	struct ct_vol lo, mute, noisy;
 
 	prior.r[0] = (struct ct_slice_network){
 		.shape = {4, 8, 1, 1, false}, .components = 9, .width = 21};
@@ -309,7 +375,12 @@ int main(void)
 	cuts();
 	reports(&lo, &mute);
 	at_once(&lo);
-	slabs(&lo);
+	slabs(&lo, 0);
+	make(&noisy, true);
+	ct_degrade_noise(noisy.data, ct_vol_count(&noisy), 20, 3, NULL);
+	slabs(&noisy, 20);
+	noises(&lo, &noisy);
+	ct_vol_free(&noisy);
 	ct_vol_free(&lo);
 	ct_vol_free(&mute);
 	ct_slice_prior_free(&prior);

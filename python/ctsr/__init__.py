@@ -323,7 +323,7 @@ def estimate_operator(image, factor: Axes, threads=0, progress: Optional[Progres
 def superres(image, factor: Optional[Axes] = None, spacing: Optional[Axes] = None, method='prior', preset='balanced',
              sigma: Optional[Axes] = None, sampling: Optional[str] = None, noise: Optional[float] = None,
              estimate=True, prior=None, memory: float = 0, error=False, threads=0,
-             progress: Optional[Progress] = None, log=None, history: Optional[str] = None) -> Image:
+             progress: Optional[Progress] = None, log=None, history: Optional[str] = None, denoise: float = 0) -> Image:
     """The CT on a finer grid, over the same field of view; result.report says what was done.
 
     factor    times finer along each axis, or one number; default: what the metadata say, else thick slices to the
@@ -334,24 +334,26 @@ def superres(image, factor: Optional[Axes] = None, spacing: Optional[Axes] = Non
     estimate  measure what is not known of that, as ct-sr does; False: such a scan is an error
     prior     file of the slice prior; default: the installed one
     memory    bytes that the call may use; 0: all
-    error     result.error is the predicted error, one standard deviation of each voxel, HU"""
+    error     result.error is the predicted error, one standard deviation of each voxel, HU
+    denoise   share of the noise to take off, 0 (the scan's own stays) to 1"""
     return _refine('superres', image, factor, spacing, method, preset, sigma, sampling, noise, estimate, prior, memory, error,
-                   None, 300, .1, threads, progress, log, history)
+                   None, 300, .1, threads, progress, log, history, denoise)
 
 
 def upsample(image, factor: Optional[Axes] = None, spacing: Optional[Axes] = None, method='auto', preset='balanced',
              sigma: Optional[Axes] = None, sampling: Optional[str] = None, noise: Optional[float] = None,
              estimate=False, prior=None, memory: float = 0, error=False, start=None, iterations=300, tolerance: float = .1,
-             threads=0, progress: Optional[Progress] = None, log=None, history: Optional[str] = None) -> Image:
+             threads=0, progress: Optional[Progress] = None, log=None, history: Optional[str] = None,
+             denoise: float = 0) -> Image:
     """The CT on a finer grid by any method, as ct-upsample: what superres does, with the defaults of that command: method
     auto, and nothing is measured unless `estimate`. start: begin with this volume, on the grid of the result; iterations,
     tolerance (HU): at most so many of tv and htv, which stop when one moves less. arssr needs its network as `prior`."""
     return _refine('upsample', image, factor, spacing, method, preset, sigma, sampling, noise, estimate, prior, memory, error,
-                   start, iterations, tolerance, threads, progress, log, history)
+                   start, iterations, tolerance, threads, progress, log, history, denoise)
 
 
 def _refine(name, image, factor, spacing, method, preset, sigma, sampling, noise, estimate, prior, memory, error, start,
-            iterations, tolerance, threads, progress, log, history):
+            iterations, tolerance, threads, progress, log, history, denoise):
     o, r = abi.Options(), abi.Report(c.sizeof(abi.Report))
     getattr(_lib, 'ctsr_%s_options_init' % name)(c.byref(o), c.sizeof(o))
     o.iterations, o.tolerance = _whole(iterations, 31, 'iterations'), tolerance
@@ -365,7 +367,7 @@ def _refine(name, image, factor, spacing, method, preset, sigma, sampling, noise
     if sampling is not None:
         o.sampling = _index(_SAMPLING, sampling, 'sampling')
     o.noise = math.nan if noise is None else noise
-    o.estimate, o.memory = bool(estimate), memory
+    o.estimate, o.memory, o.denoise = bool(estimate), memory, denoise
     o.prior_file = _path(prior) if prior is not None else None
     out, std, h = abi.H(), abi.H(), Image.of(image)._handle()
     begin = Image.of(start)._handle() if start is not None else None
@@ -377,7 +379,7 @@ def _refine(name, image, factor, spacing, method, preset, sigma, sampling, noise
     made = Image._own(out)
     made.error = Image._own(std) if error else None
     made.report = {'method': _METHODS[r.method], 'prior': bool(r.prior), 'residual': r.residual, 'added': r.added,
-                   'iterations': r.iterations, 'slabs': r.slabs, 'why_not': r.why_not.decode(),
+                   'off': r.off, 'back': r.back, 'iterations': r.iterations, 'slabs': r.slabs, 'why_not': r.why_not.decode(),
                    'operator': Operator(tuple(r.factor), tuple(r.sigma), _SAMPLING[r.sampling], r.noise)}
     return made
 

@@ -17,10 +17,11 @@ Context = _struct('Context', ('threads', c.c_uint), ('overwrite', c.c_int), ('se
 Operator = _struct('Operator', ('factor', D3), ('sigma', D3), ('sampling', c.c_int), ('noise', c.c_double))
 Options = _struct('Options', ('method', c.c_int), ('preset', c.c_int), ('factor', D3), ('spacing', D3), ('sigma', D3),
                   ('sampling', c.c_int), ('noise', c.c_double), ('estimate', c.c_int), ('prior_file', c.c_char_p),
-                  ('memory', c.c_double), ('iterations', c.c_int), ('tolerance', c.c_double), ('start', c.c_void_p))
+                  ('memory', c.c_double), ('iterations', c.c_int), ('tolerance', c.c_double), ('start', c.c_void_p),
+                  ('denoise', c.c_double))
 Report = _struct('Report', ('method', c.c_int), ('prior', c.c_int), ('factor', D3), ('sigma', D3), ('sampling', c.c_int),
                  ('noise', c.c_double), ('residual', c.c_double), ('added', c.c_double), ('iterations', c.c_size_t),
-                 ('slabs', c.c_size_t), ('why_not', c.c_char * 160))
+                 ('slabs', c.c_size_t), ('why_not', c.c_char * 160), ('off', c.c_double), ('back', c.c_double))
 Geometry = _struct('Geometry', ('beam', c.c_int), ('views', c.c_size_t), ('columns', c.c_size_t), ('rows', c.c_size_t),
                    ('arc', c.c_double), ('start', c.c_double), ('source_to_centre', c.c_double),
                    ('source_to_detector', c.c_double), ('pitch', c.c_double * 2), ('offset', c.c_double * 2),

@@ -137,6 +137,8 @@ static int parse_option(struct parser *s, char **argv, int *i, struct ct_err *e)
 			return ct_fail(e, CT_EUSAGE, "unknown option '%s'", a);
 		if (o->type == CT_T_FLAG && val)
 			return ct_fail(e, CT_EUSAGE, "option '%s' takes no value", a);
+		if (!val)
+			val = o->alone;
 		if (o->type != CT_T_FLAG && !val && !(val = argv[++*i]))
 			return ct_fail(e, CT_EUSAGE, "option '%s' needs a value", a);
 		if (o->common && strcmp(o->name, "expert") == 0)

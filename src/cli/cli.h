@@ -85,11 +85,12 @@ struct ct_opt {
 	const char *arg;   /* name of the value; for a choice the words: "linear|cubic" */
 	const char *label; /* name of an operand that is a choice */
 	const char *help;
-	double lo, hi; /* inclusive range of a number; lo == hi means any */
-	bool choice;   /* int field: index of the word in arg */
-	bool optional; /* operand that may be absent */
-	bool expert;   /* a key of --expert, not an option */
-	bool common;   /* of those that ct_cli_main owns */
+	double lo, hi;     /* inclusive range of a number; lo == hi means any */
+	bool choice;       /* int field: index of the word in arg */
+	bool optional;     /* operand that may be absent */
+	const char *alone; /* what an option means without a value, which then follows "=" alone */
+	bool expert;       /* a key of --expert, not an option */
+	bool common;       /* of those that ct_cli_main owns */
 	enum ct_counts counts;
 	/* Modes that take it (modes.h): any of the positive conditions if there are any, and all of
 	 * UNSET and OTHER. Where it would do nothing it is an error, and help and man page say so.
@@ -120,6 +121,9 @@ struct ct_opt {
 	CT_ROW_(f, c, name, arg, .lo = from, .hi = to, .help = __VA_ARGS__)
 #define CT_TEXT(f, c, name, arg, ...) CT_ROW_(f, c, name, arg, .help = __VA_ARGS__)
 #define CT_FLAG(f, c, name, ...) CT_ROW_(f, c, name, NULL, .help = __VA_ARGS__)
+/* A number that need not be given: --name, or --name=VALUE. */
+#define CT_OPT_ALONE(f, name, arg, from, to, value, ...)                                           \
+	CT_ROW_(f, 0, name, arg, .lo = from, .hi = to, .alone = value, .help = __VA_ARGS__)
 /* An int field that takes one of the words "a|b|c" (CT_WORDS of the list of an enum) and holds its
  * index. */
 #define CT_CHOICE(f, c, name, words, ...)                                                          \

@@ -26,7 +26,7 @@ static const struct ct_opt *see(struct line *l, const struct ct_opt *o, bool who
 {
 	if (o && l->n < MOST)
 		l->given[l->n++] = o;
-	return o && o->type != CT_T_FLAG && !whole ? o : NULL;
+	return o && o->type != CT_T_FLAG && !o->alone && !whole ? o : NULL;
 }
 
 static void take(struct line *l, const char *w)
@@ -74,7 +74,8 @@ static void put_option(const struct ct_opt *o)
 
 	n = dot ? (size_t)(dot - o->help) : n;
 	n = semicolon && (size_t)(semicolon - o->help) < n ? (size_t)(semicolon - o->help) : n;
-	printf("--%s%s\t%.*s\n", o->name, o->type == CT_T_FLAG ? "" : "=", (int)n, o->help);
+	printf("--%s%s\t%.*s\n", o->name, o->type == CT_T_FLAG || o->alone ? "" : "=", (int)n,
+		o->help);
 	if (o->c)
 		printf("-%c\t%.*s\n", o->c, (int)n, o->help);
 }

@@ -179,7 +179,7 @@ static const char *tag_of(const struct ct_tool *t, const struct ct_opt *o)
 {
 	if (!o->name)
 		return "image";
-	if (o->type == CT_T_FLAG)
+	if (o->type == CT_T_FLAG || o->alone) /* Slicer puts no = before a value */
 		return "boolean";
 	if (o->role != CT_NO_FILE || o->type == CT_T_STR || o->choice || !may_be_given(t, o))
 		return "string";
@@ -190,7 +190,7 @@ static void put_default(const struct ct_tool *t, const struct ct_opt *o)
 {
 	char text[200];
 
-	if (o->type == CT_T_FLAG)
+	if (o->type == CT_T_FLAG || o->alone)
 		snprintf(text, sizeof text, "false");
 	else
 		ct_table_text(text, sizeof text, o, t->defaults, 9);
@@ -236,7 +236,7 @@ static void put_option(const struct ct_tool *t, const struct ct_opt *o)
 		printf("<flag>-%c</flag>", o->c);
 	printf("<longflag>--%s</longflag>", o->name);
 	put_text("description", text);
-	if (o->role == CT_NO_FILE && (o->type == CT_T_FLAG || may_be_given(t, o)))
+	if (o->role == CT_NO_FILE && (o->type == CT_T_FLAG || o->alone || may_be_given(t, o)))
 		put_default(t, o);
 	printf("</%s>\n", tag);
 }

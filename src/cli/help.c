@@ -89,9 +89,12 @@ int ct_table_show_help(const struct ct_tool *t, struct ct_err *e)
 		if (!o->name)
 			snprintf(left, sizeof left, "  %s", ct_table_operand(o));
 		else
-			snprintf(left, sizeof left, "  %c%c%c --%s%s%s", o->c ? '-' : ' ',
-				o->c ? o->c : ' ', o->c ? ',' : ' ', o->name, o->arg ? "=" : "",
-				o->arg ? o->arg : "");
+			snprintf(left, sizeof left, "  %c%c%c --%s%s%s%s", o->c ? '-' : ' ',
+				o->c ? o->c : ' ', o->c ? ',' : ' ', o->name,
+				o->alone ? "[="
+				: o->arg ? "="
+					 : "",
+				o->arg ? o->arg : "", o->alone ? "]" : "");
 		put_row(t, o, left);
 		ends_text(text, sizeof text, t, o);
 		put_line(text, 25);
@@ -164,7 +167,10 @@ int ct_table_show_mdoc(const struct ct_tool *t, struct ct_err *e)
 		fputs(".It ", stdout);
 		if (o->c)
 			printf("Fl %c , ", o->c);
-		printf("Fl \\-%s%s%s\n", o->name, o->arg ? " Ns = Ns Ar " : "",
+		printf("Fl \\-%s%s%s\n", o->name,
+			o->alone ? " Ns Op = Ns Ar "
+			: o->arg ? " Ns = Ns Ar "
+				 : "",
 			o->arg ? o->arg : "");
 		sentences(o->help);
 		put_default(t, o);

@@ -51,6 +51,8 @@ struct ct_env;
 #define CT_META_UPSAMPLE "upsample"
 /* text: what of the operator was measured, and how surely (estimate/assumed.h); ct_refine_run */
 #define CT_META_ASSUMED "assumed"
+/* text: how much was taken for noise, and whether it was kept (refine/rest.h); ct_refine_run */
+#define CT_META_DENOISED "denoised"
 /* word of CT_PHANTOM_LIST: ct-phantom */
 #define CT_META_PHANTOM "phantom"
 

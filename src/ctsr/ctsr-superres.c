@@ -67,6 +67,8 @@ static int check(const ctsr_superres_options *o, struct ct_err *e)
 		return ct_fail(e, CT_EUSAGE, "give a factor or a spacing, not both");
 	if (!isnan(o->noise) && !(o->noise >= 0 && o->noise <= 1e6))
 		return ct_fail(e, CT_EUSAGE, "the noise %g HU is outside [0, 1e6]", o->noise);
+	if (!(o->denoise >= 0 && o->denoise <= 1))
+		return ct_fail(e, CT_EUSAGE, "denoise: %g is outside [0, 1]", o->denoise);
 	if (o->iterations < 1 || !(o->tolerance >= 0) || !(o->memory >= 0))
 		return ct_fail(e, CT_EUSAGE,
 			"iterations must be at least 1, tolerance and memory not below 0");
@@ -89,6 +91,7 @@ static struct ct_refine_rule rule_of(const ctsr_superres_options *o, bool error)
 	r.one_axis = o->preset == CTSR_FAST;
 	r.error = error;
 	r.memory = o->memory;
+	r.denoise = o->denoise;
 	return r;
 }
 
@@ -131,7 +134,9 @@ static int give(
 		.residual = prior ? r->residual : r->did.residual,
 		.added = prior ? r->added : 0,
 		.iterations = r->did.iterations,
-		.slabs = r->slabs};
+		.slabs = r->slabs,
+		.off = r->rest.off,
+		.back = r->rest.back};
 
 	ct_refine_times(mine.factor, r);
 	memcpy(mine.sigma, r->scan.operator.sigma, sizeof mine.sigma);

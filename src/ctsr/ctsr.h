@@ -220,14 +220,14 @@ typedef struct ctsr_superres_options {
 	double noise;    /* HU; NaN (default): unknown */
 	int estimate;    /* default 1: measure an operator that is unknown, as ct-sr(1) does; 0: an
 			  * inversion is CTSR_USAGE then */
-	/* Slice prior, safetensors; NULL (default): the one that was installed with the library. */
-	const char *prior_file;
+	const char *prior_file; /* slice prior, safetensors; NULL (default): the installed one */
 	double memory;    /* bytes that the call may use, input and result included. What needs more
 			   * is refined in slabs, within 0.1 HU RMS of the whole. 0 (default): what
 			   * is free */
 	int iterations;   /* of CTSR_TV and CTSR_HTV, at most; default 300 */
 	double tolerance; /* they stop when one moves less, HU RMS; default 0.1 */
 	const ctsr_volume *start; /* begin with it, on the grid of the result; or NULL */
+	double denoise; /* share of the noise to take off, 0 (default: the scan's own stays) to 1 */
 } ctsr_superres_options;
 
 /* What was done. The caller sets size = sizeof, the library fills in as much as fits. */
@@ -240,9 +240,9 @@ typedef struct ctsr_superres_report {
 	double noise;
 	double residual; /* RMS of the result, degraded again, minus the scan, HU; NaN: unknown */
 	double added;    /* RMS of what the prior added, HU */
-	size_t iterations;
-	size_t slabs;      /* 1: as a whole */
-	char why_not[160]; /* if the prior was asked for and added nothing: why */
+	size_t iterations, slabs; /* slabs: 1 as a whole */
+	char why_not[160];        /* if the prior was asked for and added nothing: why */
+	double off, back;         /* noise that was taken off, and that was kept, HU RMS */
 } ctsr_superres_report;
 
 CTSR_API void ctsr_superres_options_init(ctsr_superres_options *o, size_t size);

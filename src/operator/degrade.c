@@ -331,6 +331,7 @@ int ct_degrade_volume(struct ct_vol *lo, const struct ct_vol *hi, const struct c
 	if (d->factor[0] > 1 || d->factor[1] > 1 || d->factor[2] > 1) /* not refined any more */
 		ct_meta_drop(&lo->meta, CT_META_UPSAMPLE);
 	ct_meta_drop(&lo->meta, CT_META_ASSUMED);
+	ct_meta_drop(&lo->meta, CT_META_DENOISED);
 	if (ct_degrade_put(&lo->meta, d, e))
 		goto out;
 	if (noise > 0)

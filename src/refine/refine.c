@@ -67,6 +67,8 @@ static int need_of(double *bytes, const struct ct_refine *r, const size_t n[3], 
 		most = fmax(most, error + fmax(agree, one + ct_restore_bytes(p->prior, &r->restore,
 								    n, p->error)));
 	}
+	if (r->rest.passes > 0)
+		most = fmax(most, one + error + ct_rest_bytes(&r->scan.operator, coarse));
 	*bytes = most + 4 * coarse;
 	return 0;
 }
@@ -348,7 +350,10 @@ static int plan(
 		return plan_arssr(r, in, env, e);
 	if (rule->method == CT_REFINE_PRIOR && plan_prior(r, in, e))
 		return -1;
-	if (choose_method(r, in, env, e) || choose_slabs(r, in, e))
+	if (choose_method(r, in, env, e) ||
+		(r->scan.known && ct_rest_plan(&r->rest, &r->scan.operator, r->n, r->scan.noise,
+					  r->scan.alike, e)) ||
+		choose_slabs(r, in, e))
 		return -1;
 	if (r->slabs == 1)
 		return 0;
@@ -368,7 +373,8 @@ int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const
 		.inverts = !prior || !rule->start,
 		.loss = (double)NAN,
 		.residual = (double)NAN,
-		.first = {1, 1, 1}};
+		.first = {1, 1, 1},
+		.rest.share = rule->denoise};
 	if (ct_meta_need_hu(&in->meta, true, e) ||
 		ct_operator_find(&r->scan, &rule->said, iterates(rule->method), in, env, e))
 		return -1;

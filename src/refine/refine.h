@@ -16,6 +16,7 @@
 #include "arssr/arssr-volume.h"
 #include "estimate/assumed.h"
 #include "refine/damp.h"
+#include "refine/rest.h"
 #include "estimate/operator.h"
 #include "inverse/upsample.h"
 #include "restore/restore.h"
@@ -41,6 +42,7 @@ struct ct_refine_rule {
 	 * corrections with the same confidence. */
 	double weight, doubt, gate, cap, steps, least;
 	const struct ct_arssr *arssr; /* the network of that method, borrowed */
+	double denoise;               /* share of the noise to take off, 0 to 1 (rest.h) */
 	bool error;                   /* also the predicted error */
 	double memory; /* bytes that all of it may take, CT and result included; 0: no bound */
 };
@@ -75,6 +77,7 @@ struct ct_refine {
 	/* After ct_refine_run: */
 	struct ct_upsample_report did;
 	struct ct_damped damped;
+	struct ct_rest rest;    /* passes and amplifies are planned */
 	double added, residual; /* HU RMS: of what the prior added; of D x - y, the worst slab's */
 };
 

@@ -53,6 +53,12 @@ static int add_prior(struct ct_refine *r, struct ct_vol *out, float *error, cons
 	return 0;
 }
 
+/* Is something of the scan left out as noise? */
+static bool leaves_rest(const struct ct_refine *r)
+{
+	return r->scan.known && r->scan.noise > 0 && (r->adds || r->did.method >= CT_UPSAMPLE_TV);
+}
+
 /* A CT, or a slab of it. */
 static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	const struct ct_vol *in, const struct ct_vol *start, struct ct_pilot *pilot,
@@ -81,6 +87,9 @@ static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 		return -1;
 	if (error && !r->adds &&
 		ct_expected_error(error->data, out, &r->scan.operator, r->scan.noise, env, e))
+		return -1;
+	if (leaves_rest(r) &&
+		ct_rest_put(&r->rest, out, in, &r->scan.operator, & r->did.residual, env, e))
 		return -1;
 	if (!isnan(r->did.residual))
 		r->residual =
@@ -153,15 +162,19 @@ static int describe(
 	const bool knows = r->scan.known || r->rule.said.estimate;
 	const bool noisy =
 		r->scan.noise > 0 && (r->rule.method == CT_REFINE_PRIOR || r->did.iterations > 0);
-	char assumed[CT_ASSUMED_WORDS];
+	char assumed[CT_ASSUMED_WORDS], rest[CT_REST_WORDS];
 	struct ct_degrade by = r->scan.operator;
 	double mm[3];
 
 	ct_refine_times(by.factor, r);
 	ct_vol_spacing(in, mm);
 	ct_refine_assumed(assumed, r, mm);
+	ct_rest_words(rest, &r->rest);
 	ct_meta_drop(&out->meta, CT_META_ASSUMED);
+	ct_meta_drop(&out->meta, CT_META_DENOISED);
 	if (*assumed && ct_meta_set(&out->meta, CT_META_ASSUMED, assumed, e))
+		return -1;
+	if (*rest && ct_meta_set(&out->meta, CT_META_DENOISED, rest, e))
 		return -1;
 	if (knows && ct_degrade_put(&out->meta, &by, e))
 		return -1;
@@ -296,6 +309,7 @@ int ct_refine_run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	const bool inverts = r->inverts && r->scan.known && r->method >= CT_UPSAMPLE_DC;
 	struct ct_rehearsal its = {0, 1, 1};
 	struct ct_padding p = {0};
+	double grain;
 	int rc;
 
 	if (ct_rehearsal_weigh(r, in, env, e) || (error && say_error(&its, r, in, env, e)))
@@ -304,7 +318,8 @@ int ct_refine_run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 		return -1;
 	rc = p.is ? run_filled(r, out, error, in, &p, env, e) : run(r, out, error, in, env, e);
 	ct_padding_free(&p);
+	grain = r->rest.back > 0 ? (1 - r->rest.share) * r->rest.amplifies * r->scan.noise : 0;
 	for (size_t i = 0; rc == 0 && error && i < ct_vol_count(error); i++)
-		error->data[i] = (float)(its.error * (double)error->data[i]);
+		error->data[i] = (float)hypot(its.error * (double)error->data[i], grain);
 	return rc;
 }

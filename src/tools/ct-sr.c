@@ -173,6 +173,7 @@ static int rule_of(struct ct_refine_rule *r, const struct files *f, struct ct_er
 	if (said_parse(&r->said, &p->said, 16, e) || ct_cli_memory(&r->memory, p->memory, e))
 		return -1;
 	r->said.estimate = !p->said.sigma;
+	r->denoise = p->said.denoise;
 	r->method = p->quality == DRAFT ? CT_UPSAMPLE_AUTO : CT_REFINE_PRIOR;
 	r->tolerance = SR_TOLERANCE;
 	r->prior = &f->prior;
@@ -316,6 +317,9 @@ static void say_assumed(
 		ct_noise_words(words, &is->texture);
 		ct_log(env, CT_TOLD, "noise: %s", words);
 	}
+	ct_rest_words(words, &r->rest);
+	if (*words)
+		ct_log(env, CT_TOLD, "%s", words);
 	*words = '\0';
 	ct_damped_words(words, sizeof words, &r->damped);
 	if (*words)

@@ -94,6 +94,7 @@ static int rule_of(struct ct_refine_rule *r, const struct params *p, struct ct_e
 		ct_cli_memory(&r->memory, p->memory, e))
 		return -1;
 	r->said.estimate = p->estimate;
+	r->denoise = p->said.denoise;
 	r->iterations = (size_t)p->iterations;
 	r->one_axis = p->preset == FAST;
 	r->error = p->std != NULL;

@@ -9,7 +9,7 @@
 struct said_opts {
 	const char *factor, *spacing, *sigma, *profile;
 	int decimate;
-	double noise, thickness;
+	double noise, thickness, denoise;
 };
 #define SAID_DEFAULTS                                                                              \
 	{                                                                                          \
@@ -36,6 +36,10 @@ struct said_opts {
 		CT_OPT(f.thickness, 0, "slice-thickness", "MM", 0, 1e6,                                   \
 			"thickness of the slices, a Gaussian without --profile; default: spacing",        \
 			when),                                                                            \
+		CT_OPT_ALONE(f.denoise, "denoise", "SHARE", 0, 1, "1",                                    \
+			"take off the noise of IN, or a share of it; default: it stays, and is not "      \
+			"sharpened",                                                                      \
+			noise_when),                                                                      \
 		CT_OPT(f.noise, 0, "noise", "HU", 0, 1e6,                                                 \
 			"standard deviation of the noise of IN; default: what IN says, else it "          \
 			"is measured",                                                                    \
