@@ -23,8 +23,19 @@ ct-convert -q --reorient LPS v.nii l.nii
 exits 0 'of axes that run the other way' ct-convert -q \
 	--crop "$box" l.nii cl.nii
 ct-convert -q --reorient RAS cl.nii - | ct-metrics --json c.nii - | grep -q '"max-hu": 0[,.]'; ok $? 'it is the same place'
-exits 0 'beyond the scan there is nothing' ct-convert -q --crop=-5:400,0:32,0:24 v.nii e.nii
-is "$(size e.nii)" 40,32,24 'to add'
+exits 0 'a box of the whole volume is it' ct-convert -q --crop=0:40,0:32,0:24 v.nii e.nii
+is "$(size e.nii)" 40,32,24 'the box of the whole volume has its size'
+for b in -5:40,:,: :,0:33,: :,:,24:25 1000:,:,:; do
+	exits 2 "--crop $b beyond the volume is refused" ct-convert -q --crop="$b" v.nii x.nii
+	has err 'is beyond the volume, which has 40x32x24 voxels' "the error of --crop $b gives the size of the volume"
+done
+ends=$(awk "BEGIN{printf \"%g:%g\", $x - 1, $x + 79}")
+exits 0 'a box in millimetres up to the ends of the volume is it' ct-convert -q --crop="$ends,:,:mm" v.nii m.nii
+is "$(size m.nii)" 40,32,24 'the box in millimetres of the whole volume has its size'
+for b in "$(awk "BEGIN{print $x - 3}"):,:,:mm" ":,:,:9999mm"; do
+	exits 2 "--crop $b beyond the volume is refused" ct-convert -q --crop="$b" v.nii x.nii
+	has err 'is beyond the volume, which lies at ' "the error of --crop $b gives the place of the volume"
+done
 for b in 1:2 1:2,3:4 a:2,:,: 5:5,:,: 6:5,:,: 1.5:3,:,: 40:50,:,: 1:2,3:4,5:6,7:8 1:2,3:4,5:6cm 900:950,:,:mm; do
 	exits 2 "--crop $b" ct-convert -q --crop "$b" v.nii x.nii
 	has err '^ct-convert: .*--crop: ' 'is refused in words'

@@ -40,7 +40,11 @@ no syntax-1.2.840.10008.1.2.4.100 'MPEG2' 'is not one that is read: MPEG2'
 no syntax-1.2.3.4 'an unknown transfer syntax' '1.2.3.4 is not one that is read: not known'
 # the bits of a pixel
 same high-15 'HighBit 15 of 12 bits with other bits below'
-no high-15-but-low 'HighBit 15 of 12 bits where the numbers lie below' 'HighBit should be 11'
+for n in '' -once; do
+	same high-15-but-low$n "HighBit 15 of 12 bits where the numbers lie below$n"
+	has err 'warning: HighBit is 15, but the numbers lie in the lower 12 bits' "HighBit 15 where the numbers lie below is told$n"
+done
+no high-15-both 'HighBit 15 of numbers that lie above in some slices and below in others' 'some slices have their numbers in the upper bits'
 same high-3 'a HighBit below the bits stored'
 same high-none 'a file without HighBit'
 same signed '12 bits with the sign in the bits above'
@@ -65,7 +69,8 @@ same eight-big '8 bits in words, big-endian' eight
 same padding-lossy 'padding that lossy compression moved' padding
 # the number of bytes
 same odd-padded 'a byte of padding where their number is odd' odd
-for n in rows-half columns-less allocated-8 two-more odd-three-more frame-less; do
+same two-more 'a word of zeros behind the pixels'
+for n in rows-half columns-less allocated-8 two-more-not-zero four-more odd-three-more frame-less; do
 	no $n "PixelData longer than the header says ($n)" 'PixelData has .* bytes; by Rows, Columns'
 done
 same end-padding 'Data Set Trailing Padding'
@@ -74,6 +79,13 @@ for n in rows columns; do no $n-none "a picture without $n" 'Rows or Columns is 
 no said-twice 'an element that is said twice with other values' 'element (0028,1053) is said twice, and not the same'
 no said-behind 'an element that is said again behind PixelData' 'element (0028,1053) is said twice, and not the same'
 same said-twice-same 'an element that is said twice with one value'
+no thickness-twice 'an element of another group that is said twice' 'element (0018,0050) is said twice, and not the same'
+same thickness-twice-same 'an element of another group that is said twice with one value'
+no item-twice 'an element that is said twice in an item' 'element (0028,1052) is said twice, and not the same'
+same items-two 'an element that is said once inside of a sequence and once outside'
+no groups-twice 'a sequence of functional groups that is there twice' 'element (5200,9229) is said twice'
+for n in twice and-floats; do no pixels-$n "two elements of pixels ($n)" 'it has two elements of pixels'; done
+same pixels-behind-cut 'what begins as a second PixelData behind the pixels and is cut off'
 no float-far 'FloatPixelData beyond what a CT has' 'a pixel of 1e+30 HU: no CT reaches that far'
 # colours and tables
 no palette 'a picture with a palette' "PhotometricInterpretation is 'PALETTE COLOR': colours"

@@ -156,7 +156,29 @@ def make_others():
     enhanced("parts-unsaid/a.dcm", [(k, {"StackID": "1"}) for k in range(N)], ConcatenationUID="1.9.3", InConcatenationNumber=1)
 
 
+def make_scales():
+    """Scales that are wrong in some slices, or in all; and places that are too near."""
+    for d, wrong in ("one", [3]), ("first", [0]), ("last", [N - 1]), ("two", [2, 3]), ("apart", [1, 4]):
+        stack("jump-" + d, RescaleIntercept=lambda k: -924 if k in wrong else -1024)
+    stack("jump-little", 12, RescaleIntercept=lambda k: -1000 if k == 7 else -1024)
+    stack("jump-slope", 12, RescaleSlope=lambda k: 1.5 if k == 7 else 1)
+    for k in range(12):
+        write("scales-own/%02d.dcm" % k, "axial", k, "1.9.1", scale=(1 + k / 16, -1024 - 9 * k))
+        write("scales-zones/%02d.dcm" % k, "axial", k, "1.9.1", scale=(1, -1024 if k < 7 else 0))
+    for d, slope in ("thousandth", .001), ("twentieth", .05):
+        stack("slope-" + d, RescaleSlope=slope, BitsStored=12 if d == "thousandth" else 16)
+    for by in ".04", ".06", ".08", ".2":
+        for d, at in ("between", 2 + float(by)), ("behind", N - 1 + float(by)):
+            stack("ghost-%s-%s" % (d, by))
+            stack("ghost-%s-%s" % (d, by), 1, at=lambda k: at, first=N, hu=9)
+    for p in range(2):
+        stack("second", at=lambda k: k + .08 * p, first=N * p, hu=9 * p)
+    thin = [0, 1, 2, 3, 3.2, 3.4, 3.6, 3.8, 4, 5, 6]
+    stack("zone-thin", len(thin), at=lambda k: thin[k])
+
+
 def make():
+    make_scales()
     make_others()
     make_passes()
     make_copies()

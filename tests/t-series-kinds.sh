@@ -121,6 +121,31 @@ one most-apart 'uneven slices whose numbers leave none out' 8
 exits 5 'a missing slice between wide ones is refused with status 5' ct-convert zones-lost d.nii
 has err '1 slice is missing' 'the error of a missing slice between wide ones counts it'
 
+# places that are too near
+for c in between-.04 between-.06 between-.08 between-.2 behind-.08; do
+	exits 5 "ghost-$c: a slice that is too near to its neighbour is refused with status 5" ct-convert ghost-$c d.nii
+	has err 'two slices at one place: .*06.dcm, .* mm apart, and others 2.5' "ghost-$c: the error gives both distances"
+done
+exits 5 'a second series a little beside the first is refused with status 5' ct-convert second d.nii
+one zone-thin 'slices with a zone of thin ones' 31 .5
+
+# scales that are not those of the values
+for c in one first last two apart little slope; do
+	exits 3 "jump-$c: values that jump with the scale are refused with status 3" ct-convert jump-$c d.nii
+	has err "jump-$c/[0-9]*.dcm: RescaleSlope .* in .* beside it: the values jump by" "jump-$c: the error names slice and scale"
+	exits 0 "jump-$c: --units hu reads values that jump with the scale" ct-convert -f --units hu jump-$c o.nii
+done
+ct-convert jump-one d.nii 2>err; has err 'jump-one/03.dcm: RescaleSlope 1 and RescaleIntercept -924' 'the error names the slice whose scale is rare'
+ct-info jump-one >out 2>err; has out 'RescaleIntercept -924' 'ct-info tells of a slice whose scale is wrong'
+for c in own zones; do
+	exits 0 "scales-$c: scales that differ with the values are read" ct-convert -f scales-$c o.nii
+	[ ! -s err ]; ok $? "scales-$c: scales that differ with the values give no message"
+done
+exits 3 'a RescaleSlope by which all numbers are within 5 HU is refused' ct-convert slope-thousandth d.nii
+has err 'RescaleSlope is 0.001: all numbers of 12 bits lie within 4.095 HU' 'the error of a small RescaleSlope gives the range'
+exits 0 'a RescaleSlope of a twentieth is read' ct-convert -f slope-twentieth o.nii
+has err 'warning: RescaleSlope is 0.05: all values lie within' 'values of a CT that lie close together give a warning'
+
 # files without an ending
 cp -r bare cut
 for n in 129 131 132 150 200 300; do

@@ -8,6 +8,7 @@
 #include "dicom/series-set.h"
 #include "formats/text.h"
 #include "report/report.h"
+#include "series/scales.h"
 
 #include <jansson.h>
 #include <math.h>
@@ -62,11 +63,12 @@ static json_t *gaps_of(const struct ct_layout *l, const struct ct_slice *s)
 	return list;
 }
 
-/* Least and largest value of the slices that can be decoded; the failure of the first that cannot.
- */
-static int range_of(double range[2], const struct ct_slice *s, size_t n, const struct ct_env *env,
-	struct ct_err *e)
+/* Least and largest value of the slices that can be decoded; the failure of the first that cannot,
+ * or of what is wrong with the values. */
+static int range_of(double range[2], const struct ct_slice *s, size_t n,
+	const struct ct_dicom_in *in, const struct ct_env *env, struct ct_err *e)
 {
+	struct ct_scales scales = {0};
 	const size_t area = s->columns * s->rows;
 	struct ct_dicom_source *from = NULL;
 	float *px = NULL;
@@ -74,12 +76,14 @@ static int range_of(double range[2], const struct ct_slice *s, size_t n, const s
 
 	range[0] = (double)INFINITY;
 	range[1] = -(double)INFINITY;
-	if (ct_alloc(&px, area, sizeof *px, e) ||
+	if ((in->units == CT_UNITS_AUTO && ct_scales_begin(&scales, s, n, e)) ||
+		ct_alloc(&px, area, sizeof *px, e) ||
 		ct_dicom_source_open(&from, s, n, ct_par_threads(env->par), e))
 		goto out;
 	for (size_t k = 0; k < n; k++) {
 		if (ct_check_stop(env, e) || ct_dicom_source_read(from, k, px, e))
 			goto out;
+		ct_scales_take(&scales, k, px);
 		ct_slice_scale(&s[k], NAN, px);
 		for (size_t i = 0; i < area; i++) {
 			range[0] = fmin(range[0], (double)px[i]);
@@ -87,9 +91,10 @@ static int range_of(double range[2], const struct ct_slice *s, size_t n, const s
 		}
 		ct_progress(env, "looking", k + 1, n);
 	}
-	rc = 0;
+	rc = ct_scales_check(&scales, env, e) || series_check_bits(from, s, n, env, e) ? -1 : 0;
 out:
 	ct_dicom_source_close(from);
+	ct_scales_free(&scales);
 	free(px);
 	return rc;
 }
@@ -119,7 +124,7 @@ static void judge(json_t *o, struct ct_slice *s, size_t n, const struct ct_dicom
 			json_array_append_new(remarks, json_string("few slices"));
 	}
 	fit = l.slices && (in->units != CT_UNITS_AUTO || ct_slice_check_hu(s, e) == 0) &&
-	      range_of(range, s, n, env, e) == 0;
+	      range_of(range, s, n, in, env, e) == 0;
 	if (fit)
 		json_object_set_new(o, "range", pair(range[0], range[1]));
 	fit = fit && ct_layout_grid(&l, s, in->tilt, in->gaps, e) == 0;

@@ -10,6 +10,7 @@
 #include "dicom/module.h"
 #include "dicom/series-set.h"
 #include "dicom/sidecar.h"
+#include "series/scales.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -22,6 +23,7 @@ enum { NONE_HU = -1024 }; /* what no pixel covers */
 struct reader {
 	const struct ct_slice *s;
 	struct ct_dicom_source *from;
+	struct ct_scales scales;
 	const struct ct_vol *to; /* what they make, */
 	struct ct_hash hash;     /* and of it */
 	const struct ct_dicom_in *in;
@@ -51,6 +53,7 @@ static int read_slice(void *ctx, size_t k, float *px, struct ct_err *e)
 	if (ct_dicom_source_read(r->from, k, px, e) ||
 		(r->in->units == CT_UNITS_AUTO && ct_slice_check_sign(&r->s[k], px, e)))
 		return -1;
+	ct_scales_take(&r->scales, k, px);
 	ct_slice_scale(&r->s[k], r->none, px);
 	return r->in->units == CT_UNITS_AUTO ? check_floats(&r->s[k], px, e) : 0;
 }
@@ -288,6 +291,25 @@ static int begin(struct ct_vol *v, struct reader *r, const struct ct_layout *l, 
 	return rc;
 }
 
+int series_check_bits(const struct ct_dicom_source *from, const struct ct_slice *s, size_t n,
+	const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_dicom_bits is = ct_dicom_source_bits(from);
+
+	for (; n > 1 && s->high < s->stored; n--)
+		s++; /* one that it is wrong for */
+	if (is.low && is.high)
+		return ct_fail(e, CT_EINPUT,
+			"%s: HighBit is %d and BitsStored %d, but some slices have their numbers in "
+			"the upper bits and some in the lower",
+			s->path, s->high, s->stored);
+	if (is.low)
+		ct_log(env, CT_WARN,
+			"HighBit is %d, but the numbers lie in the lower %d bits: taken as HighBit %d",
+			s->high, s->stored, s->stored - 1);
+	return 0;
+}
+
 /* The slices, in any order, to a volume; *failed is the slice, of their new order, that could not
  * be decoded, or n. */
 static int assemble(struct ct_vol *v, struct ct_slice *s, size_t n, const struct ct_dicom_in *in,
@@ -301,12 +323,17 @@ static int assemble(struct ct_vol *v, struct ct_slice *s, size_t n, const struct
 
 	*failed = n;
 	if (ct_layout_survey(&l, s, n, e) || ct_layout_grid(&l, s, in->tilt, in->gaps, e) ||
+		(in->units == CT_UNITS_AUTO && ct_scales_begin(&r.scales, s, n, e)) ||
 		begin(v, &r, &l, e) ||
 		ct_dicom_source_open(&r.from, s, n, ct_par_threads(env->par), e))
 		goto out;
 	rc = ct_layout_fill(v->data, &l, s, r.none, &from, env, e);
 	if (rc) {
 		*failed = e->code == CT_EINPUT ? r.failed : n;
+		goto out;
+	}
+	if (ct_scales_check(&r.scales, env, e) || series_check_bits(r.from, s, n, env, e)) {
+		rc = -1;
 		goto out;
 	}
 	warn_frames(s, n, env);
@@ -317,6 +344,7 @@ static int assemble(struct ct_vol *v, struct ct_slice *s, size_t n, const struct
 	rc = describe(v, &r, &l, e) || (in->about && sidecar_series(in->about, s, &l, e)) ? -1 : 0;
 out:
 	ct_dicom_source_close(r.from);
+	ct_scales_free(&r.scales);
 	ct_layout_free(&l);
 	return rc;
 }

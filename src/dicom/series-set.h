@@ -27,6 +27,11 @@ void series_account(
 int series_apart(const struct ct_slice *s, size_t n, const char *out, struct ct_err *e);
 /* CT_EINPUT for pictures of many bytes in files of few: nothing is decoded, nothing allocated. */
 int series_check_size(const struct ct_slice *s, size_t n, struct ct_err *e);
+/* Once all were read: CT_EINPUT if HighBit is wrong for some slices and right for others; a warning
+ * if it is wrong for all. */
+struct ct_dicom_source;
+int series_check_bits(const struct ct_dicom_source *from, const struct ct_slice *s, size_t n,
+	const struct ct_env *env, struct ct_err *e);
 /* CT_EINPUT naming a file that may belong to the series and cannot be read; with `skip` they are
  * named in the log. */
 int series_whole(const struct series_set *set, size_t pick, bool skip, const struct ct_env *env,

@@ -232,8 +232,9 @@ int ct_regrid_spacing(struct ct_vol *v, double mm, const struct ct_env *env, str
 												: 0;
 }
 
-/* Where the box says nothing, the field's own ends in RAS+ mm. */
-static void fill_ends(double box[3][2], const struct ct_vol *v)
+/* Where the box says nothing, the field's own ends in RAS+ mm, which it must not leave by more than
+ * rounding. */
+static int fill_ends(double box[3][2], const struct ct_vol *v, struct ct_err *e)
 {
 	double lo[3], hi[3];
 
@@ -248,16 +249,27 @@ static void fill_ends(double box[3][2], const struct ct_vol *v)
 		}
 	}
 	for (int d = 0; d < 3; d++) {
+		const double hair = 1e-4 * (hi[d] - lo[d]);
+
 		box[d][0] = isinf(box[d][0]) ? lo[d] : box[d][0];
 		box[d][1] = isinf(box[d][1]) ? hi[d] : box[d][1];
+		if (box[d][0] < lo[d] - hair || box[d][1] > hi[d] + hair)
+			return ct_fail(e, CT_EUSAGE,
+				"--crop: %g:%g mm along %s is beyond the volume, which lies at "
+				"%.6g:%.6g,%.6g:%.6g,%.6g:%.6g mm; leave out an end for the volume's own",
+				box[d][0], box[d][1],
+				(const char *const[]){"x (R+)", "y (A+)", "z (S+)"}[d], lo[0],
+				hi[0], lo[1], hi[1], lo[2], hi[2]);
 	}
+	return 0;
 }
 
-void ct_regrid_cells(double box[3][2], const struct ct_vol *v)
+int ct_regrid_cells(double box[3][2], const struct ct_vol *v, struct ct_err *e)
 {
 	double lo[3], hi[3], mm[3];
 
-	fill_ends(box, v);
+	if (fill_ends(box, v, e))
+		return -1;
 	ct_vol_spacing(v, mm);
 	for (int c = 0; c < 8; c++)
 		for (int d = 0; d < 3; d++) {
@@ -273,6 +285,7 @@ void ct_regrid_cells(double box[3][2], const struct ct_vol *v)
 		box[d][0] = floor(lo[d] + 1e-4);
 		box[d][1] = ceil(hi[d] - 1e-4);
 	}
+	return 0;
 }
 
 int ct_regrid_body(double box[3][2], const struct ct_vol *v, struct ct_err *e)

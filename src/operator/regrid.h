@@ -20,8 +20,9 @@ int ct_regrid_spacing(struct ct_vol *v, double mm, const struct ct_env *env, str
 int ct_regrid_cube(struct ct_vol *v, size_t n, struct ct_err *e);
 /* A box of voxel cells, from 0 to n, cut to what there is. CT_EUSAGE if that is nothing. */
 int ct_regrid_box(struct ct_vol *v, double box[3][2], const struct ct_env *env, struct ct_err *e);
-/* Such a box from one of RAS+ mm, which it covers; an end that is infinite is that of the field. */
-void ct_regrid_cells(double box[3][2], const struct ct_vol *v);
+/* Such a box from one of RAS+ mm, which it covers; an end that is infinite is that of the field.
+ * CT_EUSAGE for one beyond the field. */
+int ct_regrid_cells(double box[3][2], const struct ct_vol *v, struct ct_err *e);
 /* Such a box about the body, with a margin. CT_ENOMEM. */
 int ct_regrid_body(double box[3][2], const struct ct_vol *v, struct ct_err *e);
 

@@ -80,3 +80,22 @@ void ct_layout_count_missing(struct ct_layout *l, const struct ct_slice *s)
 	for (size_t k = 1; k < l->slices; k++)
 		r->missing += l->lost[k] = count(l, s, usual, r->mid, k);
 }
+
+void ct_layout_middle(const struct ct_slice *s, double mm[3])
+{
+	const double i = ((double)s->columns - 1) / 2 * s->pitch[0],
+		     j = ((double)s->rows - 1) / 2 * s->pitch[1];
+
+	for (int r = 0; r < 3; r++)
+		mm[r] = (r < 2 ? -1 : 1) * (s->position[r] + i * s->across[r] + j * s->down[r]);
+}
+
+size_t ct_layout_gap(const struct ct_layout *l, const struct ct_slice *s, size_t k,
+	double before[3], double after[3])
+{
+	if (l->lost[k]) {
+		ct_layout_middle(&s[k - 1], before);
+		ct_layout_middle(&s[k], after);
+	}
+	return l->lost[k];
+}

@@ -6,6 +6,7 @@
 #include "series/layout.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -19,25 +20,6 @@ void ct_layout_free(struct ct_layout *l)
 	memset(l, 0, sizeof *l);
 }
 
-void ct_layout_middle(const struct ct_slice *s, double mm[3])
-{
-	const double i = ((double)s->columns - 1) / 2 * s->pitch[0],
-		     j = ((double)s->rows - 1) / 2 * s->pitch[1];
-
-	for (int r = 0; r < 3; r++)
-		mm[r] = (r < 2 ? -1 : 1) * (s->position[r] + i * s->across[r] + j * s->down[r]);
-}
-
-size_t ct_layout_gap(const struct ct_layout *l, const struct ct_slice *s, size_t k,
-	double before[3], double after[3])
-{
-	if (l->lost[k]) {
-		ct_layout_middle(&s[k - 1], before);
-		ct_layout_middle(&s[k], after);
-	}
-	return l->lost[k];
-}
-
 bool ct_layout_tilted(const struct ct_layout *l, const struct ct_slice *s)
 {
 	return l->spread.side > 0.1 * fmin(s->pitch[0], s->pitch[1]);
@@ -46,6 +28,19 @@ bool ct_layout_tilted(const struct ct_layout *l, const struct ct_slice *s)
 bool ct_layout_uneven(const struct ct_layout *l)
 {
 	return l->spread.uneven > 0.05 * l->spread.length / (double)(l->slices - 1);
+}
+
+static int fail_twice(const struct ct_layout *l, const struct ct_slice *s, struct ct_err *e)
+{
+	const size_t k = l->spread.twice;
+	const double apart = l->at[k] - l->at[k - 1];
+	char a[CT_SLICE_NAME], b[CT_SLICE_NAME], usual[100] = "";
+
+	if (l->spread.usual > 0)
+		snprintf(usual, sizeof usual,
+			", and others %.4g: expected one series, each slice once", l->spread.usual);
+	return ct_fail(e, CT_EGEOM, "two slices at one place: %s and %s, %.3g mm apart%s",
+		ct_slice_name(a, &s[k - 1]), ct_slice_name(b, &s[k]), apart, usual);
 }
 
 static int refuse(const struct ct_layout *l, const struct ct_slice *s, enum ct_tilt tilt,
@@ -57,9 +52,7 @@ static int refuse(const struct ct_layout *l, const struct ct_slice *s, enum ct_t
 	char a[CT_SLICE_NAME], b[CT_SLICE_NAME];
 
 	if (r->twice)
-		return ct_fail(e, CT_EGEOM, "two slices at one place: %s and %s, %.3g mm apart",
-			ct_slice_name(a, &s[r->twice - 1]), ct_slice_name(b, &s[r->twice]),
-			l->at[r->twice] - l->at[r->twice - 1]);
+		return fail_twice(l, s, e);
 	if (tilted && r->tilt > CT_TILT_MOST)
 		return ct_fail(e, CT_EGEOM,
 			"%s: slices drift sideways by %.4g mm over %.4g mm (%.1f degrees), and no gantry "

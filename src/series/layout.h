@@ -35,6 +35,7 @@ struct ct_spread {
 			   SliceThickness nor SpacingBetweenSlices says that they are meant so */
 	size_t twice; /* slices `twice` - 1 and `twice` are at one place (ct_slice_near), if above 0
 		       */
+	double usual; /* median of the gaps that are larger than that of such slices; 0: none */
 };
 
 /* Owns what it points to; zeroes are empty. */

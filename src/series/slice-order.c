@@ -75,6 +75,9 @@ static void measure(struct ct_layout *l, const struct ct_slice *s, double *gap)
 	for (size_t k = n; k-- > 1;)
 		if (l->at[k] - l->at[k - 1] < near)
 			r->twice = k;
+	for (size_t k = 0; k + 1 < n && r->twice && r->usual == 0; k++)
+		if (gap[k] >= near)
+			r->usual = gap[(k + n - 2) / 2];
 	r->least = gap[0];
 	r->mid = gap[(n - 1) / 2];
 	r->most = gap[n - 2];

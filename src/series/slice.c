@@ -12,6 +12,7 @@
 #include <strings.h>
 
 enum { LEAST_HU = -1024, MOST_HU = 3071 }; /* of 12 bits, which most scanners have */
+enum { LEAST_RANGE = 100 };                /* HU that the numbers of a CT cover at least */
 
 void ct_slice_normal(const struct ct_slice *s, double n[3])
 {
@@ -116,22 +117,26 @@ bool ct_slice_parallel(const struct ct_slice *a, const struct ct_slice *b)
 
 CT_ORDER(by_value, double)
 
-/* The most slices in a row none of which is further than that from the next. */
-static size_t most_in_a_row(const struct ct_slice *s, size_t n, double gap)
+/* The most slices in a row none of which is further than that from the next; *span gets the
+ * largest distance from the first to the last of a row. */
+static size_t most_in_a_row(const struct ct_slice *s, size_t n, double gap, double *span)
 {
 	size_t most = 1, count = 1;
 
+	*span = 0;
 	for (size_t k = 1; k < n; k++) {
 		count = s[k].at - s[k - 1].at <= gap ? count + 1 : 1;
 		most = count > most ? count : most;
+		*span = fmax(*span, s[k].at - s[k + 1 - count].at);
 	}
 	return most;
 }
 
 double ct_slice_near(const struct ct_slice *s, size_t n, double *gap)
 {
-	enum { FINE = 20, LEAST = 3 };
+	enum { FINE = 20, PART = 4, LEAST = 3 };
 	const double least = 1e-3;
+	double span;
 
 	for (size_t k = 1; k < n; k++)
 		gap[k - 1] = s[k].at - s[k - 1].at;
@@ -140,10 +145,16 @@ double ct_slice_near(const struct ct_slice *s, size_t n, double *gap)
 	 * else it is stacks that are far from one another */
 	for (size_t k = n > 0 ? n - 1 : 0; k-- > 1 && gap[k - 1] > least;) {
 		const size_t places = n - k;
+		const double usual = gap[(k + n - 2) / 2]; /* of the large ones */
 
-		if (isfinite(gap[k]) && gap[k] >= FINE * gap[k - 1] && places >= LEAST &&
-			most_in_a_row(s, n, gap[k - 1]) <= places)
+		if (!isfinite(usual) || places < LEAST || !(gap[k] >= 2 * gap[k - 1]) ||
+			most_in_a_row(s, n, gap[k - 1], &span) > places)
+			continue;
+		if (gap[k] >= FINE * gap[k - 1])
 			return gap[k] / FINE;
+		/* all that lie together do within a part of a gap: no zone of thin slices */
+		if (span <= usual / PART)
+			return fmin(1.5 * gap[k - 1], gap[k]);
 	}
 	return least;
 }
@@ -265,16 +276,18 @@ bool ct_slice_is_radiograph(const struct ct_slice *s)
 /* Can what is stored be HU of a CT, by its scale? */
 static int check_scale(const struct ct_slice *s, struct ct_err *e)
 {
-	const double steps = ldexp(1, s->allocated) - 1,
+	const int bits = s->stored > 0 && s->stored < s->allocated ? s->stored : s->allocated;
+	const double steps = ldexp(1, s->allocated) - 1, meant = ldexp(1, bits) - 1,
 		     first = s->is_signed ? -ldexp(1, s->allocated - 1) : 0,
 		     a = s->slope * first + s->intercept, b = a + s->slope * steps;
 
 	if (!s->scaled || s->floats || s->allocated < 8)
 		return 0;
-	if (!(fabs(s->slope) * steps >= 1))
+	if (!(fabs(s->slope) * meant >= LEAST_RANGE))
 		return ct_fail(e, CT_EINPUT,
-			"%s: RescaleSlope is %g: all numbers of %d bits are within %g HU", s->path,
-			s->slope, s->allocated, fabs(s->slope) * steps);
+			"%s: RescaleSlope is %g: all numbers of %d bits lie within %g HU, and air and "
+			"water are 1000 apart",
+			s->path, s->slope, bits, fabs(s->slope) * meant);
 	if (!(fabs(s->slope) <= MOST_HU - LEAST_HU))
 		return ct_fail(e, CT_EINPUT,
 			"%s: RescaleSlope is %g: two numbers are further apart than air and bone",

@@ -94,8 +94,9 @@ void ct_slice_normal(const struct ct_slice *s, double n[3]);
 int ct_slice_check(const struct ct_slice *s, struct ct_err *e);
 /* Is b parallel to a, of the same matrix and pixel size? */
 bool ct_slice_parallel(const struct ct_slice *a, const struct ct_slice *b);
-/* How near, in mm, two slices are at one place: a thousandth, or the twentieth part of the distance
- * of n slices in order of `at`, if some are nearer than that to each other. `gap` is room for n. */
+/* How near, in mm, two slices are at one place: a thousandth, or as near as some of n slices in
+ * order of `at` are, where that is no more than a quarter of the usual distance, and no zone of
+ * slices that lie closer than others. `gap` is room for n; it gets the gaps in order of size. */
 double ct_slice_near(const struct ct_slice *s, size_t n, double *gap);
 /* Do the two lie as near as that? */
 bool ct_slice_together(const struct ct_slice *a, const struct ct_slice *b, double near);

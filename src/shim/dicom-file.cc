@@ -72,6 +72,11 @@ extern "C" void ct_dicom_source_close(struct ct_dicom_source *src)
 	delete src;
 }
 
+extern "C" struct ct_dicom_bits ct_dicom_source_bits(const struct ct_dicom_source *src)
+{
+	return src->file.placed;
+}
+
 extern "C" int ct_dicom_source_read(
 	struct ct_dicom_source *src, size_t k, float *out, struct ct_err *e)
 {

@@ -32,6 +32,11 @@ int ct_dicom_source_open(struct ct_dicom_source **src, const struct ct_slice *s,
 	size_t processes, struct ct_err *e);
 /* ct_dicom_pixels of slice k. */
 int ct_dicom_source_read(struct ct_dicom_source *src, size_t k, float *out, struct ct_err *e);
+/* Where HighBit lies above BitsStored: which bits held the numbers of what was read until now. */
+struct ct_dicom_bits {
+	bool low, high; /* of some, the lower ones; of some, those that HighBit names */
+};
+struct ct_dicom_bits ct_dicom_source_bits(const struct ct_dicom_source *src);
 void ct_dicom_source_close(struct ct_dicom_source *src); /* may be NULL */
 
 /* Append those of n keywords that the file of the slice has, not empty; of a sequence how many

@@ -189,8 +189,9 @@ class Walk
       private:
 	struct Level {
 		uint64_t end; /* at the latest */
-		bool item, implicit;
-		uint32_t highest; /* tag */
+		bool item, implicit, counts;
+		uint32_t highest;                     /* tag */
+		std::map<uint32_t, std::string> said; /* VR and value of a tag */
 	};
 
 	void step()
@@ -204,20 +205,17 @@ class Walk
 			return mark(x);
 		at += x.head;
 		sort(x.tag);
-		if (level.empty() && out.pixel_data == 0 &&
-			(x.tag == PIXEL_DATA || x.tag == FLOAT_PIXEL_DATA ||
-				x.tag == DOUBLE_PIXEL_DATA)) {
-			out.pixel_data = x.tag;
-			out.pixels = at;
-			out.length = x.length;
-		}
-		if (level.empty())
+		if (level.empty() && (x.tag == PIXEL_DATA || x.tag == FLOAT_PIXEL_DATA ||
+					     x.tag == DOUBLE_PIXEL_DATA))
+			see_pixels(x);
+		else
 			compare(x);
 		const bool bytes = x.vr[0] == 'O' || (x.tag == PIXEL_DATA && x.vr[0] == 0);
 		if (x.length == NO_LENGTH)
-			return bytes ? skip_fragments(now) : enter(endless, now || is(x, "UN"));
+			return bytes ? skip_fragments(now)
+				     : enter(endless, now || is(x, "UN"), x.tag);
 		if (is(x, "SQ") || ((!x.is_explicit || is(x, "UN")) && holds_item(x)))
-			return enter(at + x.length, now);
+			return enter(at + x.length, now, x.tag);
 		at += x.length;
 	}
 	static bool is(const Element &x, const char *vr)
@@ -228,21 +226,50 @@ class Walk
 	{
 		return x.length >= 8 && tag_of(file.get(at, 8), big) == ITEM;
 	}
-	/* What places and scales the picture is said once, or twice the same: programs take the
-	 * first, or the last. What is behind the pixels may be anything; with that tag and VR it is
-	 * meant. */
+	/* The pixels of the file. What lies behind them may be anything; a second one that fits
+	 * into the file is meant. */
+	void see_pixels(const Element &x)
+	{
+		const bool fits = x.length == NO_LENGTH || at + x.length <= file.size;
+
+		if (out.pixel_data != 0) {
+			if (fits && x.is_explicit == pixels_explicit)
+				out.trouble = "it has two elements of pixels: which one is meant?";
+			return;
+		}
+		out.pixel_data = x.tag;
+		out.pixels = at;
+		out.length = x.length;
+		pixels_explicit = x.is_explicit;
+		if (fits && x.length != NO_LENGTH && x.length >= 2)
+			out.word_of_zeros = number(file.get(at + x.length - 2, 2), 2, false) == 0;
+	}
+	/* Is it in a group that says what, whose and where a picture is, and what its numbers mean?
+	 */
+	static bool counts(uint32_t tag)
+	{
+		static const uint32_t groups[] = {0x8, 0x10, 0x18, 0x20, 0x28, 0x5200};
+
+		return (tag & 0xffff) != 0 && std::find(std::begin(groups), std::end(groups),
+						      tag >> 16) != std::end(groups);
+	}
+	/* What counts is said once in an item, or twice the same: programs take the first, or the
+	 * last. What is behind the pixels may be anything; with that tag and VR it is meant. */
 	void compare(const Element &x)
 	{
-		static const uint32_t tags[] = {0x200032, 0x200037, 0x280002, 0x280004, 0x280008,
-			0x280010, 0x280011, 0x280030, 0x280100, 0x280101, 0x280102, 0x280103,
-			0x280120, 0x281052, 0x281053};
+		auto &said = level.empty() ? top : level.back().said;
 
-		if (std::find(std::begin(tags), std::end(tags), x.tag) == std::end(tags) ||
-			x.length > LONGEST_SAID || at + x.length > file.size)
+		if (!counts(x.tag) ||
+			(!level.empty() && !(level.back().item && level.back().counts)))
 			return;
-		const unsigned char *p = file.get(at, x.length);
 		std::string text(x.vr, x.vr + 2);
-		text.append(reinterpret_cast<const char *>(p), x.length);
+		if (x.length > LONGEST_SAID)
+			text += std::to_string(at); /* not compared: its place tells them apart */
+		else if (at + x.length > file.size)
+			return;
+		else
+			text.append(
+				reinterpret_cast<const char *>(file.get(at, x.length)), x.length);
 		text.erase(text.find_last_not_of(std::string(" \0", 2)) + 1);
 		const auto before = said.emplace(x.tag, text);
 		if (before.second || before.first->second == text)
@@ -274,7 +301,7 @@ class Walk
 			at += x.length == NO_LENGTH ? 0 : x.length;
 		else if (x.tag == ITEM)
 			push(x.length == NO_LENGTH ? endless : begin + x.length, true,
-				level.back().implicit);
+				level.back().implicit, level.back().counts);
 		else if (!level.empty() && (x.tag == ITEM_END || x.tag == SEQUENCE_END)) {
 			if (level.back().item && x.tag == SEQUENCE_END)
 				leave(); /* the end of an item is missing */
@@ -282,20 +309,23 @@ class Walk
 				leave();
 		}
 	}
-	void enter(uint64_t end, bool without_vr)
+	void enter(uint64_t end, bool without_vr, uint32_t tag)
 	{
+		const bool count =
+			counts(tag) && tag >> 16 > 0x10 && (level.empty() || level.back().counts);
+
 		if (++deep > DEEPEST)
 			out.trouble = "its sequences are nested more than " +
 				      std::to_string(DEEPEST) + " deep";
-		push(end, false, without_vr);
+		push(end, false, without_vr, count);
 	}
-	void push(uint64_t end, bool item, bool without_vr)
+	void push(uint64_t end, bool item, bool without_vr, bool count)
 	{
 		if (!level.empty())
 			end = std::min(end, level.back().end);
 		if (level.size() > 4 * DEEPEST) /* items in items, without a sequence */
 			out.trouble = "its items are nested in each other";
-		level.push_back({end, item, without_vr, 0});
+		level.push_back({end, item, without_vr, count, 0, {}});
 	}
 	void leave()
 	{
@@ -312,7 +342,7 @@ class Walk
 			if (tag >> 16 != 0xfffe)
 				return;
 			if (tag == ITEM && n == NO_LENGTH) /* no piece; parsers follow it */
-				return enter(endless, without_vr);
+				return enter(endless, without_vr, 0);
 			at += 8;
 			if (tag != ITEM)
 				return;
@@ -328,7 +358,8 @@ class Walk
 	std::vector<Level> level;
 	size_t deep = 0, unsorted = 0; /* sequences, elements */
 	uint32_t highest = 0;
-	std::map<uint32_t, std::string> said; /* VR and value of a tag */
+	bool pixels_explicit = false;
+	std::map<uint32_t, std::string> top; /* VR and value of a tag outside of sequences */
 };
 
 /* The group of the file's meta information: it says itself how long it is, but not always rightly.

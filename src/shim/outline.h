@@ -24,11 +24,12 @@ struct Outline {
 	 * that of the first element */
 	std::string syntax;
 	uint64_t uid = 0,
-		 begin = 0;      /* where that UID lies, 0 if nowhere; where the data set does */
-	std::string trouble;     /* why it must not be parsed, or empty */
-	uint32_t pixel_data = 0; /* the tag of one at the top level, or 0: */
-	uint64_t pixels = 0;     /* where its value begins, */
-	uint32_t length = 0;     /* its bytes, or NO_LENGTH */
+		 begin = 0;         /* where that UID lies, 0 if nowhere; where the data set does */
+	std::string trouble;        /* why it must not be parsed, or empty */
+	uint32_t pixel_data = 0;    /* the tag of one at the top level, or 0: */
+	uint64_t pixels = 0;        /* where its value begins, */
+	uint32_t length = 0;        /* its bytes, or NO_LENGTH */
+	bool word_of_zeros = false; /* its last two bytes are */
 };
 
 /* Of what begins so; `size` are the bytes of the whole file. */

@@ -88,7 +88,8 @@ std::string wrong_pixels(vtkDICOMMetaData *m, Outline *o, uint64_t file_size, si
 		return text;
 	if (o->length > file_size - o->pixels || is < want)
 		return "truncated: its picture is cut off";
-	if (want > 0 && is > want + std::fmod(want, 2))
+	/* a word of zeros is no pixels: a wrong Rows or Columns leaves rows of them */
+	if (want > 0 && is > want + std::fmod(want, 2) && !(is <= want + 2 && o->word_of_zeros))
 		std::snprintf(text, sizeof text,
 			"PixelData has %.0f bytes; by Rows, Columns, BitsAllocated, NumberOfFrames %.0f",
 			is, want);

@@ -148,24 +148,26 @@ bool differ_above(const Bytes &b, size_t bytes, int from)
 
 /* Which bits of the numbers count. What lies above BitsStored is of an overlay, if one says so, or
  * nothing, if it is the same in all numbers; else it is the sign, or the rest of a number that is
- * too large for them, as of metal: then all count. */
-int choose_bits(ct_slice_bits *how, const ct_slice &s, const Bytes &b, ct_err *e)
+ * too large for them, as of metal: then all count. Numbers that use the bits below those that
+ * HighBit names, and none above BitsStored, lie in the lower bits: *placed gets where they lie, if
+ * that can be told. */
+void choose_bits(ct_slice_bits *how, const ct_slice &s, const Bytes &b, ct_dicom_bits *placed)
 {
 	const int stored = bits_of(s);
 	/* one that cannot be does not count */
 	const int shift = s.high < stored || s.high >= s.allocated ? 0 : s.high + 1 - stored;
 	const uint32_t all = stored < s.allocated ? bits_in(b, how->bytes) : 0;
 
+	const bool low =
+		shift > 0 && !s.overlaid && all >> stored == 0 && (all & ((1u << shift) - 1)) != 0;
+
 	how->bits = stored;
-	how->shift = shift;
-	if (shift > 0 && !s.overlaid && all >> stored == 0 && (all & ((1u << shift) - 1)) != 0)
-		return ct_fail(e, CT_EINPUT,
-			"%s: HighBit is %d, but the numbers lie in the lower %d bits: HighBit should be %d",
-			s.path, s.high, stored, stored - 1);
+	how->shift = low ? 0 : shift;
+	placed->low |= low;
+	placed->high |= shift > 0 && !low && all != 0;
 	if (shift == 0 && !s.overlaid && stored < s.allocated && all >> stored != 0 &&
 		differ_above(b, how->bytes, stored))
 		how->bits = s.allocated;
-	return 0;
 }
 
 /* The tag of the pixel data at the offset, and their VR where it is explicit; 0 if there are none.
@@ -381,8 +383,7 @@ int PixelFile::read(const ct_slice &s, float *out, ct_err *e)
 		return take_floats<float>(n, out, raw, how.base), 0;
 	if (tag == DOUBLE_PIXEL_DATA)
 		return take_floats<double>(n, out, raw, how.base), 0;
-	if (choose_bits(&how, s, raw, e))
-		return -1;
+	choose_bits(&how, s, raw, &placed);
 	ct_slice_widen(n, out, raw.data(), &how);
 	return 0;
 }

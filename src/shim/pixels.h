@@ -2,6 +2,7 @@
  * only.) */
 #ifndef CT_SHIM_PIXELS_H
 #define CT_SHIM_PIXELS_H
+#include "shim/dicom-file.h"
 #include "shim/fragments.h"
 #include "shim/held.h"
 
@@ -30,6 +31,7 @@ class PixelFile
 	}
 	/* Stored values of the slice. */
 	int read(const ct_slice &s, float *out, ct_err *e);
+	ct_dicom_bits placed = {false, false}; /* of all that were read */
 
       private:
 	int decode_jpeg(const ct_slice &s, ct_err *e);

@@ -134,15 +134,23 @@ static int find_box(double box[3][2], const struct ct_vol *v, const char *text, 
 
 	if (strcmp(text, "auto") == 0)
 		return ct_regrid_body(box, v, e);
-	if (parse_box(box, &mm, text, e) || (mm && ct_vol_check_grid(v, e)))
+	if (parse_box(box, &mm, text, e) ||
+		(mm && (ct_vol_check_grid(v, e) || ct_regrid_cells(box, v, e))))
 		return -1;
-	if (mm)
-		ct_regrid_cells(box, v);
 	for (int d = 0; d < 3 && !mm; d++)
-		for (int k = 0; k < 2; k++)
-			if (!isinf(box[d][k]) && box[d][k] != floor(box[d][k]))
-				return ct_fail(
-					e, CT_EUSAGE, "--crop: voxel %g is not whole", box[d][k]);
+		for (int k = 0; k < 2; k++) {
+			const double at = box[d][k];
+
+			if (isinf(at))
+				continue;
+			if (at != floor(at))
+				return ct_fail(e, CT_EUSAGE, "--crop: voxel %g is not whole", at);
+			if (at < 0 || at > (double)v->n[d])
+				return ct_fail(e, CT_EUSAGE,
+					"--crop: voxel %g of axis %d is beyond the volume, which has "
+					"%zux%zux%zu voxels; leave out an end for the volume's own",
+					at, d, v->n[0], v->n[1], v->n[2]);
+		}
 	return 0;
 }
 

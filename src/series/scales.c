@@ -1,0 +1,253 @@
+/* scales.c: see scales.h. */
+#include "config.h"
+#include "core/mem.h"
+#include "series/scales.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MOST_SAMPLES = 12288, FEW_SAMPLES = 96 }; /* pixels of a pair */
+
+struct sample {
+	double sum, own, same;
+};
+
+static bool one_scale(const struct ct_slice *a, const struct ct_slice *b)
+{
+	return a->slope == b->slope && a->intercept == b->intercept;
+}
+
+int ct_scales_begin(struct ct_scales *c, const struct ct_slice *s, size_t n, struct ct_err *e)
+{
+	const size_t area = n ? s->columns * s->rows : 0;
+	bool small = false;
+
+	memset(c, 0, sizeof *c);
+	c->s = s;
+	c->n = c->last = n;
+	c->least = (double)INFINITY;
+	c->most = -(double)INFINITY;
+	for (size_t k = 0; k < n; k++) {
+		if (!s[k].scaled)
+			return 0;
+		c->differ |= !one_scale(&s[k], s);
+		small |= fabs(s[k].slope) < 1;
+	}
+	if (!c->differ && !small)
+		c->n = 0; /* nothing is asked */
+	if (!c->differ)
+		return 0;
+	return ct_alloc(&c->before, area, sizeof *c->before, e) ||
+			       ct_alloc(&c->sample, MOST_SAMPLES, sizeof *c->sample, e) ||
+			       ct_alloc(&c->work, n > MOST_SAMPLES ? n : MOST_SAMPLES,
+				       sizeof *c->work, e) ||
+			       ct_alloc0(&c->pair, n, sizeof *c->pair, e)
+		       ? -1
+		       : 0;
+}
+
+void ct_scales_free(struct ct_scales *c)
+{
+	free(c->before);
+	free(c->sample);
+	free(c->work);
+	free(c->pair);
+	memset(c, 0, sizeof *c);
+}
+
+static int by_sum(const void *p, const void *q)
+{
+	const struct sample *a = p, *b = q;
+
+	return (a->sum > b->sum) - (a->sum < b->sum);
+}
+
+static int by_value(const void *p, const void *q)
+{
+	const double a = *(const double *)p, b = *(const double *)q;
+
+	return (a > b) - (a < b);
+}
+
+static double median(double *x, size_t n)
+{
+	qsort(x, n, sizeof *x, by_value);
+	return n % 2 ? x[n / 2] : (x[n / 2 - 1] + x[n / 2]) / 2;
+}
+
+/* Least and largest stored value: what is clipped there keeps its number whatever the scale. */
+static void ends(double end[2], const float *x, size_t n)
+{
+	float lo = x[0], hi = x[0];
+
+	for (size_t i = 1; i < n; i++) {
+		lo = x[i] < lo ? x[i] : lo;
+		hi = x[i] > hi ? x[i] : hi;
+	}
+	end[0] = (double)lo;
+	end[1] = (double)hi;
+}
+
+static bool is_padding(const struct ct_slice *s, double stored)
+{
+	return s->padded && stored >= fmin(s->padding[0], s->padding[1]) &&
+	       stored <= fmax(s->padding[0], s->padding[1]);
+}
+
+/* Pixels of slices a and b, some of all: how many. `inner`: without the ends of either. */
+static size_t sample(struct ct_scales *c, size_t a, size_t b, const float *now, bool inner)
+{
+	const struct ct_slice *s = &c->s[a], *t = &c->s[b];
+	const size_t area = s->columns * s->rows, step = (area / MOST_SAMPLES + 1) | 1;
+	const double base[2] = {ct_slice_base(s), ct_slice_base(t)};
+	const double slope = fmax(fabs(s->slope), fabs(t->slope));
+	double low[2], high[2];
+	size_t n = 0;
+
+	ends(low, c->before, area);
+	ends(high, now, area);
+	for (size_t i = 0; i < area && n < MOST_SAMPLES; i += step) {
+		const double v = (double)c->before[i], w = (double)now[i];
+		const double x = s->slope * (v + base[0]) + s->intercept,
+			     y = t->slope * (w + base[1]) + t->intercept;
+
+		if ((inner && (v == low[0] || v == low[1] || w == high[0] || w == high[1])) ||
+			is_padding(s, v + base[0]) || is_padding(t, w + base[1]))
+			continue;
+		c->sample[n++] = (struct sample){x + y, y - x, slope * (w + base[1] - v - base[0])};
+	}
+	return n;
+}
+
+static void compare(struct ct_scales *c, size_t a, size_t b, const float *now)
+{
+	struct ct_scales_pair *p = &c->pair[c->pairs];
+	size_t n = sample(c, a, b, now, true);
+
+	if (n < FEW_SAMPLES)
+		n = sample(c, a, b, now, false);
+	if (n < CT_SCALES_CLASSES)
+		return;
+	qsort(c->sample, n, sizeof *c->sample, by_sum);
+	*p = (struct ct_scales_pair){.a = a, .b = b, .one = one_scale(&c->s[a], &c->s[b])};
+	for (size_t k = 0; k < CT_SCALES_CLASSES; k++) {
+		const size_t from = k * n / CT_SCALES_CLASSES,
+			     count = (k + 1) * n / CT_SCALES_CLASSES - from;
+
+		for (size_t i = 0; i < count; i++)
+			c->work[i] = c->sample[from + i].own;
+		p->own[k] = median(c->work, count);
+		for (size_t i = 0; i < count; i++)
+			c->work[i] = c->sample[from + i].same;
+		p->same[k] = median(c->work, count);
+	}
+	c->pairs++;
+}
+
+void ct_scales_take(struct ct_scales *c, size_t k, const float *stored)
+{
+	const struct ct_slice *s = &c->s[k];
+	size_t area;
+
+	if (c->n == 0)
+		return;
+	area = s->columns * s->rows;
+	for (size_t i = 0; i < area && !s->floats; i++) {
+		const double v = (double)stored[i] + ct_slice_base(s),
+			     x = s->slope * v + s->intercept;
+
+		if (is_padding(s, v))
+			continue;
+		c->least = fmin(c->least, x);
+		c->most = fmax(c->most, x);
+	}
+	if (!c->differ)
+		return;
+	if (c->last != c->n)
+		compare(c, c->last, k, stored);
+	memcpy(c->before, stored, area * sizeof *stored);
+	c->last = k;
+}
+
+static double sum(const double x[CT_SCALES_CLASSES])
+{
+	double all = 0;
+
+	for (int k = 0; k < CT_SCALES_CLASSES; k++)
+		all += fabs(x[k]);
+	return all;
+}
+
+/* How much slices of one scale differ, or, if there are hardly any, most of all. */
+static double usual(const struct ct_scales *c)
+{
+	enum { SOME = 2, MANY = 6 };
+	size_t n = 0;
+
+	for (size_t i = 0; i < c->pairs; i++)
+		if (c->pair[i].one)
+			c->work[n++] = sum(c->pair[i].own);
+	if (n >= SOME)
+		return median(c->work, n);
+	if (c->pairs < MANY)
+		return 0;
+	for (size_t i = 0; i < c->pairs; i++)
+		c->work[i] = sum(c->pair[i].own);
+	return median(c->work, c->pairs);
+}
+
+static size_t of_scale(const struct ct_scales *c, const struct ct_slice *s)
+{
+	size_t count = 0;
+
+	for (size_t k = 0; k < c->n; k++)
+		count += one_scale(&c->s[k], s);
+	return count;
+}
+
+static int fail(const struct ct_scales *c, const struct ct_scales_pair *p, struct ct_err *e)
+{
+	const bool second = of_scale(c, &c->s[p->b]) <= of_scale(c, &c->s[p->a]);
+	const struct ct_slice *s = &c->s[second ? p->b : p->a], *t = &c->s[second ? p->a : p->b];
+	char a[CT_SLICE_NAME], b[CT_SLICE_NAME];
+
+	return ct_fail(e, CT_EINPUT,
+		"%s: RescaleSlope %g and RescaleIntercept %g, and %g and %g in %s beside it: the values "
+		"jump by %.4g HU, and by %.4g if both had one scale (but see --units)",
+		ct_slice_name(a, s), s->slope, s->intercept, t->slope, t->intercept,
+		ct_slice_name(b, t), sum(p->own) / CT_SCALES_CLASSES,
+		sum(p->same) / CT_SCALES_CLASSES);
+}
+
+static void warn_range(const struct ct_scales *c, const struct ct_env *env)
+{
+	const double range = c->most - c->least;
+	double slope = 0;
+	bool little;
+
+	for (size_t k = 0; k < c->n; k++)
+		slope = fmax(slope, fabs(c->s[k].slope));
+	/* of how many numbers they are */
+	little = (range < 400 && range >= 1000 * slope) || (range < 50 && range >= 100 * slope);
+	if (slope < 1 && little)
+		ct_log(env, CT_WARN,
+			"RescaleSlope is %g: all values lie within %.4g HU, and air and water are 1000 "
+			"apart",
+			slope, range);
+}
+
+int ct_scales_check(const struct ct_scales *c, const struct ct_env *env, struct ct_err *e)
+{
+	const double least = 9, times = 3, like = c->differ ? 2 * usual(c) : 0;
+
+	for (size_t i = 0; i < c->pairs; i++) {
+		const struct ct_scales_pair *p = &c->pair[i];
+
+		if (!p->one && sum(p->own) > times * sum(p->same) + like + least)
+			return fail(c, p, e);
+	}
+	if (c->n > 0)
+		warn_range(c, env);
+	return 0;
+}

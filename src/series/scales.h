@@ -1,0 +1,42 @@
+/* scales.h: is the scale of a slice that of its values? RescaleSlope and RescaleIntercept may
+ * differ from slice to slice; then the values go on as they were. Where one is wrong they jump from
+ * a slice to the next, and would not if both had one scale.
+ */
+#ifndef CT_SERIES_SCALES_H
+#define CT_SERIES_SCALES_H
+#include "core/env.h"
+#include "series/slice.h"
+
+enum { CT_SCALES_CLASSES = 3 };
+/* Two slices that follow on each other: the medians of how much the values of the second are above
+ * those of the first, in thirds of the pixels by value. In HU. */
+struct ct_scales_pair {
+	size_t a, b;
+	bool one;                                               /* scale for both */
+	double own[CT_SCALES_CLASSES], same[CT_SCALES_CLASSES]; /* as scaled, by one scale */
+};
+
+/* Owns what it points to; zeroes are empty, and take nothing. */
+struct ct_scales {
+	const struct ct_slice *s;
+	size_t n;
+	bool differ; /* there is more than one scale */
+	size_t last; /* slice that was taken before, or n */
+	float *before;
+	struct sample *sample;
+	double *work;
+	struct ct_scales_pair *pair;
+	size_t pairs;
+	double least, most; /* HU of all but padding */
+};
+
+/* For n slices in order of place, which must outlive it. CT_ENOMEM. */
+int ct_scales_begin(struct ct_scales *c, const struct ct_slice *s, size_t n, struct ct_err *e);
+/* The stored values of slice k, less its base; the slices come in order, some not at all. */
+void ct_scales_take(struct ct_scales *c, size_t k, const float *stored);
+/* CT_EINPUT, naming slice and field, if values jump where the scale does and would not by one
+ * scale. A warning of values that lie closer than those of a CT because of a small RescaleSlope. */
+int ct_scales_check(const struct ct_scales *c, const struct ct_env *env, struct ct_err *e);
+void ct_scales_free(struct ct_scales *c);
+
+#endif
