@@ -20,3 +20,4 @@ libct_a_SOURCES += formats/zip.c formats/zip.h formats/pickle.c formats/pickle.h
 libct_a_SOURCES += formats/text.c formats/text.h
 libct_a_SOURCES += formats/ply.c
 libct_a_SOURCES += formats/any.c formats/any.h
+libct_a_SOURCES += formats/png.c formats/png.h

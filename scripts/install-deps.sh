@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs with apt what the build needs; with `tests`, also what the tests compare with; with `fuzz`, what
-# make fuzz takes; with `cluster`, what make check-long PARTS=cluster takes.
+# make fuzz takes; with `wheel`, what make wheel takes; with `cluster`, what make check-long PARTS=cluster takes.
 set -e
 build='gcc g++ make autoconf automake pkg-config zlib1g-dev libdeflate-dev libxxhash-dev
 	libjansson-dev libopenexr-dev libdnnl-dev libvtk9-dev libvtk-dicom-dev libarchive-dev
@@ -10,13 +10,15 @@ tests='mandoc python3-numpy python3-nibabel python3-pydicom python3-skimage pyth
 	diction bsdextrautils bash-completion zsh fish chromium chromium-driver python3-selenium python3-matplotlib python3-setuptools python3-wheel python3-pip python3-nipype
 	python3-torch'
 fuzz='clang libclang-rt-dev'
+wheel='python3 python3-venv patchelf binutils'
 cluster='slurm-wlm munge snakemake procps'
 case ${1:-build} in
 build) want=$build ;;
 tests) want="$build $tests" ;;
 fuzz) want="$build $fuzz" ;;
+wheel) want="$build $wheel" ;;
 cluster) want="$build $cluster" ;;
-*) echo "usage: $0 [build|tests|fuzz|cluster]" >&2; exit 2 ;;
+*) echo "usage: $0 [build|tests|fuzz|wheel|cluster]" >&2; exit 2 ;;
 esac
 missing=
 for p in $want; do

@@ -17,7 +17,7 @@ libctdicom_a_SOURCES = src/tools/convert-io.c \
 DICOM_SOURCES = src/dicom/module.c src/dicom/write.c src/dicom/series-set.c \
 	src/dicom/account.c src/dicom/series-set.h src/dicom/inspect.c src/dicom/image.c src/dicom/image.h \
 	src/dicom/policy.c src/dicom/derive.c src/dicom/radiograph.c
-DICOM_LDADD = libctdicom.a libct.a $(CT_LIBS) -ldl
+DICOM_LDADD = libctdicom.a libct.a $(CT_LIBS)
 if HAVE_VTK
 pkglibexec_PROGRAMS += ctsr-dicom.so
 ctsr_dicom_so_SOURCES = $(DICOM_SOURCES) src/tools/lib/libraries.cc
@@ -31,7 +31,7 @@ bin_PROGRAMS += ct-convert
 ct_convert_SOURCES = src/tools/ct-convert.c src/tools/convert-radiograph.c src/tools/convert.h
 ct_convert_LDADD = $(DICOM_LDADD)
 if HAVE_OIIO
-# Started by ct-convert, so that only who reads pictures waits for their libraries.
+# Started by the commands, so that only who reads pictures waits for their libraries, or installs them.
 pkglibexec_PROGRAMS += ct-picture
 ct_picture_SOURCES = src/tools/picture.c src/tools/lib/libraries.cc
 ct_picture_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
@@ -39,25 +39,14 @@ else
 EXTRA_DIST += src/tools/picture.c
 endif
 bin_PROGRAMS += ct-train
-ct_train_SOURCES = src/tools/ct-train.c src/tools/train-loop.h src/tools/train-loop.c src/tools/lib/libraries.cc \
-	$(TRAIN_SOURCES)
-if HAVE_OIIO
-ct_train_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
-else
-ct_train_LDADD = $(LDADD)
-endif
+ct_train_SOURCES = src/tools/ct-train.c src/tools/train-loop.h src/tools/train-loop.c $(TRAIN_SOURCES)
 bin_PROGRAMS += ct-project
 ct_project_SOURCES = src/tools/ct-project.c
 bin_PROGRAMS += ct-phantom
 ct_phantom_SOURCES = src/tools/ct-phantom.c
 bin_PROGRAMS += ct-ddnm
 ct_ddnm_SOURCES = src/tools/ct-ddnm.c src/tools/ddnm-parts.h src/tools/ddnm-state.c \
-	src/tools/ddnm-input.c src/tools/lib/libraries.cc
-if HAVE_OIIO
-ct_ddnm_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
-else
-ct_ddnm_LDADD = $(LDADD)
-endif
+	src/tools/ddnm-input.c
 bin_PROGRAMS += ct-sr
 ct_sr_SOURCES = src/tools/ct-sr.c src/tools/sr-paper.c src/tools/sr-keep.c src/tools/sr-words.c src/tools/sr.h \
 	src/tools/ddnm-state.c src/tools/ddnm-parts.h $(PAGE_SOURCES) src/tools/lib/libraries.cc
@@ -68,14 +57,8 @@ ct_profile_LDADD = $(DICOM_LDADD)
 bin_PROGRAMS += ct-info
 ct_info_SOURCES = src/tools/ct-info.c
 ct_info_LDADD = $(DICOM_LDADD)
-VIEW_SOURCES = src/tools/ct-view.c
-if HAVE_OIIO
 bin_PROGRAMS += ct-view
-ct_view_SOURCES = $(VIEW_SOURCES) src/tools/lib/libraries.cc
-ct_view_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
-else
-EXTRA_DIST += $(VIEW_SOURCES) man/ct-view.1.in
-endif
+ct_view_SOURCES = src/tools/ct-view.c
 bin_PROGRAMS += ct-nabgs
 ct_nabgs_SOURCES = src/tools/ct-nabgs.c
 bin_PROGRAMS += ct-field

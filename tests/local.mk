@@ -302,10 +302,8 @@ check_PROGRAMS += tests/t-step-paper
 tests_t_step_paper_SOURCES = tests/t-step-paper.c tests/scratch.h
 check_PROGRAMS += tests/t-evidence
 tests_t_evidence_SOURCES = tests/t-evidence.c tests/capture.h tests/scratch.h
-if HAVE_OIIO
 check_PROGRAMS += tests/t-libraries
 tests_t_libraries_SOURCES = tests/t-libraries.c tests/bound.h tests/capture.h src/tools/lib/libraries.cc
-endif
 check_PROGRAMS += tests/t-restore
 tests_t_restore_SOURCES = tests/t-restore.c tests/texture-make.h tests/slice-network-make.h
 check_PROGRAMS += tests/t-slice-network

@@ -80,11 +80,7 @@ for f in pair.img pair.img.gz; do
 done
 exits 3 'projections from a pipe are refused as a volume' sh -c 'cat kind.exr | ct-degrade -x 2 - no.nii'; has err 'not a NIfTI file, nor MetaImage or NRRD' 'the error of projections from a pipe names the formats'
 exits 3 'a volume is refused as projections' ct-fdk a.nii no.nii; has err 'a.nii: not an EXR file, but a volume (NIfTI)' 'the error of a volume for projections says what it is'
-if grep -q '^#define HAVE_OIIO 1' "$builddir/config.h"; then
-	exits 3 'a volume is refused as a picture' ct-ddnm a.nii no.exr; has err 'a.nii: neither projections (EXR) nor a picture, but of the kind volume' 'the error of a volume for a picture says what it is'
-else
-	skip 'a volume is refused as a picture' 'no pictures'
-fi
+exits 3 'a volume is refused as a picture' ct-ddnm a.nii no.exr; has err 'a.nii: neither projections (EXR) nor a picture, but of the kind volume' 'the error of a volume for a picture says what it is'
 
 # every command that reads volumes takes them, with the same result
 for f in mhd.mhd --compressnrrd.nrrd; do

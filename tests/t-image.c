@@ -1,6 +1,7 @@
-/* Pictures through OpenImageIO: what is encoded is read again; damaged files. */
+/* Pictures: what we encode, OpenImageIO reads again; damaged files. */
 #include "config.h"
 #include "core/inflate.h"
+#include "formats/png.h"
 #include "shim/picture-file.h"
 #include "tap.h"
 
@@ -40,13 +41,13 @@ static void test_round_trip(size_t channels)
 
 	for (size_t i = 0; i < sizeof px; i++)
 		px[i] = (unsigned char)(i * 7919 >> 3);
-	OK(ct_image_encode_png(&png, &n, W, H, channels, px, &e) == 0, "%zu channels %s", channels,
+	OK(ct_png_encode(&png, &n, W, H, channels, px, &e) == 0, "%zu channels %s", channels,
 		e.msg);
-	OK(ct_image_encode_png(&again, &m, W, H, channels, px, &e) == 0 && n == m &&
+	OK(ct_png_encode(&again, &m, W, H, channels, px, &e) == 0 && n == m &&
 			memcmp(png, again, n) == 0,
 		"the same bytes again");
 	save(png, n);
-	OK(ct_image_read(path, &w, &h, &gray, &e) == 0 && w == W && h == H, "read %s", e.msg);
+	OK(picture_file_read(path, &w, &h, &gray, &e) == 0 && w == W && h == H, "read %s", e.msg);
 	for (size_t i = 0; gray && i < W * H; i++) {
 		float want = 0;
 
@@ -59,7 +60,7 @@ static void test_round_trip(size_t channels)
 	gray = NULL;
 #ifndef __SANITIZE_ADDRESS__ /* OpenImageIO jumps out of libpng over its own strings: a leak */
 	save(png, n / 2);
-	OK(ct_image_read(path, &w, &h, &gray, &e) < 0 && e.code == CT_EINPUT &&
+	OK(picture_file_read(path, &w, &h, &gray, &e) < 0 && e.code == CT_EINPUT &&
 			in_words(e.msg, path),
 		"half a file: %s", e.msg);
 	free(gray);
@@ -75,13 +76,14 @@ static void test_bad(void)
 	float *gray = NULL;
 	size_t w, h, n;
 
-	OK(ct_image_read("/dev/null", &w, &h, &gray, &e) < 0 && e.code == CT_EINPUT &&
+	OK(picture_file_read("/dev/null", &w, &h, &gray, &e) < 0 && e.code == CT_EINPUT &&
 			in_words(e.msg, "/dev/null"),
 		"no picture: %s", e.msg);
-	OK(ct_image_read("/no/such.png", &w, &h, &gray, &e) < 0 && in_words(e.msg, "/no/such.png"),
+	OK(picture_file_read("/no/such.png", &w, &h, &gray, &e) < 0 &&
+			in_words(e.msg, "/no/such.png"),
 		"no file: %s", e.msg);
-	OK(ct_image_encode_png(&png, &n, 0, 1, 1, px, &e) < 0, "no pixels: %s", e.msg);
-	OK(ct_image_encode_png(&png, &n, 1, 1, 2, px, &e) < 0, "two channels: %s", e.msg);
+	OK(ct_png_encode(&png, &n, 0, 1, 1, px, &e) < 0, "no pixels: %s", e.msg);
+	OK(ct_png_encode(&png, &n, 1, 1, 2, px, &e) < 0, "two channels: %s", e.msg);
 }
 
 static void put_u32(unsigned char *to, uint32_t x)
@@ -98,17 +100,17 @@ static void test_bomb(void)
 	float *gray = NULL;
 	size_t w, h, n;
 
-	if (ct_image_encode_png(&png, &n, 1, 1, 3, px, &e))
+	if (ct_png_encode(&png, &n, 1, 1, 3, px, &e))
 		exit(99);
 	put_u32(png + 16, 16000); /* width and height, and the checksum of their chunk */
 	put_u32(png + 20, 16000);
 	put_u32(png + 29, (uint32_t)crc32(0, png + 12, 17));
 	save(png, n);
-	OK(ct_image_read(path, &w, &h, &gray, &e) < 0 && e.code == CT_EINPUT &&
+	OK(picture_file_read(path, &w, &h, &gray, &e) < 0 && e.code == CT_EINPUT &&
 			strstr(e.msg, "--expand") && strstr(e.msg, "3072000000"),
 		"3 GB of pixels in a small file: %s", e.msg);
 	ct_inflate_allow(0);
-	OK(ct_image_read(path, &w, &h, &gray, &e) < 0 && !strstr(e.msg, "--expand"),
+	OK(picture_file_read(path, &w, &h, &gray, &e) < 0 && !strstr(e.msg, "--expand"),
 		"allowed, it is decoded: %s", e.msg);
 	ct_inflate_allow(CT_INFLATE_TIMES);
 	free(png);

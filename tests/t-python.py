@@ -1,5 +1,5 @@
 """The package ctsr for Python: the commands' voxels, numpy and nibabel, errors, Ctrl-C, threads."""
-import gc, os, re, signal, subprocess, sys, tempfile, threading, time
+import gc, os, re, shutil, signal, subprocess, sys, tempfile, threading, time
 import numpy as np
 import ctsr
 
@@ -12,6 +12,7 @@ def ok(is_so, name):
     n += 1
     bad |= not is_so
     print('%s %d - %s' % ('ok' if is_so else 'not ok', n, name), flush=True)
+    return is_so
 
 
 def fails(status, words, f, *a, **k):
@@ -33,6 +34,7 @@ def same(a, b):
 header = open(sys.argv[1]).read()
 from ctsr import _abi
 ok(set(_abi.NAMES) <= set(re.findall(r'\bctsr_\w+(?=\()', header)), 'it calls what ctsr.h declares')
+ok(ctsr.__version__ == ctsr.version(), 'the package and the library have one version')
 ok(ctsr.version() == subprocess.run(['ct-sr', '--version'], capture_output=True, text=True).stdout.split()[-1], 'version')
 
 run('ct-phantom', '-q', '--size', '24x20x16', '--spacing', '2', 'ellipsoids', 'hr.nii')
@@ -77,7 +79,7 @@ except ctsr.Error as e:
 run('ct-phantom', '-q', '--size', '64x64x64', '--spacing', '2', 'ellipsoids', 'large.nii')
 made = ctsr.degrade('large.nii', 2, .85)
 found = ctsr.estimate_operator(ctsr.Image(made.data, made.affine), 2)
-ok(found.factor == (2, 2, 2) and found.sampling == 'sinc' and .5 < found.sigma[0] < 1.3, f'the operator is measured: {found.sigma}')
+ok(found.factor == (2, 2, 2) and found.decimate == 'sinc' and .5 < found.sigma[0] < 1.3, f'the operator is measured: {found.sigma}')
 
 z = ctsr.Projections.new(q.views, *q.data.shape[1:])
 z.data[...] = 1
@@ -85,6 +87,49 @@ left = float(np.vdot(p.data.astype(float), z.data))
 ok(z.data.shape == q.data.shape and left > 0, 'projections of a geometry')
 ctsr.write(sr, 'o.nii.gz'); ctsr.write(sr, 'o.nrrd'); ctsr.write_projections(p, 'o.exr')
 ok(same(ctsr.read('o.nii.gz'), sr) and same(ctsr.read('o.nrrd'), sr) and np.array_equal(ctsr.read_projections('o.exr').data, p.data), 'written and read')
+
+# the options of ct-sr, by their names; what it prints
+for options, words in (dict(quality='draft'), ['-Q', 'draft']), (dict(quality='fast', sigma=.85), ['-Q', 'fast', '--sigma', '.85']), \
+        (dict(factor=(1, 1, 2), slice_thickness=5), ['-x', '1,1,2', '--slice-thickness', '5']), \
+        (dict(factor=(1, 1, 2), profile='triangle'), ['-x', '1,1,2', '--profile', 'triangle']), \
+        (dict(factor=(1, 1, 2), decimate='mean', sigma=.5, noise=3), ['-x', '1,1,2', '--decimate', 'mean', '--sigma', '.5', '--noise', '3']), \
+        (dict(factor=(1, 1, 2), profile='profile.txt'), ['-x', '1,1,2', '--profile', 'profile.txt']):
+    open('profile.txt', 'w').write('-4 1\n-2 2\n0 3\n2 2\n4 1\n')
+    p, lines = subprocess.run(['ct-sr', '-f', *words, 'blind.nii', 'by-command.nii'], capture_output=True, text=True), []
+    by_name = ctsr.superres('blind.nii', log=lines.append, **options)  # with the networks beside CTSR_LIBRARY
+    ok(p.returncode == 0 and same(by_name, ctsr.read('by-command.nii')), 'the voxels of ct-sr %s' % ' '.join(words) + p.stderr * p.returncode)
+    said = [re.sub(r'^ct-sr: (warning: )?(blind.nii: )?|; [^;]* s, [^;]* MiB$', '', line) for line in p.stderr.strip().split('\n')]
+    mine = [re.sub(r'; [^;]* s, [^;]* MiB$', '', line) for line in lines]
+    ok(said == mine, 'log gets what ct-sr %s prints' % ' '.join(words)) or print('#', said, '#', mine)
+ok(fails(2, "quality: 'best' is not one of draft, fast, balanced", ctsr.superres, lr, quality='best'), 'a quality that is none')
+ok(fails(2, 'slice-thickness: the file of --profile says it', ctsr.superres, lr, profile='profile.txt', slice_thickness=2), 'a thickness said twice')
+ok(fails(3, 'none.txt', ctsr.superres, lr, profile='none.txt'), 'a profile that is not there')
+bad_units = dict(zero_to_one=lr.data / 4000 + .3, bytes=np.clip(lr.data / 16 + 64, 0, 255).round(), huge=lr.data * 1e4, attenuation=lr.data / 5e4 + .02)
+for name, values in bad_units.items():
+    ctsr.write(ctsr.Image(values, lr.affine), name + '.nii')
+    for words, f in (['ct-sr', '-x2'], lambda x: ctsr.superres(x, 2)), (['ct-upsample', '-x2', '-m', 'cubic'], lambda x: ctsr.upsample(x, 2, method='cubic')), \
+            (['ct-degrade', '-x2'], lambda x: ctsr.degrade(x, 2)), (['ct-project', '-n2'], lambda x: ctsr.project(x, views=2)):
+        p = subprocess.run(words + ['-q', '-f', name + '.nii', 'no' + ('.exr' if 'proj' in words[0] else '.nii')], capture_output=True, text=True)
+        try:
+            f(ctsr.Image(values, lr.affine))
+            status = 0
+        except ctsr.Error as e:
+            status = e.status
+        ok(status == p.returncode, '%s of %s: the status of the command, %d' % (words[0], name, p.returncode)) or print('#', status, p.stderr)
+
+# without a library, with one of another version, without ct-convert
+def imports(library, code='', **more):
+    return subprocess.run([sys.executable, '-c', 'import ctsr;' + code], capture_output=True, text=True, env=dict(os.environ, CTSR_LIBRARY=library, **more)).stderr.strip()
+
+
+ok(re.search(r'ImportError: ctsr needs the library libctsr.so.0: install .*CTSR_LIBRARY', imports('/none/libctsr.so.0')), 'import without a library says what to do')
+ok(re.search(r'ImportError: .*libz.so.1: has no ctsr_', imports('libz.so.1')), 'another library is no library of ctsr')
+os.mkdir('series')
+ok(re.search(r'series: DICOM is read by the command ct-convert, which is not installed', imports(os.environ['CTSR_LIBRARY'], 'ctsr.read("series")', PATH='')), 'DICOM without ct-convert says what is missing')
+shutil.copy(os.environ['CTSR_LIBRARY'], 'libctsr.so.0')
+ok(re.search(r'no prior is installed at .*slices.safetensors', imports('./libctsr.so.0', 'ctsr.superres("lr.nii")')) or os.path.exists('/usr/share/ctsr') or os.path.exists('/usr/local/share/ctsr'), 'a library without its networks says which is missing')
+shutil.copy(sys.argv[2], '.')
+ok(imports('./libctsr.so.0', 'import os; os.mkdir("elsewhere"); os.chdir("elsewhere"); ctsr.superres("../lr.nii")') == '', 'the network beside CTSR_LIBRARY is found')
 
 # numpy and nibabel
 a = np.zeros((5, 6, 7), np.float32, 'F'); i = ctsr.Image(a, meta={'quantity': 'hu'}); a[1, 2, 3] = 9
@@ -146,8 +191,8 @@ ok(fails(2, 'the factor 0 is not positive', ctsr.degrade, hr, 0), 'a factor of 0
 ok(fails(2, 'the factor 0 is not positive', ctsr.superres, lr, (2, 0, 2), method='tv'), 'one of 0 along an axis neither')
 ok(fails(2, 'the spacing 0 is not positive', ctsr.superres, lr, spacing=0, method='tv'), 'nor is a spacing of 0')
 ok(raises(ValueError, ctsr.degrade, hr, (2, 2)), 'two factors for three axes')
-ctsr.write(hr, b'bytes.nii')
-ok(same(ctsr.read(b'bytes.nii'), hr), 'the name of a file may be bytes')
+ctsr.write(hr, b'by-bytes.nii')
+ok(same(ctsr.read(b'by-bytes.nii'), hr), 'the name of a file may be bytes')
 ok(raises(TypeError, ctsr.superres, lr, factor=np.ma.array([2, 2, 2], mask=[0, 1, 0])), 'masked factors')
 for quantity in ('density', 'mu', 'lineIntegral', 'other'):
     x = ctsr.Image(lr.data, lr.affine, {'quantity': quantity})

@@ -10,7 +10,7 @@ have, and takes
 
     threads   number of threads; 0: one for each processor
     progress  called as progress(what, done, total), total 0 if not known
-    log       called as log(text) with warnings
+    log       called as log(text) with each line that the command prints
 
 Ctrl-C ends a call soon, with KeyboardInterrupt. Other threads of Python run meanwhile.
 """
@@ -31,6 +31,7 @@ import numpy as np
 
 from . import _abi as abi
 
+__version__ = '0.1.0'
 __all__ = ['Error', 'Image', 'Operator', 'Projections', 'version', 'read', 'write', 'degrade', 'estimate_operator',
            'superres', 'upsample', 'project', 'ddnm', 'read_projections', 'write_projections', 'backproject', 'reconstruct', 'fdk', 'Gaussians',
            'fit', 'read_gaussians', 'write_gaussians', 'compose', 'metrics', 'consistency']
@@ -38,6 +39,7 @@ _lib = abi.load()
 _SAMPLING = ('sinc', 'point', 'mean')
 _METHODS = ('auto', 'linear', 'cubic', 'bspline', 'lanczos', 'sinc', 'dc', 'tv', 'htv', 'prior', 'arssr')
 _PRESETS = ('fast', 'balanced')
+_QUALITIES = ('draft',) + _PRESETS
 _BEAMS = ('cone', 'parallel', 'fan')
 _PIXELS = ('point', 'mean', 'sinc')
 _INTEGRALS = ('siddon', 'joseph')
@@ -264,14 +266,14 @@ class Operator(NamedTuple):
     """How a low-resolution CT is made of a high-resolution one."""
     factor: tuple      #: along each axis
     sigma: tuple       #: of the Gaussian blur, in fine voxels
-    sampling: str      #: sinc (band-limited), point or mean
+    decimate: str      #: sinc (band-limited), point or mean
     noise: float       #: standard deviation, HU
 
 
-def _operator(factor: Axes, sigma: Axes = 0, sampling='sinc', noise=0.):
+def _operator(factor: Axes, sigma: Axes = 0, decimate='sinc', noise=0.):
     o = abi.Operator(c.sizeof(abi.Operator))
     o.factor, o.sigma, o.noise = _given(factor, 'factor'), _three(sigma), noise
-    o.sampling = _index(_SAMPLING, sampling, 'sampling')
+    o.sampling = _index(_SAMPLING, decimate, 'decimate')
     return o
 
 
@@ -286,7 +288,11 @@ def read(path) -> Image:
     if os.path.isdir(path) or path.lower().endswith(('.dcm', '.zip', '.tar')):
         with tempfile.TemporaryDirectory() as t:
             made = os.path.join(t, 'dicom.nii')
-            p = subprocess.run(['ct-convert', '-q', '--', path, made], stderr=subprocess.PIPE, text=True)
+            try:
+                p = subprocess.run(['ct-convert', '-q', '--', path, made], stderr=subprocess.PIPE, text=True)
+            except FileNotFoundError:
+                raise Error(1, '%s: DICOM is read by the command ct-convert, which is not installed: install ctsr and ctsr-dicom, '
+                            'or convert it to NIfTI first' % path) from None
             if p.returncode:
                 raise Error(p.returncode, p.stderr.strip().split('\n')[0])
             return read(made)
@@ -303,11 +309,11 @@ def write(image, path, overwrite=False, threads=0) -> None:
     _Call(threads, overwrite=overwrite).run(_lib.ctsr_volume_write, h, _path(path), form())
 
 
-def degrade(image, factor: Axes, sigma: Axes = 0, sampling='sinc', noise=0., seed=0, threads=0,
+def degrade(image, factor: Axes, sigma: Axes = 0, decimate='sinc', noise=0., seed=0, threads=0,
             progress: Optional[Progress] = None, history: Optional[str] = None) -> Image:
     """The low-resolution CT, as ct-degrade: a Gaussian of `sigma` fine voxels, then the sampling, then `noise` HU."""
     out, h = abi.H(), Image.of(image)._handle()
-    o = _operator(factor, sigma, sampling, noise)
+    o = _operator(factor, sigma, decimate, noise)
     _Call(threads, progress, seed=seed, history=history).run(_lib.ctsr_degrade, c.byref(out), h, c.byref(o), made=[out])
     return Image._own(out)
 
@@ -320,40 +326,46 @@ def estimate_operator(image, factor: Axes, threads=0, progress: Optional[Progres
     return Operator(tuple(o.factor), tuple(o.sigma), _SAMPLING[o.sampling], o.noise)
 
 
-def superres(image, factor: Optional[Axes] = None, spacing: Optional[Axes] = None, method='prior', preset='balanced',
-             sigma: Optional[Axes] = None, sampling: Optional[str] = None, noise: Optional[float] = None,
+def superres(image, factor: Optional[Axes] = None, spacing: Optional[Axes] = None, quality='balanced',
+             sigma: Optional[Axes] = None, decimate: Optional[str] = None, noise: Optional[float] = None,
+             profile=None, slice_thickness: Optional[float] = None, method: Optional[str] = None,
              estimate=True, prior=None, memory: float = 0, error=False, threads=0,
              progress: Optional[Progress] = None, log=None, history: Optional[str] = None, denoise: float = 0) -> Image:
-    """The CT on a finer grid, over the same field of view; result.report says what was done.
+    """The CT on a finer grid, over the same field of view, as ct-sr; result.report says what was done.
 
     factor    times finer along each axis, or one number; default: what the metadata say, else thick slices to the
               voxel size in plane, else 2. spacing: size of the new voxels instead, mm
-    method    auto, linear, cubic, bspline, lanczos, sinc, dc, tv, htv or prior, as in ct-upsample(1)
-    preset    of the prior: fast or balanced
-    sigma, sampling, noise   how the scan was made, if known: in new voxels, as in Operator, in HU
+    quality   draft inverts blur and sampling; fast and balanced also add predicted detail
+    sigma, decimate, noise   how the scan was made, if known: in new voxels, as in Operator, in HU
+    profile, slice_thickness   of the slices: gaussian, box, triangle, trapezoid or the name of a file; mm
+    method    in place of that of the quality: as in upsample
     estimate  measure what is not known of that, as ct-sr does; False: such a scan is an error
     prior     file of the slice prior; default: the installed one
     memory    bytes that the call may use; 0: all
     error     result.error is the predicted error, one standard deviation of each voxel, HU
     denoise   share of the noise to take off, 0 (the scan's own stays) to 1"""
-    return _refine('superres', image, factor, spacing, method, preset, sigma, sampling, noise, estimate, prior, memory, error,
-                   None, 300, .1, threads, progress, log, history, denoise)
+    _index(_QUALITIES, quality, 'quality')
+    return _refine('superres', image, factor, spacing, method or ('auto' if quality == 'draft' else 'prior'),
+                   quality if quality in _PRESETS else 'balanced', sigma, decimate, noise, profile, slice_thickness, estimate, prior,
+                   memory, error, None, 300, .1, threads, progress, log, history, denoise)
 
 
 def upsample(image, factor: Optional[Axes] = None, spacing: Optional[Axes] = None, method='auto', preset='balanced',
-             sigma: Optional[Axes] = None, sampling: Optional[str] = None, noise: Optional[float] = None,
-             estimate=False, prior=None, memory: float = 0, error=False, start=None, iterations=300, tolerance: float = .1,
-             threads=0, progress: Optional[Progress] = None, log=None, history: Optional[str] = None,
+             sigma: Optional[Axes] = None, decimate: Optional[str] = None, noise: Optional[float] = None,
+             profile=None, slice_thickness: Optional[float] = None, estimate=False, prior=None, memory: float = 0,
+             error=False, start=None, iterations=300, tolerance: float = .1, threads=0,
+             progress: Optional[Progress] = None, log=None, history: Optional[str] = None,
              denoise: float = 0) -> Image:
-    """The CT on a finer grid by any method, as ct-upsample: what superres does, with the defaults of that command: method
-    auto, and nothing is measured unless `estimate`. start: begin with this volume, on the grid of the result; iterations,
+    """The CT on a finer grid by any method, as ct-upsample: what superres does, with the defaults of that command, and nothing is
+    measured unless `estimate`. method: auto, linear, cubic, bspline, lanczos, sinc, dc, tv, htv, prior or arssr, as in
+    ct-upsample(1). preset: of the prior, fast or balanced. start: begin with this volume, on the grid of the result; iterations,
     tolerance (HU): at most so many of tv and htv, which stop when one moves less. arssr needs its network as `prior`."""
-    return _refine('upsample', image, factor, spacing, method, preset, sigma, sampling, noise, estimate, prior, memory, error,
-                   start, iterations, tolerance, threads, progress, log, history, denoise)
+    return _refine('upsample', image, factor, spacing, method, preset, sigma, decimate, noise, profile, slice_thickness, estimate,
+                   prior, memory, error, start, iterations, tolerance, threads, progress, log, history, denoise)
 
 
-def _refine(name, image, factor, spacing, method, preset, sigma, sampling, noise, estimate, prior, memory, error, start,
-            iterations, tolerance, threads, progress, log, history, denoise):
+def _refine(name, image, factor, spacing, method, preset, sigma, decimate, noise, profile, slice_thickness, estimate, prior, memory,
+            error, start, iterations, tolerance, threads, progress, log, history, denoise):
     o, r = abi.Options(), abi.Report(c.sizeof(abi.Report))
     getattr(_lib, 'ctsr_%s_options_init' % name)(c.byref(o), c.sizeof(o))
     o.iterations, o.tolerance = _whole(iterations, 31, 'iterations'), tolerance
@@ -364,8 +376,13 @@ def _refine(name, image, factor, spacing, method, preset, sigma, sampling, noise
         o.spacing = _given(spacing, 'spacing')
     if sigma is not None:
         o.sigma = _three(sigma)
-    if sampling is not None:
-        o.sampling = _index(_SAMPLING, sampling, 'sampling')
+        if np.size(sigma) == 1:  # of the axes that are refined
+            o.sigma = abi.D3(o.sigma[0], math.nan, math.nan)
+    if decimate is not None:
+        o.sampling = _index(_SAMPLING, decimate, 'decimate')
+    if slice_thickness is not None:
+        o.slice_thickness = slice_thickness
+    o.profile = _path(profile) if profile is not None else None
     o.noise = math.nan if noise is None else noise
     o.estimate, o.memory, o.denoise = bool(estimate), memory, denoise
     o.prior_file = _path(prior) if prior is not None else None

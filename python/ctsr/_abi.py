@@ -18,7 +18,7 @@ Operator = _struct('Operator', ('factor', D3), ('sigma', D3), ('sampling', c.c_i
 Options = _struct('Options', ('method', c.c_int), ('preset', c.c_int), ('factor', D3), ('spacing', D3), ('sigma', D3),
                   ('sampling', c.c_int), ('noise', c.c_double), ('estimate', c.c_int), ('prior_file', c.c_char_p),
                   ('memory', c.c_double), ('iterations', c.c_int), ('tolerance', c.c_double), ('start', c.c_void_p),
-                  ('denoise', c.c_double))
+                  ('slice_thickness', c.c_double), ('profile', c.c_char_p), ('denoise', c.c_double))
 Report = _struct('Report', ('method', c.c_int), ('prior', c.c_int), ('factor', D3), ('sigma', D3), ('sampling', c.c_int),
                  ('noise', c.c_double), ('residual', c.c_double), ('added', c.c_double), ('iterations', c.c_size_t),
                  ('slabs', c.c_size_t), ('why_not', c.c_char * 160), ('off', c.c_double), ('back', c.c_double))
@@ -98,8 +98,21 @@ NAMES = sorted('ctsr_' + n for n in _SIGNATURES)
 
 
 def load():
-    lib = c.CDLL(os.environ.get('CTSR_LIBRARY') or 'libctsr.so.0')
+    """The library: what CTSR_LIBRARY names, or what a wheel holds, or what is installed."""
+    held = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'lib', 'libctsr.so.0')
+    path = os.environ.get('CTSR_LIBRARY') or (held if os.path.exists(held) else 'libctsr.so.0')
+    if os.path.dirname(path):
+        path = os.path.abspath(path)  # it looks for its networks beside itself, wherever the program goes
+    try:
+        lib = c.CDLL(path)
+    except OSError as e:
+        raise ImportError('ctsr needs the library libctsr.so.0: install the package libctsr0, or run make install in the source and '
+                          'ldconfig, or name the file by the environment variable CTSR_LIBRARY (%s)' % e) from None
     for name, (result, *arguments) in _SIGNATURES.items():
-        f = getattr(lib, 'ctsr_' + name)
+        try:
+            f = getattr(lib, 'ctsr_' + name)
+        except AttributeError:
+            raise ImportError('%s: has no ctsr_%s: it is of another version of ctsr than this package: install both from one source'
+                              % (path, name)) from None
         f.restype, f.argtypes = result, arguments
     return lib

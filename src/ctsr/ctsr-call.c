@@ -103,7 +103,7 @@ static void tell(const struct ct_env *env, enum ct_level level, const char *text
 	const locale_t ours = uselocale(k->theirs);
 
 	if (k->c.log)
-		k->c.log(k->c.user, (int)level, text);
+		k->c.log(k->c.user, level == CT_TOLD ? CT_INFO : (int)level, text);
 	uselocale(ours);
 }
 

@@ -1,5 +1,6 @@
 /* ctsr-ddnm.c: projections on a finer detector, by a diffusion prior that is held to them. */
 #include "config.h"
+#include "core/installed.h"
 #include "core/mem.h"
 #include "ctsr/ctsr-impl.h"
 #include "formats/format.h"
@@ -78,13 +79,16 @@ static int rule_of(struct ct_step_ddnm_rule *to, const ctsr_ddnm_options *o, str
 	return 0;
 }
 
-static int read_prior(struct ct_prior *prior, struct ct_meta *meta, const char *path,
+/* *path, to be freed, is what the rule names from then on. */
+static int read_prior(struct ct_prior *prior, struct ct_meta *meta, char **path, const char *given,
 	struct ct_step_ddnm_rule *r, struct ct_err *e)
 {
 	struct ct_tensors w = {0};
 	int rc = -1;
 
-	r->prior = path ? path : CT_DATADIR "/prior.safetensors";
+	if (ct_installed_prior(path, given, "prior.safetensors", e))
+		return -1;
+	r->prior = *path;
 	if (ct_tensors_read(r->prior, &w, e) == 0 && ct_meta_copy(meta, &w.meta, e) == 0)
 		rc = ct_step_ddnm_prior(prior, &w, r, e);
 	ct_tensors_free(&w);
@@ -107,13 +111,14 @@ static int ddnm(struct ct_stack *out, struct ct_stack *std, const ctsr_projectio
 	struct ct_step_ddnm plan;
 	struct ct_err *e = &k->err;
 	bool *done = NULL;
+	char *path = NULL;
 	int rc = -1;
 
 	if (std && o->samples < 2)
 		return ct_fail(e, CT_EUSAGE, "a deviation needs at least 2 samples");
 	if (rule_of(&rule, o, e) == 0 &&
 		(rule.sampler == CT_SAMPLER_NONE ||
-			read_prior(&prior, &prior_meta, o->prior_file, &rule, e) == 0) &&
+			read_prior(&prior, &prior_meta, &path, o->prior_file, &rule, e) == 0) &&
 		ct_step_ddnm_plan(&plan, &rule, &d, e) == 0 &&
 		ct_step_ddnm_reserve(&plan, &prior, ct_par_threads(k->env.par), e) == 0 &&
 		ct_alloc0(&done, out->views, sizeof *done, e) == 0 &&
@@ -121,6 +126,7 @@ static int ddnm(struct ct_stack *out, struct ct_stack *std, const ctsr_projectio
 		ctsr_note_history(k, &out->meta, 3, from) == 0)
 		rc = std ? ctsr_note_history(k, &std->meta, 3, from) : 0;
 	free(done);
+	free(path);
 	ct_prior_free(&prior);
 	ct_meta_free(&prior_meta);
 	return rc;

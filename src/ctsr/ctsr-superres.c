@@ -1,7 +1,10 @@
 /* ctsr-superres.c: a CT on a finer grid. The policy is that of src/refine. */
 #include "config.h"
+#include "core/clock.h"
+#include "core/installed.h"
 #include "ctsr/ctsr-impl.h"
 #include "formats/any.h"
+#include "formats/io.h"
 #include "refine/refine.h"
 
 #include <math.h>
@@ -29,7 +32,8 @@ void ctsr_superres_options_init(ctsr_superres_options *o, size_t size)
 		.noise = (double)NAN,
 		.estimate = 1,
 		.iterations = 300,
-		.tolerance = 0.1};
+		.tolerance = 0.1,
+		.slice_thickness = (double)NAN};
 
 	ctsr_give_defaults(o, size, &all, sizeof all);
 }
@@ -75,6 +79,26 @@ static int check(const ctsr_superres_options *o, struct ct_err *e)
 	return 0;
 }
 
+/* The slices as --profile and --slice-thickness say them. */
+static int take_slices(
+	struct ct_slice_profile_said *to, const ctsr_superres_options *o, struct ct_err *e)
+{
+	unsigned char *text = NULL;
+	bool file;
+	size_t n;
+	int rc;
+
+	if (ct_slice_profile_say(to, &file, o->profile, o->slice_thickness, e))
+		return -1;
+	if (!file)
+		return 0;
+	if (ct_slurp(o->profile, &text, &n, e))
+		return -1;
+	rc = ct_slice_profile_parse(&to->samples, (const char *)text, n, e);
+	free(text);
+	return rc ? ct_blame(e, o->profile) : 0;
+}
+
 static struct ct_refine_rule rule_of(const ctsr_superres_options *o, bool error)
 {
 	struct ct_refine_rule r = CT_REFINE_DEFAULTS;
@@ -83,6 +107,9 @@ static struct ct_refine_rule rule_of(const ctsr_superres_options *o, bool error)
 	memcpy(r.said.factor, o->factor, sizeof r.said.factor);
 	memcpy(r.said.spacing, o->spacing, sizeof r.said.spacing);
 	memcpy(r.said.sigma, o->sigma, sizeof r.said.sigma);
+	r.said.sigma_for_all = !isnan(o->sigma[0]) && isnan(o->sigma[1]) && isnan(o->sigma[2]);
+	for (int a = 1; a < 3 && r.said.sigma_for_all; a++)
+		r.said.sigma[a] = o->sigma[0];
 	r.said.decimate = o->sampling;
 	r.said.noise = o->noise;
 	r.said.estimate = o->estimate != 0;
@@ -106,21 +133,23 @@ static int read_prior(struct nets *n, int method, const char *path, struct ct_er
 {
 	static const struct ct_format *const list[] = {&ct_format_safetensors, NULL};
 	struct ct_any a = {0};
+	char *found = NULL;
 	int rc = -1;
 
 	if (method < CTSR_PRIOR)
 		return 0;
-	if (!path)
-		path = CT_DATADIR "/slices.safetensors";
-	if (ct_format_read(list, path, &a, e) == 0) {
+	if (ct_installed_prior(&found, path, "slices.safetensors", e))
+		return -1;
+	if (ct_format_read(list, found, &a, e) == 0) {
 		rc = method == CTSR_PRIOR ? ct_slice_prior_alloc(&n->prior, &a.tensors, e)
 					  : ct_arssr_get(&n->arssr, &a.tensors, e);
 		if (rc)
-			ct_blame(e, path);
+			ct_blame(e, found);
 		n->meta = a.tensors.meta;
 		a.tensors.meta = (struct ct_meta){0};
 	}
 	ct_tensors_free(&a.tensors);
+	free(found);
 	return rc;
 }
 
@@ -144,6 +173,22 @@ static int give(
 	return ctsr_give_report(report, &mine, sizeof mine, e);
 }
 
+/* What ct-sr prints. */
+static int say(const struct ct_refine *r, const struct ct_vol *in, double seconds,
+	const struct ct_env *env, struct ct_err *e)
+{
+	char *words = NULL;
+
+	if (*r->why_not)
+		ct_log(env, CT_WARN, "%s: the prior adds nothing", r->why_not);
+	ct_refine_say(r, in, env);
+	if (ct_refine_words(&words, r, in, seconds, e))
+		return -1;
+	ct_log(env, CT_TOLD, "%s", words);
+	free(words);
+	return 0;
+}
+
 static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	const ctsr_volume *in, const ctsr_superres_options *o, struct ctsr_call *k)
 {
@@ -151,18 +196,21 @@ static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	const ctsr_volume *start = o->start;
 	struct nets n = {0};
 	const struct ct_meta *const from[] = {&in->v.meta, &n.meta};
+	const double began = ct_clock_wall();
 	struct ct_err *e = &k->err;
 	int rc;
 
 	rule.prior = &n.prior;
 	rule.arssr = &n.arssr;
 	rule.start = start ? &start->v : NULL;
-	rc = check(o, e) || ctsr_check_hu(in, "volume", e) || ctsr_check_volume(in, e) ||
+	rc = check(o, e) || take_slices(&rule.said.slice, o, e) || ctsr_check_hu(in, "volume", e) ||
+			     ctsr_check_volume(in, e) ||
 			     (start && ctsr_check_hu(start, "start", e)) ||
 			     ct_meta_need_hu(&in->v.meta, false, e) ||
 			     read_prior(&n, o->method, o->prior_file, e) ||
 			     ct_refine_plan(r, &rule, &in->v, &k->env, e) ||
 			     ct_refine_run(r, out, error, &in->v, &k->env, e) ||
+			     say(r, &in->v, ct_clock_wall() - began, &k->env, e) ||
 			     ctsr_note_history(k, &out->meta, 2, from) ||
 			     (error && ctsr_note_history(k, &error->meta, 2, from))
 		     ? -1

@@ -85,7 +85,7 @@ typedef struct ctsr_context {
 	unsigned threads; /* 0 (default): one for each processor that the process may use */
 	int overwrite;    /* 1: writers replace a file that is there; default 0: CTSR_OUTPUT */
 	uint64_t seed;    /* of all random numbers; default 0 */
-	int verbose;      /* what log gets: 0 (default) warnings, 1 information, 2 everything */
+	int verbose;      /* what log gets: 0 (default) what commands print, 1 more, 2 everything */
 	/* Steps done of total (0: not known) of the work `what`. Return 1 to cancel the call, which
 	 * then fails with CTSR_CANCELLED; else 0. Called from one thread at a time, not always the
 	 * caller's. Default NULL. */
@@ -215,18 +215,19 @@ typedef struct ctsr_superres_options {
 	double spacing[3]; /* or voxel size of the result, mm; 0 (default): by the factor */
 	/* How the scan was made; the default of each is unknown: what the metadata say, else sinc;
 	 * noise is measured. A contradiction with the metadata is CTSR_USAGE. */
-	double sigma[3]; /* in voxels of the result; NaN (default): unknown */
+	double sigma[3]; /* in new voxels; NaN (default): unknown; x, NaN, NaN: axes refined */
 	int sampling;    /* of enum ctsr_sampling; -1 (default): unknown */
 	double noise;    /* HU; NaN (default): unknown */
 	int estimate;    /* default 1: measure an operator that is unknown, as ct-sr(1) does; 0: an
 			  * inversion is CTSR_USAGE then */
 	const char *prior_file; /* slice prior, safetensors; NULL (default): the installed one */
-	double memory;    /* bytes that the call may use, input and result included. What needs more
-			   * is refined in slabs, within 0.1 HU RMS of the whole. 0 (default): what
-			   * is free */
+	double memory;    /* bytes that the call may use, input and result included; what needs more
+			   * is refined in slabs, within 0.1 HU RMS. 0 (default): what is free */
 	int iterations;   /* of CTSR_TV and CTSR_HTV, at most; default 300 */
 	double tolerance; /* they stop when one moves less, HU RMS; default 0.1 */
 	const ctsr_volume *start; /* begin with it, on the grid of the result; or NULL */
+	double slice_thickness;   /* in place of both along the slice axis, mm; NaN (default) */
+	const char *profile; /* of slices: a shape or file of ct-sr --profile; NULL (default) */
 	double denoise; /* share of the noise to take off, 0 (default: the scan's own stays) to 1 */
 } ctsr_superres_options;
 
@@ -251,8 +252,7 @@ CTSR_API void ctsr_superres_options_init(ctsr_superres_options *o, size_t size);
  * defaults. CTSR_USAGE for options that contradict or are out of range; CTSR_INPUT for a prior
  * that is missing or broken, and for values that cannot be HU, or say that they are not (the
  * metadata key "quantity" has the last word); CTSR_NUMBER for voxels that are not finite;
- * CTSR_MEMORY also if the bound is too small; CTSR_CANCELLED. As ct-upsample(1), where methods are
- * explained. */
+ * CTSR_MEMORY also if the bound is too small; CTSR_CANCELLED. Methods: ct-upsample(1). */
 CTSR_API int ctsr_superres(ctsr_volume **out, ctsr_volume **error, ctsr_superres_report *report,
 	const ctsr_volume *in, const ctsr_superres_options *o, const ctsr_context *c,
 	ctsr_error *e);

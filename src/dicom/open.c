@@ -12,7 +12,6 @@
 #include <string.h>
 #include <unistd.h>
 
-#ifdef HAVE_VTK
 static const struct dicom_module *module(struct ct_err *e)
 {
 	const struct dicom_module *m = NULL;
@@ -33,7 +32,10 @@ static const struct dicom_module *module(struct ct_err *e)
 	if (handle)
 		m = dlsym(handle, DICOM_MODULE_SYMBOL);
 	if (!m && rc > 0)
-		ct_fail(e, CT_EINPUT, "%s: is not installed; it reads and writes DICOM", path);
+		ct_fail(e, CT_EFAIL,
+			"DICOM needs %s, which is not installed: install the package ctsr-dicom, "
+			"or build with vtk-dicom",
+			path);
 	else if (!m) {
 		const char *why = dlerror();
 
@@ -48,13 +50,6 @@ static const struct dicom_module *module(struct ct_err *e)
 		return NULL;
 	return m; /* the handle stays, as long as the program */
 }
-#else
-static const struct dicom_module *module(struct ct_err *e)
-{
-	ct_fail(e, CT_EINPUT, "this build has no DICOM (configure --with-vtk)");
-	return NULL;
-}
-#endif
 
 int ct_dicom_read(
 	struct ct_vol *v, const struct ct_dicom_in *in, const struct ct_env *env, struct ct_err *e)

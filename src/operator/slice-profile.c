@@ -19,6 +19,18 @@ enum {
 	ROOM = 32 * CT_SLICE_PROFILE_MOST,
 };
 
+int ct_slice_profile_say(struct ct_slice_profile_said *to, bool *file, const char *profile,
+	double mm, struct ct_err *e)
+{
+	*to = (struct ct_slice_profile_said)CT_SLICE_PROFILE_NOTHING;
+	to->mm = mm;
+	to->shape = profile ? ct_words_find(CT_WORDS(CT_SLICE_SHAPE_LIST), profile) : -1;
+	*file = profile && to->shape < 0;
+	if (*file && !isnan(mm))
+		return ct_fail(e, CT_EUSAGE, "--slice-thickness: the file of --profile says it");
+	return 0;
+}
+
 bool ct_slice_profile_is_said(const struct ct_slice_profile_said *said)
 {
 	return said->shape >= 0 || !isnan(said->mm) || said->samples.n > 0;

@@ -36,6 +36,11 @@ struct ct_slice_profile_said {
 		.shape = -1, .mm = (double)NAN                                                     \
 	}
 
+/* What `profile` (a shape, or NULL) and the thickness in mm (NaN: not given) say. *file: the
+ * profile is no shape, so a file, which ct_slice_profile_parse reads. CT_EUSAGE if that is said
+ * twice. */
+int ct_slice_profile_say(struct ct_slice_profile_said *to, bool *file, const char *profile,
+	double mm, struct ct_err *e);
 bool ct_slice_profile_is_said(const struct ct_slice_profile_said *said);
 /* The slice axis: the one that is refined most, or the third. */
 int ct_slice_profile_axis(const double factor[static 3]);

@@ -4,4 +4,4 @@ libct_a_SOURCES += src/refine/damp.c src/refine/damp.h
 libct_a_SOURCES += src/refine/slabs.c src/refine/slabs.h
 libct_a_SOURCES += src/refine/rehearsal.c src/refine/rehearsal.h
 libct_a_SOURCES += src/refine/texture.c src/refine/texture.h
-libct_a_SOURCES += src/refine/refine.c src/refine/run.c src/refine/refine-cost.c src/refine/refine.h
+libct_a_SOURCES += src/refine/refine.c src/refine/run.c src/refine/refine-cost.c src/refine/refine-say.c src/refine/refine.h

@@ -95,6 +95,12 @@ int ct_refine_run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
  * now in about a second, times sizes. Codes of ct_refine_run. */
 int ct_refine_cost(double *cpu, const struct ct_refine *r, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e);
+/* After it: log what was assumed of a scan that does not say how it was made, what would change it,
+ * and what was damped. */
+void ct_refine_say(const struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env);
+/* One line, to be freed: what was found and done in so many seconds. CT_ENOMEM. */
+int ct_refine_words(char **words, const struct ct_refine *r, const struct ct_vol *in,
+	double seconds, struct ct_err *e);
 /* "tv", or why: words for a report. */
 const char *ct_refine_why(const struct ct_refine *r);
 

@@ -16,3 +16,5 @@ endif
 if HAVE_VTK
 libctshim_a_SOURCES += $(SHIM_VTK)
 endif
+# Pictures without that library: by the program ct-picture, which links it.
+libct_a_SOURCES += src/shim/image-read.c src/shim/image-read.h

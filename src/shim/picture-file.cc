@@ -10,10 +10,7 @@ extern "C" {
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
-#include <climits>
-#include <cmath>
 #include <cstdlib>
-#include <cstring>
 #include <memory>
 #include <string>
 #include <vector>
@@ -85,49 +82,9 @@ int read_gray(const char *path, size_t *w, size_t *h, float **gray, ct_err *e)
 	return 0;
 }
 
-int encode(unsigned char **png, size_t *n, size_t w, size_t h, size_t channels,
-	const unsigned char *px, ct_err *e)
-{
-	std::vector<unsigned char> bytes;
-	OIIO::Filesystem::IOVecOutput to(bytes);
-	auto out = OIIO::ImageOutput::create("x.png", &to);
-
-	if (!out)
-		return ct_fail(e, CT_EFAIL, "PNG: %s", words("").c_str());
-	if (w < 1 || h < 1 || w > INT_MAX || h > INT_MAX || (channels != 1 && channels != 3))
-		return ct_fail(e, CT_EFAIL, "PNG: %zux%zu with %zu channels", w, h, channels);
-	OIIO::ImageSpec s((int)w, (int)h, (int)channels, OIIO::TypeUInt8);
-	s.attribute("oiio:ColorSpace", "sRGB");
-	s.attribute("png:compressionLevel", 6);
-	if (!out->open("x.png", s) || !out->write_scanlines(0, (int)h, 0, OIIO::TypeUInt8, px) ||
-		!out->close())
-		return ct_fail(e, CT_EFAIL, "PNG: %s", words(out->geterror()).c_str());
-	*png = static_cast<unsigned char *>(std::malloc(bytes.size() ? bytes.size() : 1));
-	if (!*png)
-		throw std::bad_alloc();
-	std::memcpy(*png, bytes.data(), bytes.size());
-	*n = bytes.size();
-	return 0;
-}
-
 } // namespace
 
-int ct_image_read(const char *path, size_t *w, size_t *h, float **gray, struct ct_err *e)
+int picture_file_read(const char *path, size_t *w, size_t *h, float **gray, struct ct_err *e)
 {
 	return guard(e, path, [&] { return read_gray(path, w, h, gray, e); });
-}
-
-int ct_image_check(const char *path, size_t w, size_t h, const float *gray, struct ct_err *e)
-{
-	for (size_t i = 0; i < w * h; i++)
-		if (!(gray[i] >= 0 && gray[i] <= 1))
-			return ct_fail(e, CT_EINPUT, "%s: column %zu, row %zu: %g is not in [0,1]",
-				path, i % w, i / w, (double)gray[i]);
-	return 0;
-}
-
-int ct_image_encode_png(unsigned char **png, size_t *n, size_t w, size_t h, size_t channels,
-	const unsigned char *px, struct ct_err *e)
-{
-	return guard(e, "PNG", [&] { return encode(png, n, w, h, channels, px, e); });
 }

@@ -1,26 +1,17 @@
 /* convert-radiograph.c: planes, pictures and DICOM radiographs, as a stack of as many views. */
 #include "config.h"
 #include "cli/modes.h"
-#include "cli/stop.h"
-#include "core/inflate.h"
-#include "core/installed.h"
 #include "core/mem.h"
 #include "core/stack.h"
 #include "dicom/form.h"
 #include "formats/format.h"
 #include "formats/hash.h"
+#include "shim/image-read.h"
 #include "tools/convert.h"
 
-#include <errno.h>
-#include <fcntl.h>
 #include <math.h>
-#include <signal.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/prctl.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 enum { SOURCE_MM = 1000 }; /* mm from the plane to what stands for the source of parallel rays */
 #define UPRIGHT "RIP"      /* a patient who is seen from the front or behind */
@@ -55,101 +46,20 @@ static int check(const struct ct_vol *v, bool intensity, struct ct_err *e)
 	return 0;
 }
 
-#ifdef HAVE_OIIO
-
-/* In the new process. */
-static void become(char *program, const char *path, int out, pid_t parent)
-{
-	const int nowhere =
-		open("/dev/null", O_WRONLY | O_CLOEXEC); /* for words of the libraries */
-	char times[16];
-
-	ct_stop_uncatch();
-	prctl(PR_SET_PDEATHSIG, SIGKILL);
-	snprintf(times, sizeof times, "%u", ct_inflate_allowed());
-	if (getppid() == parent && dup2(out, STDOUT_FILENO) >= 0 &&
-		dup2(nowhere, STDERR_FILENO) >= 0)
-		execl(program, program, path, times, (char *)NULL);
-	_exit(CT_EFAIL);
-}
-
-/* What it says: its failure, or the picture. 1 if it ends before. */
-static int take(FILE *f, struct ct_vol *v, struct ct_err *e)
-{
-	struct ct_err said;
-	size_t size[2];
-
-	if (fread(&said, sizeof said, 1, f) != 1)
-		return 1;
-	if (said.code) {
-		*e = said;
-		return -1;
-	}
-	if (fread(size, sizeof size, 1, f) != 1)
-		return 1;
-	if (ct_vol_alloc(v, (const size_t[]){size[0], size[1], 1}, e))
-		return -1;
-	return fread(v->data, sizeof *v->data, ct_vol_count(v), f) == ct_vol_count(v) ? 0 : 1;
-}
-
-/* Start it; *f is what it will say. */
-static int start(pid_t *pid, FILE **f, char *program, const char *path, struct ct_err *e)
-{
-	const pid_t parent = getpid();
-	int fd[2];
-
-	if (pipe2(fd, O_CLOEXEC) != 0)
-		return ct_fail(e, CT_ENOMEM, "%s: no pipe: %s", path, strerror(errno));
-	*f = fdopen(fd[0], "rb");
-	*pid = *f ? fork() : -1;
-	if (*pid == 0)
-		become(program, path, fd[1], parent);
-	close(fd[1]);
-	if (*pid > 0)
-		return 0;
-	if (*f)
-		fclose(*f);
-	else
-		close(fd[0]);
-	return ct_fail(e, CT_ENOMEM, "%s: cannot start %s: %s", path, program, strerror(errno));
-}
-
-/* As ct_image_read (shim/picture-file.h), without the libraries that read pictures: by ct-picture,
- * beside this program or installed, through a pipe. CT_EINPUT also if the picture kills its reader;
- * CT_EFAIL if that is not installed. */
 static int read_picture(const char *path, struct ct_vol *v, struct ct_err *e)
 {
-	char *program = NULL;
-	FILE *f = NULL;
-	pid_t pid = -1;
-	int status = 0, rc = ct_installed_find(
-				&program, "ct-picture", "/../libexec/ctsr", CT_LIBEXECDIR, X_OK, e);
+	float *gray = NULL;
+	size_t w, h;
+	int rc = -1;
 
-	if (rc > 0)
-		rc = ct_fail(e, CT_EFAIL, "%s: is not installed, and reads pictures", program);
-	if (rc || start(&pid, &f, program, path, e)) {
-		free(program);
-		return -1;
+	if (ct_image_read(path, &w, &h, &gray, e) == 0 &&
+		ct_vol_alloc(v, (const size_t[]){w, h, 1}, e) == 0) {
+		memcpy(v->data, gray, w * h * sizeof *gray);
+		rc = 0;
 	}
-	rc = take(f, v, e);
-	fclose(f);
-	waitpid(pid, &status, 0);
-	if (rc > 0 && WIFEXITED(status) && WEXITSTATUS(status) == CT_ENOMEM)
-		rc = ct_fail(e, CT_ENOMEM, "%s: no memory to decode the picture", path);
-	else if (rc > 0)
-		rc = ct_fail(e, CT_EINPUT, "%s: the picture cannot be decoded%s", path,
-			WIFSIGNALED(status) ? ": it kills its reader" : "");
-	free(program);
+	free(gray);
 	return rc;
 }
-#else
-static int read_picture(const char *path, struct ct_vol *v, struct ct_err *e)
-{
-	(void)v;
-	return ct_fail(
-		e, CT_EINPUT, "%s: this build reads no pictures (configure --with-oiio)", path);
-}
-#endif
 
 /* Where a picture lies, whose pixels are of mm, if that is known: what --rescale makes of it is
  * there then. */

@@ -1,5 +1,6 @@
 /* ct-ddnm: super-resolve projections with a diffusion prior, consistent with the measured ones. */
 #include "config.h"
+#include "core/installed.h"
 #include "cli/cli.h"
 #include "cli/cost-report.h"
 #include "cli/modes.h"
@@ -200,7 +201,7 @@ static int read_prior(struct ddnm_job *j, struct ct_err *e)
 	if (j->rule.sampler == CT_SAMPLER_NONE)
 		return 0;
 	if (prior_arch_parse(&arch, j->p->arch, e) ||
-		prior_file_find(&j->prior_path, j->p->prior, PRIOR_PICTURES, e) ||
+		ct_installed_prior(&j->prior_path, j->p->prior, PRIOR_PICTURES, e) ||
 		ct_tensors_read(j->prior_path, &w, e))
 		goto out;
 	j->rule.prior = j->prior_path;

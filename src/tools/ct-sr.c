@@ -10,7 +10,6 @@
 #include "formats/format.h"
 #include "formats/headed.h"
 #include "formats/units.h"
-#include "estimate/assumed.h"
 #include "tools/convert.h"
 #include "dicom/form.h"
 #include "dicom/sidecar.h"
@@ -257,93 +256,20 @@ static int write_report(struct files *f, double seconds, const struct ct_env *en
 	return rc;
 }
 
-/* Three numbers, or one if they are equal. */
-static void put_three(FILE *f, const double x[3])
-{
-	const bool one = x[0] == x[1] && x[0] == x[2];
-
-	for (int a = 0; a < (one ? 1 : 3); a++)
-		fprintf(f, "%s%.4g", a ? "," : "", x[a]);
-}
-
-static void put_operator(FILE *f, const struct ct_operator *is)
-{
-	if (is->known) {
-		fputs("; blur ", f);
-		put_three(f, is->operator.sigma);
-		fprintf(f, " voxels, %s%s (%s)", CT_WORD(CT_DECIMATE_LIST, is->operator.decimate),
-			is->operator.profile.n ? ", with a slice profile" : "",
-			CT_WORD(CT_SOURCE_LIST, is->from));
-	} else
-		fputs("; blur not known", f);
-	fprintf(f, "; noise %.3g HU%s (%s)", is->noise, is->correlated ? ", correlated" : "",
-		CT_WORD(CT_SOURCE_LIST, is->noise_from));
-}
-
-static void put_method(FILE *f, const struct ct_refine *r)
-{
-	fprintf(f, "; %s", ct_upsample_name(r->did.method));
-	if (r->did.iterations)
-		fprintf(f, ", %zu iterations (%s)", r->did.iterations, ct_refine_why(r));
-	if (r->adds)
-		fprintf(f, ", then the prior%s", r->restore.passes == 2 ? " in two passes" : "");
-	if (r->slabs > 1)
-		fprintf(f, ", in %zu slabs", r->slabs);
-	if (!isnan(r->residual))
-		fprintf(f, "; data residual %.2g HU RMS", r->residual);
-}
-
-/* What was assumed of a scan that does not say how it was made, what would change it, and what was
- * damped. */
-static void say_assumed(
-	const struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env)
-{
-	const struct ct_operator *is = &r->scan;
-	char words[CT_ASSUMED_WORDS];
-	double mm[3];
-
-	ct_vol_spacing(in, mm);
-	ct_assumed_words(words, is, mm);
-	if (*words)
-		ct_log(env, CT_TOLD, "assumed: %s; %s", words,
-			ct_slice_profile_is_alone(
-				is->operator.factor, ct_slice_profile_axis(is->operator.factor))
-				? "--slice-thickness or --profile says it better"
-				: "--sigma and --decimate say it better");
-	else if (!is->known)
-		ct_log(env, CT_TOLD,
-			"assumed: nothing, as too few edges show the blur; --sigma says it");
-	if (is->noise_from == CT_BY_MEASURE && is->texture.common > 0) {
-		ct_noise_words(words, &is->texture);
-		ct_log(env, CT_TOLD, "noise: %s", words);
-	}
-	ct_rest_words(words, &r->rest);
-	if (*words)
-		ct_log(env, CT_TOLD, "%s", words);
-	*words = '\0';
-	ct_damped_words(words, sizeof words, &r->damped);
-	if (*words)
-		ct_log(env, CT_TOLD, "%s", words);
-}
-
 /* One line on standard error: what was found and done, by the plan r of `in`. */
-static void say(const struct ct_refine *r, const struct ct_vol *in, double seconds,
-	const struct ct_env *env)
+static int say(const struct ct_refine *r, const struct ct_vol *in, double seconds,
+	const struct ct_env *env, struct ct_err *e)
 {
-	double times[3];
+	char *words = NULL;
 
-	say_assumed(r, in, env);
+	ct_refine_say(r, in, env);
 	if (env->verbose < 0)
-		return;
-	fprintf(stderr, "%s: %zux%zux%zu to %zux%zux%zu, ", env->tool, in->n[0], in->n[1], in->n[2],
-		r->n[0], r->n[1], r->n[2]);
-	ct_refine_times(times, r);
-	put_three(stderr, times);
-	fputs(" times", stderr);
-	put_operator(stderr, &r->scan);
-	put_method(stderr, r);
-	fprintf(stderr, "; %.*f s, %.0f MiB\n", seconds < 10, seconds,
-		ceil(ct_memory_held() / 0x1p20));
+		return 0;
+	if (ct_refine_words(&words, r, in, seconds, e))
+		return -1;
+	fprintf(stderr, "%s: %s\n", env->tool, words);
+	free(words);
+	return 0;
 }
 
 static int refine(struct files *f, const struct ct_env *env, struct ct_err *e)
@@ -369,7 +295,8 @@ static int refine(struct files *f, const struct ct_env *env, struct ct_err *e)
 		(f->about && (sidecar_refined(f->about, &f->out, e) ||
 				     sidecar_write(f->p->sidecar, f->about, &f->out, env, e))))
 		return -1;
-	say(&r, &f->in, ct_clock_wall() - began, env);
+	if (say(&r, &f->in, ct_clock_wall() - began, env, e))
+		return -1;
 	return f->p->report ? write_report(f, ct_clock_wall() - began, env, e) : 0;
 }
 

@@ -5,9 +5,9 @@
 #include "cli/modes.h"
 #include "core/mem.h"
 #include "formats/any.h"
+#include "formats/png.h"
 #include "formats/io.h"
 #include "report/sheet.h"
-#include "shim/picture-file.h"
 
 #include <ctype.h>
 #include <math.h>
@@ -309,7 +309,7 @@ static int write_picture(const struct view_job *j, const struct params *p, const
 	int rc = -1;
 
 	if (ct_labels_draw(&rgb, &h, &w, &l, e) == 0 &&
-		ct_image_encode_png(&png, &n, w, h, 3, rgb, e) == 0 &&
+		ct_png_encode(&png, &n, w, h, 3, rgb, e) == 0 &&
 		ct_out_open(&o, path, env, e) == 0 && ct_put(&o, png, n, e) == 0)
 		rc = ct_out_commit(&o, e);
 	ct_out_abandon(&o);

@@ -7,15 +7,13 @@
 #include "formats/format.h"
 #include "formats/hash.h"
 #include "formats/io.h"
-#ifdef HAVE_OIIO
-#include "shim/picture-file.h"
-#endif
+#include "formats/png.h"
+#include "shim/image-read.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#ifdef HAVE_OIIO
 static int read_picture(const char *path, struct ct_stack *s, struct ct_err *e)
 {
 	struct ct_piece piece;
@@ -24,7 +22,7 @@ static int read_picture(const char *path, struct ct_stack *s, struct ct_err *e)
 	int rc = -1;
 
 	if (ct_any_check_picture(path, e) || ct_image_read(path, &w, &h, &gray, e) ||
-		ct_image_check(path, w, h, gray, e) || ct_stack_alloc(s, 1, h, w, e))
+		ct_image_read_check(path, w, h, gray, e) || ct_stack_alloc(s, 1, h, w, e))
 		goto out;
 	piece = (struct ct_piece){s->data, h * w * sizeof *gray};
 	memcpy(s->data, gray, h * w * sizeof *gray);
@@ -51,7 +49,7 @@ static int write_png(
 		return -1;
 	for (size_t i = 0; i < s->h * s->w; i++)
 		px[i] = (unsigned char)lrint(255.0 * fmin(fmax((double)s->data[i], 0.0), 1.0));
-	if (ct_image_encode_png(&png, &n, s->w, s->h, 1, px, e) == 0 &&
+	if (ct_png_encode(&png, &n, s->w, s->h, 1, px, e) == 0 &&
 		ct_out_open(&o, path, env, e) == 0 && ct_put(&o, png, n, e) == 0)
 		rc = ct_out_commit(&o, e);
 	ct_out_abandon(&o);
@@ -59,22 +57,6 @@ static int write_png(
 	free(px);
 	return rc;
 }
-#else
-static int read_picture(const char *path, struct ct_stack *s, struct ct_err *e)
-{
-	(void)s;
-	return ct_fail(
-		e, CT_EINPUT, "%s: is not an EXR stack, and pictures need OpenImageIO", path);
-}
-
-static int write_png(
-	const char *path, const struct ct_stack *s, const struct ct_env *env, struct ct_err *e)
-{
-	(void)s;
-	(void)env;
-	return ct_fail(e, CT_EOUTPUT, "%s: PNG needs OpenImageIO", path);
-}
-#endif
 
 int ddnm_picture_read(const char *path, struct ct_stack *s, struct ct_err *e)
 {

@@ -1,6 +1,5 @@
-/* picture.c: ct-picture FILE TIMES: one picture, decoded, to standard output, for ct-convert,
- * which starts it: the libraries of pictures take longer to begin than most conversions, and
- * damaged pictures are decoded in a process of their own. TIMES is as for ct_inflate_allow. */
+/* picture.c: ct-picture FILE TIMES: one picture, decoded, to standard output, for the
+ * commands, which start it (shim/image-read.h). TIMES is as for ct_inflate_allow. */
 #include "config.h"
 #include "core/inflate.h"
 #include "shim/picture-file.h"
@@ -16,11 +15,11 @@ int main(int argc, char **argv)
 	int rc;
 
 	if (argc != 3) {
-		fputs("ct-picture: reads a picture for ct-convert\n", stderr);
+		fputs("ct-picture: reads a picture for other commands\n", stderr);
 		return CT_EUSAGE;
 	}
 	ct_inflate_allow((unsigned)strtoul(argv[2], NULL, 10));
-	rc = ct_image_read(argv[1], &size[0], &size[1], &gray, &e);
+	rc = picture_file_read(argv[1], &size[0], &size[1], &gray, &e);
 	fwrite(&e, sizeof e, 1, stdout);
 	if (rc == 0) {
 		fwrite(size, sizeof size, 1, stdout);

@@ -1,6 +1,7 @@
 /* sr-words.c: the published method as commands: what --dry-run prints, --keep leaves as a script,
  * and the histories tell; see sr.h and ct-pipeline(7). */
 #include "config.h"
+#include "core/installed.h"
 #include "cli/files.h"
 #include "cli/keep.h"
 #include "core/inflate.h"
@@ -74,7 +75,7 @@ static int find_files(struct sr_words *s, struct ct_err *e)
 	s->folder = keep;
 	if (!s->file[SR_IN] || !s->file[SR_OUT] || !keep)
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
-	if (prior_file_find(&s->file[SR_PRIOR], p->prior, PRIOR_PICTURES, e))
+	if (ct_installed_prior(&s->file[SR_PRIOR], p->prior, PRIOR_PICTURES, e))
 		return -1;
 	for (int i = SR_LR; i < SR_FILES; i++) {
 		if (asprintf(&s->file[i], "%s/%s", keep, names[i - SR_LR]) < 0) {

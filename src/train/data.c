@@ -8,9 +8,7 @@
 #include "formats/hash.h"
 #include "formats/io.h"
 #include "formats/units.h"
-#ifdef HAVE_OIIO
-#include "shim/picture-file.h"
-#endif
+#include "shim/image-read.h"
 
 #include <dirent.h>
 #include <math.h>
@@ -52,22 +50,16 @@ out:
 
 static int read_picture(struct ct_pictures *s, const char *path, struct ct_err *e)
 {
-#ifdef HAVE_OIIO
 	size_t w, h;
 	float *px;
 
 	if (ct_any_check_picture(path, e) || ct_image_read(path, &w, &h, &px, e))
 		return -1;
-	if (ct_image_check(path, w, h, px, e)) {
+	if (ct_image_read_check(path, w, h, px, e)) {
 		free(px);
 		return -1;
 	}
 	return ct_pictures_add(s, h, w, px, path, e);
-#else
-	(void)s;
-	return ct_fail(e, CT_EINPUT,
-		"%s: not an EXR stack, and this build reads no pictures (no OpenImageIO)", path);
-#endif
 }
 
 static int read_file(struct ct_pictures *s, const char *path, struct ct_err *e)

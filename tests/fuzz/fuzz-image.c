@@ -2,6 +2,7 @@
  * decodes. */
 #include "config.h"
 #include "driver.h"
+#include "formats/png.h"
 #include "mem-file.h"
 #include "shim/picture-file.h"
 
@@ -15,12 +16,12 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 	float *gray = NULL;
 	size_t w = 0, h = 0;
 
-	if (ct_image_read(mem_file(data, size, 0), &w, &h, &gray, &e) == 0) {
+	if (picture_file_read(mem_file(data, size, 0), &w, &h, &gray, &e) == 0) {
 		bool inside = true;
 
 		for (size_t i = 0; i < w * h; i++)
 			inside &= gray[i] >= 0 && gray[i] <= 1;
-		if (inside != (ct_image_check("x", w, h, gray, &e) == 0))
+		if (inside != (ct_image_read_check("x", w, h, gray, &e) == 0))
 			abort();
 	} else if (gray || e.code == CT_OK || e.msg[0] == '\0')
 		abort();
@@ -39,7 +40,7 @@ size_t fuzz_seed(size_t k, unsigned char **data)
 		return 0;
 	for (size_t i = 0; i < sizeof px; i++)
 		px[i] = (unsigned char)(i * 5);
-	if (ct_image_encode_png(data, &n, 4, 4, k ? 3 : 1, px, &e))
+	if (ct_png_encode(data, &n, 4, 4, k ? 3 : 1, px, &e))
 		exit(99);
 	return n;
 }

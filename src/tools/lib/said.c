@@ -14,17 +14,13 @@ int said_slices(
 {
 	unsigned char *text = NULL;
 	size_t n;
+	bool file;
 	int rc;
 
-	*to = (struct ct_slice_profile_said)CT_SLICE_PROFILE_NOTHING;
-	to->mm = thickness;
-	if (!profile)
+	if (ct_slice_profile_say(to, &file, profile, thickness, e))
+		return -1;
+	if (!file)
 		return 0;
-	to->shape = ct_words_find(CT_WORDS(CT_SLICE_SHAPE_LIST), profile);
-	if (to->shape >= 0)
-		return 0;
-	if (!isnan(thickness))
-		return ct_fail(e, CT_EUSAGE, "--slice-thickness: the file of --profile says it");
 	if (access(profile, F_OK))
 		return ct_fail(e, CT_EINPUT,
 			"%s: no file, and no shape of --profile: gaussian, box, triangle, trapezoid",
