@@ -92,6 +92,30 @@ for mm in (1.25, 0.8, 2.0):
           np.allclose(mid, e.affine[:3, :3] @ ((np.array(e.shape) - 1) / 2) + e.affine[:3, 3], atol=1e-3))
     check("--iso %g: the body stays" % mm, np.abs(centre(o) - centre(e)).max() < 0.02)
 
+# e on grids that others have
+ramp = nib.Nifti1Image((3 * i - 2 * j + 5.0 * k).astype(np.float32), affine)
+nib.save(ramp, "ramp.nii")
+for name, start, step, n in (("itself", (0, 0, 0), (1, 1, 1), (40, 36, 20)), ("a part", (3, 2, 5), (1, 1, 1), (20, 9, 11)),
+                             ("finer", (4.3, 5.6, 6.2), (.5, .4, .25), (11, 40, 20)), ("half way", (2.5, 3, 4), (1, 1, 1), (30, 30, 9)),
+                             ("coarser", (9, 9, 9), (2, 2, 1), (9, 9, 4))):
+    grid = affine.copy()
+    grid[:3, :3] *= step
+    grid[:3, 3] = (affine @ [*start, 1])[:3]
+    nib.save(nib.Nifti1Image(np.zeros(n, np.int16), grid), "like.nii")
+    convert("--grid", "like.nii", "ramp.nii", "o.nii")
+    o = nib.load("o.nii")
+    at = np.meshgrid(*(s + t * np.arange(m) for s, t, m in zip(start, step, n)), indexing="ij")
+    check("--grid of %s: the place of each voxel" % name, o.shape == n and np.allclose(o.affine, grid, atol=1e-4)
+          and np.abs(o.get_fdata() - (3 * at[0] - 2 * at[1] + 5 * at[2])).max() < 1e-3)
+for name, turned, at in (("turned", [[0, 1, 0], [1, 0, 0], [0, 0, 1]], (0, 0, 0)), ("flipped", np.diag([-1, 1, 1]), (39, 0, 0)),
+                         ("oblique", [[1, .02, 0], [-.02, 1, 0], [0, 0, 1]], (5, 5, 5)), ("outside", np.eye(3), (4.1, 0, 0))):
+    grid = affine.copy()
+    grid[:3, :3] = affine[:3, :3] @ turned
+    grid[:3, 3] = (affine @ [*at, 1])[:3]
+    nib.save(nib.Nifti1Image(np.zeros((40, 36, 20), np.int16), grid), "like.nii")
+    r = subprocess.run(("ct-convert", "--grid", "like.nii", "e.nii", "no.nii"), capture_output=True, text=True)
+    check("--grid that is %s is refused" % name, r.returncode == 5 and "like.nii: axis 0" in r.stderr)
+
 for n in (16, 32, 64):
     convert("--cube", str(n), "e.nii", "c.nii")
     o = nib.load("c.nii")

@@ -109,7 +109,28 @@ ok $? 'what was refined is reduced as any other'
 ct-degrade -q -f -x 1 --clip=-100:100 refined.nii clipped.nii &&
 	ct-info clipped.nii | grep -q '^  upsample' && ! ct-info again.nii | grep -q '^  upsample'
 ok $? 'and is refined as long as it is only clipped'
+
+# as the paper's release reduces
+exits 0 'the release takes every third voxel' ct-degrade -x 3,3,1 -p release hr.nii first.nii
+"$PY" - >log 2>&1 <<'PY'; ok $? 'the voxels of the release are those of SciPy, and lie where they were'
+import nibabel as nib, numpy as np
+from scipy.ndimage import gaussian_filter
+hr, lr = nib.load('hr.nii'), nib.load('first.nii')
+want = gaussian_filter(hr.get_fdata(), (1, 1, 0), mode='reflect')[:39:3, ::3, :]
+assert lr.shape == (13, 10, 26) and np.abs(lr.get_fdata() - want).max() < 2e-3
+step = hr.affine @ np.diag([3, 3, 1, 1])
+assert np.allclose(lr.affine, step, atol=1e-5), (lr.affine, step)
+PY
+sed 's/^/# /' log
+exits 2 'the release takes no factor that is not whole' ct-degrade -x 2.5 -p release hr.nii no.nii
+has err '2.5 is not whole' 'a factor of the release that is not whole is named'
+exits 2 'the release takes no other sampling' ct-degrade -x 3 -p release --decimate mean hr.nii no.nii
+exits 2 'the release takes no slice profile' ct-degrade -x 1,1,3 -p release --profile box hr.nii no.nii
 if command -v ct-convert >/dev/null 2>&1; then
+	make -s -f "$srcdir/examples/release.mk" PYTHON="$PY" VOLUMES=hr.nii FACTORS=2 OUT=o MOST=24 >table 2>err
+	awk 'NR == 2 && NF == 10 && $7 > $3 + .5 && $7 > $5 + .5 {good = 1} END {exit !good}' table
+	ok $? 'release.mk shows that interpolation is better where the samples are'
+	cat table err | sed 's/^/# /'
 	ct-convert hr.nii - | ct-degrade -x 4 - - | ct-upsample -x 4 -m cubic - conv.nii.gz
 	[ -s conv.nii.gz ]; ok $? 'ct-convert | ct-degrade | ct-upsample'
 else

@@ -13,8 +13,12 @@ void ct_degrade_protocol(struct ct_degrade *d, int protocol)
 	static const double per_sigma[] = {2.3548, 4, 8};
 
 	for (int a = 0; a < 3; a++)
-		d->sigma[a] = d->factor[a] > 1 ? d->factor[a] / per_sigma[protocol - 1] : 0.0;
-	d->decimate = protocol == 3 ? CT_DECIMATE_POINT : CT_DECIMATE_SINC;
+		d->sigma[a] = d->factor[a] == 1 ? 0.0
+			      : protocol == 4   ? 1.0
+						: d->factor[a] / per_sigma[protocol - 1];
+	d->decimate = protocol == 4   ? CT_DECIMATE_FIRST
+		      : protocol == 3 ? CT_DECIMATE_POINT
+				      : CT_DECIMATE_SINC;
 }
 
 /* by: standard deviation, and what the sum is divided by. */
@@ -175,9 +179,34 @@ out:
 	return rc;
 }
 
+/* Of each cell its first voxel, blurred; cells are laid from the first voxel on. */
+static int first_taps(struct ct_taps *t, size_t n, double factor, double sigma, struct ct_err *e)
+{
+	struct ct_taps filter = {0}, pick = {0};
+	size_t m;
+	int rc = -1;
+
+	if (factor != floor(factor))
+		return ct_fail(e, CT_EINPUT, "a factor of %g has no first voxel", factor);
+	if (ct_degrade_cells(&m, n, factor, e))
+		return -1;
+	if (gauss_taps(&filter, n, sigma, e) == 0 && ct_taps_alloc(&pick, n, m, 1, e) == 0) {
+		for (size_t i = 0; i < m; i++) {
+			ct_taps_place(&pick, i, (ptrdiff_t)(i * (size_t)factor));
+			ct_taps_add(&pick, i, i * (size_t)factor, 1);
+		}
+		rc = ct_taps_product(t, &pick, &filter, e);
+	}
+	ct_taps_free(&filter);
+	ct_taps_free(&pick);
+	return rc;
+}
+
 int ct_degrade_axis_taps(
 	struct ct_taps *t, const struct ct_degrade *d, int axis, size_t n, struct ct_err *e)
 {
+	if (d->decimate == CT_DECIMATE_FIRST)
+		return first_taps(t, n, d->factor[axis], d->sigma[axis], e);
 	return d->profile.n > 0 && d->profile.axis == axis
 		       ? ct_slice_profile_taps(t, n, d->factor[axis], &d->profile, e)
 		       : ct_degrade_taps(t, n, d->factor[axis], d->sigma[axis], d->decimate, e);
@@ -215,8 +244,11 @@ void ct_degrade_affine(double lo[3][4], const double hi[3][4], const size_t n[st
 
 	memmove(lo, hi, 12 * sizeof **lo);
 	for (int a = 0; a < 3; a++) {
-		begin[a] = (double)cut_before(n[a], d->factor[a]) +
-			   cell_begin(0, ct_degrade_size(n[a], d->factor[a]), d->factor[a]);
+		begin[a] = d->decimate == CT_DECIMATE_FIRST
+				   ? (1 - d->factor[a]) / 2
+				   : (double)cut_before(n[a], d->factor[a]) +
+					     cell_begin(0, ct_degrade_size(n[a], d->factor[a]),
+						     d->factor[a]);
 		coarser[a] = 1.0 / d->factor[a];
 	}
 	ct_vol_shift_affine(lo, begin);
@@ -268,12 +300,15 @@ void ct_degrade_noise(float *data, size_t n, double sd, uint64_t seed, struct ct
 
 int ct_degrade_put(struct ct_meta *m, const struct ct_degrade *d, struct ct_err *e)
 {
+	enum ct_decimate decimate;
+
 	if (ct_meta_setf(m, e, CT_META_FACTOR, "%.9g,%.9g,%.9g", d->factor[0], d->factor[1],
 		    d->factor[2]) ||
 		ct_meta_setf(m, e, CT_META_SIGMA, "%.9g,%.9g,%.9g", d->sigma[0], d->sigma[1],
 			d->sigma[2]))
 		return -1;
-	return ct_meta_set(m, CT_META_DECIMATE, CT_WORD(CT_DECIMATE_LIST, d->decimate), e) ||
+	decimate = d->decimate == CT_DECIMATE_FIRST ? CT_DECIMATE_POINT : d->decimate;
+	return ct_meta_set(m, CT_META_DECIMATE, CT_WORD(CT_DECIMATE_LIST, decimate), e) ||
 			       ct_slice_profile_put(m, &d->profile, e)
 		       ? -1
 		       : 0;

@@ -20,6 +20,11 @@
  *   P2  sigma = s/4, sinc: band-limited; the blur of the paper's release at 4x, in voxels of 1 mm
  *   P3  sigma = s/8, point: aliased
  *
+ * A fourth is that of the paper's release (ct-references(7)), which is not symmetric and is not
+ * inverted as such: sigma = 1 voxel, and of each cell its first voxel. Cells are laid from the
+ * first voxel on, and what is left over lies at the end. The affine says where the samples are:
+ * their cells, as it reads, begin (s - 1)/2 voxels before the volume.
+ *
  * An axis with s = 1 is not touched unless its sigma is positive.
  *
  * One axis may have a slice profile instead: samples of any shape (slice-profile.h makes them).
@@ -42,7 +47,9 @@
 	X(CT_DECIMATE_SINC, "sinc")                                                                \
 	X(CT_DECIMATE_POINT, "point")                                                              \
 	X(CT_DECIMATE_MEAN, "mean")
-enum ct_decimate { CT_DECIMATE_LIST(CT_WORD_VALUE) };
+/* And the first voxel of each cell, of a whole factor, for what makes a CT; metadata call it point:
+ * where a sample lies, the affine says. Takes no slice profile. */
+enum ct_decimate { CT_DECIMATE_LIST(CT_WORD_VALUE) CT_DECIMATE_FIRST };
 
 enum { CT_SLICE_PROFILE_MOST = 128 };
 struct ct_slice_profile {
@@ -59,7 +66,8 @@ struct ct_degrade {
 	struct ct_slice_profile profile;
 };
 
-/* Set sigma and decimate from the factors: protocol 1, 2 or 3. sigma is 0 where the factor is 1. */
+/* Set sigma and decimate from the factors: protocol 1, 2, 3, or 4 that of the release. sigma is 0
+ * where the factor is 1. */
 void ct_degrade_protocol(struct ct_degrade *d, int protocol);
 /* LR voxels that n HR voxels give, floor(n/factor), and HR voxels N that m LR voxels cover. */
 size_t ct_degrade_size(size_t n, double factor);

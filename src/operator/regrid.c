@@ -13,6 +13,7 @@
 #include <strings.h>
 
 enum { AIR = -1024, BODY = -500 }; /* HU */
+enum { BEYOND = 4 };               /* voxels, that the outermost may count on */
 #define MARGIN 10.0                /* mm about the body */
 
 /* The data, size and grid of `with`, which is empty then. */
@@ -113,7 +114,7 @@ static int iso_taps(
 	struct ct_taps cubic = {0}, gauss = {0};
 	int rc = -1;
 
-	if (fabs(step - 1) < 1e-6)
+	if (n == m && fabs(step - 1) < 1e-6 && fabs(start) < 1e-3)
 		return ct_taps_identity(t, n, e);
 	if (!(step > 1))
 		return ct_resample_taps(t, n, m, start, step, CT_CUBIC, false, e);
@@ -170,6 +171,50 @@ int ct_regrid_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct 
 	}
 	if (resample(v, n, start, step, true, env, e))
 		return -1;
+	forget_operator(&v->meta);
+	return 0;
+}
+
+/* Where voxel 0 of `like` lies in v, and from one to the next: indices of v. */
+static int place(double start[3], double step[3], const struct ct_vol *v, const struct ct_vol *like,
+	struct ct_err *e)
+{
+	double mm[3], other[3];
+
+	ct_vol_spacing(v, mm);
+	ct_vol_spacing(like, other);
+	for (int d = 0; d < 3; d++) {
+		double along = 0, reach;
+
+		start[d] = 0;
+		for (int r = 0; r < 3; r++) {
+			along += v->affine[r][d] * like->affine[r][d] / (mm[d] * other[d]);
+			start[d] += v->affine[r][d] * (like->affine[r][3] - v->affine[r][3]) /
+				    (mm[d] * mm[d]);
+		}
+		step[d] = other[d] / mm[d];
+		reach = start[d] + ((double)like->n[d] - 1) * step[d];
+		if (!(along > 1 - 1e-6))
+			return ct_fail(e, CT_EGEOM,
+				"axis %d lies otherwise: --reorient may turn it, other angles are "
+				"not resampled",
+				d);
+		if (!(start[d] >= -BEYOND && reach <= (double)v->n[d] - 1 + BEYOND))
+			return ct_fail(e, CT_EGEOM,
+				"axis %d reaches beyond the scan: voxels %g to %g of its 0 to %zu",
+				d, start[d], reach, v->n[d] - 1);
+	}
+	return 0;
+}
+
+int ct_regrid_like(
+	struct ct_vol *v, const struct ct_vol *like, const struct ct_env *env, struct ct_err *e)
+{
+	double start[3], step[3];
+
+	if (place(start, step, v, like, e) || resample(v, like->n, start, step, true, env, e))
+		return -1;
+	memcpy(v->affine, like->affine, sizeof v->affine);
 	forget_operator(&v->meta);
 	return 0;
 }

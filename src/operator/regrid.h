@@ -16,6 +16,12 @@ int ct_regrid_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct 
  * of the old do. Its operator is that of the new voxels; none if they are coarser than the LR.
  * CT_EGEOM for too many. */
 int ct_regrid_spacing(struct ct_vol *v, double mm, const struct ct_env *env, struct ct_err *e);
+/* On the grid of `like`, whose axes lie along those of v: a Gaussian against aliasing where its
+ * voxels are larger, then cubic interpolation. Beyond the outermost voxels these count on, for four
+ * voxels. What a degradation left is forgotten. CT_EGEOM for axes that lie otherwise,
+ * and for a grid that reaches farther. */
+int ct_regrid_like(
+	struct ct_vol *v, const struct ct_vol *like, const struct ct_env *env, struct ct_err *e);
 /* n voxels along each axis, nearest to being centred on the body; air where there were none. */
 int ct_regrid_cube(struct ct_vol *v, size_t n, struct ct_err *e);
 /* A box of voxel cells, from 0 to n, cut to what there is. CT_EUSAGE if that is nothing. */

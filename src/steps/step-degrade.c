@@ -13,7 +13,8 @@ static const struct {
 	[CT_STEP_DEGRADE_P2] = {2, 0},
 	[CT_STEP_DEGRADE_P3] = {3, 0},
 	[CT_STEP_DEGRADE_P1N] = {1, 15},
-	[CT_STEP_DEGRADE_P3N] = {3, 15}};
+	[CT_STEP_DEGRADE_P3N] = {3, 15},
+	[CT_STEP_DEGRADE_RELEASE] = {4, 0}};
 
 /* Is something asked for by the protocol's name that is nothing but blur and sampling? */
 static bool insists(const struct ct_step_degrade_rule *r)
@@ -32,6 +33,13 @@ static int choose_operator(
 		return ct_fail(
 			e, CT_EUSAGE, "--protocol: --sigma and --decimate leave nothing of it");
 	ct_degrade_protocol(d, protocols[r->protocol].number);
+	if (d->decimate == CT_DECIMATE_FIRST && r->decimate >= 0)
+		return ct_fail(e, CT_EUSAGE, "--protocol release: takes no --decimate");
+	for (int a = 0; a < 3 && d->decimate == CT_DECIMATE_FIRST; a++)
+		if (d->factor[a] != floor(d->factor[a]))
+			return ct_fail(e, CT_EUSAGE,
+				"--protocol release: %g is not whole: it takes every S-th voxel",
+				d->factor[a]);
 	if (r->decimate >= 0)
 		d->decimate = (enum ct_decimate)r->decimate;
 	for (int a = 0; a < 3 && blurred; a++)
@@ -49,6 +57,8 @@ static int add_profile(struct ct_degrade *d, const struct ct_step_degrade_rule *
 
 	if (!ct_slice_profile_is_said(&r->slice))
 		return 0;
+	if (d->decimate == CT_DECIMATE_FIRST)
+		return ct_fail(e, CT_EUSAGE, "--protocol release: takes no slice profile");
 	if (ct_slice_profile_twice(&r->slice, axis,
 		    !isnan(r->sigma[0]) && (r->sigma_for_all ? alone : d->sigma[axis] > 0),
 		    r->decimate >= 0 && alone, e))

@@ -10,13 +10,14 @@
 #include "core/env.h"
 #include "operator/slice-profile.h"
 
-/* Those of degrade.h, and the first and the third with noise of 15 HU. */
+/* Those of degrade.h, the first and the third with noise of 15 HU, and the release's. */
 #define CT_STEP_DEGRADE_PROTOCOLS(X)                                                               \
 	X(CT_STEP_DEGRADE_P1, "P1")                                                                \
 	X(CT_STEP_DEGRADE_P2, "P2")                                                                \
 	X(CT_STEP_DEGRADE_P3, "P3")                                                                \
 	X(CT_STEP_DEGRADE_P1N, "P1n")                                                              \
-	X(CT_STEP_DEGRADE_P3N, "P3n")
+	X(CT_STEP_DEGRADE_P3N, "P3n")                                                              \
+	X(CT_STEP_DEGRADE_RELEASE, "release")
 enum ct_step_degrade_protocol { CT_STEP_DEGRADE_PROTOCOLS(CT_WORD_VALUE) };
 
 /* What is asked. */

@@ -126,7 +126,7 @@ static bool in_planes(const struct convert *p, const struct ct_env *env)
 	const bool nifti = !ct_files_is_dicom(p->out) && !ct_ends_match(p->out, CT_ENDS_HEADED);
 
 	return nifti && !ct_ends_match(p->out, "gz") && is_file(p->out) && !p->reorient &&
-	       !p->crop && isnan(p->iso) && !p->cube && !p->radiograph && !p->skip_damaged &&
+	       !p->crop && !p->grid && isnan(p->iso) && !p->cube && !p->radiograph && !p->skip_damaged &&
 	       env->verbose <= 0;
 }
 

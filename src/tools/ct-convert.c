@@ -31,6 +31,7 @@ static const struct convert defaults = {.orient = "LPS", .rescale = "1", .iso = 
 /* What reads DICOM; what works on a volume. */
 #define OF_DICOM CT_WHEN(CT_UNLESS(raw), CT_UNLESS(scanner), CT_UNLESS(radiograph))
 #define OF_VOLUME CT_WHEN(CT_UNLESS(radiograph), CT_UNLESS(scanner))
+#define ONE_GRID CT_WHEN(CT_UNLESS(radiograph), CT_UNLESS(scanner), CT_UNLESS(grid))
 
 static const struct ct_opt opts[] = {
 	CT_TEXT(series, 0, "series", "UID|N",
@@ -63,8 +64,10 @@ static const struct ct_opt opts[] = {
 	CT_TEXT(crop, 0, "crop", "auto|LO:HI,LO:HI,LO:HI[mm]",
 		"keep a box, in voxels (HI excluded) or RAS+ mm; auto: the body and 10 mm",
 		OF_VOLUME),
-	CT_OPT(iso, 0, "iso", "MM", 1e-4, 1000, "resample to cubic voxels of MM", OF_VOLUME),
-	CT_OPT(cube, 0, "cube", "N", 0, 4096, "crop or pad to NxNxN voxels", OF_VOLUME),
+	CT_INPUT(grid, 0, "grid", "FILE",
+		"resample to the grid of this volume, so that voxels can be compared", OF_VOLUME),
+	CT_OPT(iso, 0, "iso", "MM", 1e-4, 1000, "resample to cubic voxels of MM", ONE_GRID),
+	CT_OPT(cube, 0, "cube", "N", 0, 4096, "crop or pad to NxNxN voxels", ONE_GRID),
 	CT_CHOICE(type, 0, "type", CT_WORDS(CT_NIFTI_LIST),
 		"voxel type of OUT; auto is i16 if that is exact", OF_VOLUME),
 	CT_FLAG(compress, 0, "compress", "compress the voxels of MetaImage or NRRD", OF_VOLUME),
@@ -160,6 +163,22 @@ static int crop(struct ct_vol *v, const char *text, const struct ct_env *env, st
 	double box[3][2];
 
 	return find_box(box, v, text, e) || ct_regrid_box(v, box, env, e) ? -1 : 0;
+}
+
+/* On the grid of a file. */
+static int resample_to(
+	struct ct_vol *v, const char *path, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_vol like = {0};
+	int rc = ct_vol_read(path, &like, e) || ct_vol_check_grid(&like, e) ||
+				 ct_vol_check_grid(v, e)
+			 ? -1
+			 : 0;
+
+	if (rc == 0 && ct_regrid_like(v, &like, env, e))
+		rc = ct_blame(e, path);
+	ct_vol_free(&like);
+	return rc;
 }
 
 /* The scan of a file in its own unit, about the world's origin, for views of w by h pixels. */
@@ -318,6 +337,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (ct_meta_copy(&read, &v.meta, e) || ct_units_note(&v, (enum ct_units)p->units, e) ||
 		(p->reorient && reorient(&v, p->reorient, e)) ||
 		(p->crop && crop(&v, p->crop, env, e)) ||
+		(p->grid && resample_to(&v, p->grid, env, e)) ||
 		(!isnan(p->iso) && ct_regrid_iso(&v, p->iso, env, e)) ||
 		(p->cube && ct_regrid_cube(&v, (size_t)p->cube, e)) ||
 		ct_meta_step(&v.meta, env, 1, (const struct ct_meta *const[]){&read}, e))

@@ -28,7 +28,7 @@ static const struct ct_opt opts[] = {
 		"(needed)"),
 	CT_CHOICE(rule.protocol, 'p', "protocol", CT_WORDS(CT_STEP_DEGRADE_PROTOCOLS),
 		"blur and sampling: P1 sigma = S/2.3548, sinc; P2 sigma = S/4, sinc; P3 sigma = "
-		"S/8, point; P1n and P3n: with --noise=15"),
+		"S/8, point; P1n and P3n: with --noise=15; release: sigma = 1 voxel, every S-th voxel from the first on"),
 	CT_TEXT(sigma, 0, "sigma", "V|X,Y,Z",
 		"standard deviation of the Gaussian blur in voxels of IN, in place of the "
 		"protocol's; one number is for the axes that are reduced"),
