@@ -83,6 +83,7 @@ static double loss_of(struct ct_arssr_train *t, const struct ct_arssr_piece *p, 
  * left of corners are those of its ReLUs, which a small step seldom meets. */
 static void test_gradient(void)
 {
+	static const struct ct_arssr_shape deep = {6, 2, 3, 5, 7, 9};
 	struct ct_vol v = {0};
 	struct ct_arssr_piece p = {0};
 	struct ct_arssr_train *t;
@@ -90,7 +91,7 @@ static void test_gradient(void)
 	double worst = 0;
 
 	volume(&v, 24, 25, 26);
-	t = training(&v, 1, &small, SIDE, NULL);
+	t = training(&v, 1, &deep, SIDE, NULL);
 	must(ct_arssr_piece_alloc(&p, &t->rule.piece, &err));
 	must(ct_arssr_piece_draw(&p, &t->rule.piece, &v, 1, 0, &err));
 	for (size_t i = 0; i < p.points; i++)
