@@ -291,6 +291,8 @@ static void test_rates(void)
 	t[1] = stepped(&v, (const double[2]){1e-3, 5e-4}, first);
 	OK(memcmp(t[0]->net.all, t[1]->net.all, net.n * sizeof *first) == 0,
 		"half way along the cosine the rate is half");
+	OK(maxdiff(net.n, first, first + net.n) > 1e-4, "a step changes the weights (%.2g)",
+		maxdiff(net.n, first, first + net.n));
 	/* After k steps the mean keeps (1 + k)/(10 + k) of what it was. */
 	for (size_t i = 0; i < net.n; i++) {
 		const double one = (2 * (double)first[i] + 9 * (double)first[net.n + i]) / 11;
