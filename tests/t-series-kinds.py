@@ -202,7 +202,7 @@ def make():
                 e.LossyImageCompression, e.LossyImageCompressionRatio = "01", 12.5
                 e.LossyImageCompressionMethod = "ISO_15444_1"
             elif d in ("yes", "no"):
-                e.LossyImageCompression = "00"
+                e.LossyImageCompression, e.LossyImageCompressionMethod = "00", "ISO_14495_1"
             e.save_as(f, write_like_original=False)
 
 

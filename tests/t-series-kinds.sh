@@ -224,6 +224,7 @@ ok $? 'lossy compression of one slice is recorded for all, with ratio and method
 deid no
 [ ! -s err ] && py tag deid-no BurnedInAnnotation NO && py tag deid-no LossyImageCompression 00 && py tag deid-no PatientIdentityRemoved YES
 ok $? 'no writing and no loss in all slices are recorded as no'
+py tag deid-no LossyImageCompressionMethod -; ok $? 'the method of a compression without loss is not kept'
 for c in silent half; do
 	deid $c
 	py tag deid-$c BurnedInAnnotation - && py tag deid-$c LossyImageCompression -
