@@ -7,12 +7,10 @@
 #include "core/clock.h"
 #include "core/memory.h"
 #include "formats/format.h"
-#include "formats/io.h"
 #include "steps/step-ddnm.h"
 #include "tools/ddnm-parts.h"
 #include "tools/lib/prior-opts.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -32,30 +30,22 @@ enum { BY_FILE(CT_WORD_VALUE) FIRST_OPERATOR };
 enum gradient { GRADIENTS(CT_WORD_VALUE) };
 
 struct params {
-	const char *in, *out, *prior, *arch, *init, *std, *travel;
-	int scale, label, steps, t_start, samples, op, sampler, channels, iterations, gradient;
-	double eta, sigma_y, norm, guidance, rate;
+	const char *in, *out, *prior, *arch, *std, *travel;
+	int op, channels, gradient;
 	bool resume;
+	struct ct_step_ddnm_rule rule;
 };
 
-static const struct params defaults = {.label = -1,
-	.t_start = -1,
-	.samples = 1,
-	.sampler = CT_SAMPLER_PLUS,
-	.eta = NAN,
-	.guidance = 2000,
-	.iterations = 100,
-	.rate = 1e-3,
-	.sigma_y = NAN};
+static const struct params defaults = {.rule = CT_STEP_DDNM_DEFAULTS};
 
 #define CT_PARAMS struct params
 /* Samplers that draw noise anew or not, that ask a network, that do so in a chain, that begin from
  * a picture, and that are fitted. */
 #define STOCHASTIC (NOISY | CT_BIT(CT_SAMPLER_DDNM) | CT_BIT(CT_SAMPLER_DDIM))
-#define WITH_NETWORK CT_UNLESS_WORD(sampler, CT_BIT(CT_SAMPLER_NONE))
-#define CHAIN_OF CT_UNLESS_WORD(sampler, CT_BIT(CT_SAMPLER_ONCE) | CT_BIT(CT_SAMPLER_NONE))
-#define BEGUN CT_UNLESS_WORD(sampler, CT_BIT(CT_SAMPLER_ONCE))
-#define FITTED CT_WHEN(CT_IF_WORD(sampler, CT_BIT(CT_SAMPLER_BIRD)))
+#define WITH_NETWORK CT_UNLESS_WORD(rule.sampler, CT_BIT(CT_SAMPLER_NONE))
+#define CHAIN_OF CT_UNLESS_WORD(rule.sampler, CT_BIT(CT_SAMPLER_ONCE) | CT_BIT(CT_SAMPLER_NONE))
+#define BEGUN CT_UNLESS_WORD(rule.sampler, CT_BIT(CT_SAMPLER_ONCE))
+#define FITTED CT_WHEN(CT_IF_WORD(rule.sampler, CT_BIT(CT_SAMPLER_BIRD)))
 /* Samplers that know noise. */
 #define NOISY (CT_BIT(CT_SAMPLER_PLUS) | CT_BIT(CT_SAMPLER_SIMPLE))
 
@@ -64,7 +54,7 @@ static const struct ct_opt opts[] = {
 		"low-resolution projections, EXR, or -; or one picture (PNG, TIFF)"),
 	CT_ARG_OUT(out, CT_WRITES, "OUT", CT_ENDS_STACK "|" CT_ENDS_PICTURE,
 		"super-resolved projections, EXR, or -; of a picture also FILE.png"),
-	CT_OPT(scale, 'x', "factor", "S", 2, 64,
+	CT_OPT(rule.factor, 'x', "factor", "S", 2, 64,
 		"times finer, along rows and columns; by default what IN says it was coarsened by, "
 		"else what a network of super-resolution was trained for, else 4"),
 	CT_INPUT(prior, 'p', "prior", "FILE",
@@ -75,49 +65,50 @@ static const struct ct_opt opts[] = {
 		"what the prior is, where its file does not say it, in the words of ct-train "
 		"--arch; see DESCRIPTION",
 		CT_WHEN(CT_IF(prior))),
-	CT_OPT(label, 0, "class", "N", -1, 65535,
+	CT_OPT(rule.label, 0, "class", "N", -1, 65535,
 		"class to draw, of a prior that is conditioned on classes; -1: it is not",
 		CT_WHEN(CT_IF(prior))),
-	CT_OPT(steps, 'n', "steps", "N", 1, 1000,
+	CT_OPT(rule.steps, 'n', "steps", "N", 1, 1000,
 		"calls of the network a chain; by default 50, of gdp 1000 and of bird 10",
 		CT_WHEN(CHAIN_OF)),
-	CT_EXPERT(eta, "eta", "X", 0, 1,
+	CT_EXPERT(rule.eta, "eta", "X", 0, 1,
 		"of the ddnm samplers the fraction of the noise that is drawn anew in every step "
 		"(0.99 unless given); of ddim the noise, ddpm having 1 (0 unless given)",
-		CT_WHEN(CT_IF_WORD(sampler, STOCHASTIC))),
-	CT_OPT(sigma_y, 0, "sigma-y", "X", 0, 1,
+		CT_WHEN(CT_IF_WORD(rule.sampler, STOCHASTIC))),
+	CT_OPT(rule.sigma_y, 0, "sigma-y", "X", 0, 1,
 		"noise of IN where its largest value is 1 (0.0015, as published)",
-		CT_WHEN(CT_IF_WORD(sampler, NOISY))),
+		CT_WHEN(CT_IF_WORD(rule.sampler, NOISY))),
 	CT_EXPERT_CHOICE(op, "operator", CT_WORDS_TWO(BY_FILE, CT_MEASUREMENT_LIST),
 		"what IN measures of the fine projections: what it says of its pixels, and else "
 		"mean; means of S x S pixels; or what a blur and the coarse grid leave of them "
 		"(see DESCRIPTION)",
 		CT_WHEN(CHAIN_OF)),
-	CT_CHOICE(sampler, 0, "sampler", CT_WORDS(CT_SAMPLER_LIST),
+	CT_CHOICE(rule.sampler, 0, "sampler", CT_WORDS(CT_SAMPLER_LIST),
 		"how the prior is sampled to agree with IN (see SAMPLERS); a network of "
 		"super-resolution is called once"),
-	CT_EXPERT(guidance, "guidance", "X", 0, 1e9,
+	CT_EXPERT(rule.guidance, "guidance", "X", 0, 1e9,
 		"of gdp: how far a step follows the gradient of the error, as published",
-		CT_WHEN(CT_IF_WORD(sampler, CT_BIT(CT_SAMPLER_GDP)))),
-	CT_EXPERT(iterations, "iterations", "N", 1, 1000000,
+		CT_WHEN(CT_IF_WORD(rule.sampler, CT_BIT(CT_SAMPLER_GDP)))),
+	CT_EXPERT(rule.iterations, "iterations", "N", 1, 1000000,
 		"of bird: chains, after each of which but the last the noise is fitted", FITTED),
-	CT_EXPERT(rate, "rate", "X", 0, 1000,
+	CT_EXPERT(rule.rate, "rate", "X", 0, 1000,
 		"of bird: how far a value of the noise goes in a chain, about", FITTED),
 	CT_EXPERT_CHOICE(gradient, "gradient", CT_WORDS(GRADIENTS),
 		"of bird: through the network too, or its output taken for constant", FITTED),
-	CT_INPUT(init, 'i', "init", "FILE",
+	CT_INPUT(rule.init, 'i', "init", "FILE",
 		"begin from these projections, of the geometry of OUT, instead of pure noise",
 		CT_WHEN(BEGUN)),
-	CT_EXPERT(t_start, "t-start", "T", -1, 999,
+	CT_EXPERT(rule.start, "t-start", "T", -1, 999,
 		"noise level to begin from, a timestep of 1000; -1 is 60",
-		CT_WHEN(CT_IF(init), CHAIN_OF)),
+		CT_WHEN(CT_IF(rule.init), CHAIN_OF)),
 	CT_EXPERT(travel, "travel", "L,R", 0, 0, "after every L steps go back, R times in all",
 		CT_WHEN(CHAIN_OF)),
-	CT_OPT(samples, 'k', "samples", "K", 1, 65535, "mean of K samples a view",
+	CT_OPT(rule.samples, 'k', "samples", "K", 1, 65535, "mean of K samples a view",
 		CT_WHEN(CHAIN_OF)),
 	CT_OUTPUT(std, 0, "std", "FILE", CT_ENDS_STACK,
-		"also write the standard deviation of the samples, EXR", CT_WHEN(CT_IF(samples))),
-	CT_EXPERT(norm, "norm", "X", 0, 1e30,
+		"also write the standard deviation of the samples, EXR",
+		CT_WHEN(CT_IF(rule.samples))),
+	CT_EXPERT(rule.norm, "norm", "X", 0, 1e30,
 		"value that the network sees as 1; 0: the largest of IN, and 1 of a picture",
 		CT_WHEN(WITH_NETWORK)),
 	CT_EXPERT_CHOICE(channels, "channel-reduce", CT_WORDS(REDUCES), "of a prior with colours",
@@ -147,7 +138,7 @@ struct ddnm_job {
 static struct ct_step_ddnm_data data_of(struct ddnm_job *j)
 {
 	return (struct ct_step_ddnm_data){.in = &j->in,
-		.init = j->p->init ? &j->init : NULL,
+		.init = j->p->rule.init ? &j->init : NULL,
 		.prior = &j->prior,
 		.out = &j->out,
 		.std = j->p->std ? &j->std : NULL};
@@ -160,27 +151,15 @@ static int make_rule(struct ddnm_job *j, struct ct_err *e)
 
 	if (p->travel && ct_cli_within("expert travel", p->travel, 2, false, 1, 1000, v, e))
 		return -1;
-	j->rule = (struct ct_step_ddnm_rule){.in = p->in,
-		.init = p->init,
-		.dashed = true,
-		.sampler = p->sampler,
-		.insists = ct_modes_given(&j->env->command->given, "sampler"),
-		.factor = p->scale,
-		.steps = p->steps,
-		.label = p->label,
-		.start = p->t_start,
-		.samples = p->samples,
-		.iterations = p->iterations,
-		.op = p->op - FIRST_OPERATOR,
-		.eta = p->eta,
-		.sigma_y = p->sigma_y,
-		.guidance = p->guidance,
-		.rate = p->rate,
-		.norm = p->norm,
-		.travel_length = (size_t)v[0],
-		.travel_repeat = (size_t)v[1],
-		.frozen = p->gradient == CHAIN,
-		.first = p->channels == FIRST};
+	j->rule = p->rule;
+	j->rule.in = p->in;
+	j->rule.dashed = true;
+	j->rule.insists = ct_modes_given(&j->env->command->given, "sampler");
+	j->rule.op = p->op - FIRST_OPERATOR;
+	j->rule.travel_length = (size_t)v[0];
+	j->rule.travel_repeat = (size_t)v[1];
+	j->rule.frozen = p->gradient == CHAIN;
+	j->rule.first = p->channels == FIRST;
 	return 0;
 }
 
@@ -226,11 +205,11 @@ static int settle(struct ddnm_job *j, struct ct_err *e)
 	const struct ct_step_ddnm_data d = data_of(j);
 	struct params now = *j->p;
 
-	if ((j->p->init && ct_stack_read(j->p->init, &j->init, e)) ||
+	if ((j->p->rule.init && ct_stack_read(j->p->rule.init, &j->init, e)) ||
 		ct_step_ddnm_plan(&j->plan, &j->rule, &d, e))
 		return -1;
 	now.op = FIRST_OPERATOR + (int)j->plan.s.op;
-	now.sampler = (int)j->plan.s.how.rule;
+	now.rule.sampler = (int)j->plan.s.how.rule;
 	return ct_modes_check(&j->env->command->given, &now, e) ? ct_blame(e, j->p->in) : 0;
 }
 
@@ -300,7 +279,7 @@ static int name_run(struct ddnm_job *j, struct ct_err *e)
 	return ct_resume_input(&j->resume, "IN", &j->in.meta, e) ||
 			       ct_resume_input(&j->resume, "--prior", &j->prior_meta, e) ||
 			       ct_resume_input(&j->resume, "--init",
-				       j->p->init ? &j->init.meta : NULL, e) ||
+				       j->p->rule.init ? &j->init.meta : NULL, e) ||
 			       ct_resume_value(&j->resume, e, "--std", "%s",
 				       j->p->std ? "given" : "not given")
 		       ? -1
