@@ -7,7 +7,6 @@
 #ifndef CT_FORMATS_PROOF_H
 #define CT_FORMATS_PROOF_H
 #include <stdbool.h>
-#include <stddef.h>
 #include <sys/types.h>
 
 /* In a working folder: the mark, and the file or folder that is to get its final name. */

@@ -1,7 +1,6 @@
 /* arssr-kernels.c: see arssr-kernels.h. */
 #include "config.h"
 #include "arssr/arssr-kernels.h"
-#include "core/vec.h"
 
 void CT_SIMD_HERE(ct_arssr_kernels_mask)(size_t n, float *dy, const float *y)
 {

@@ -16,7 +16,6 @@
 #define CT_ARSSR_ARSSR_H
 #include "core/tensors.h"
 
-#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 

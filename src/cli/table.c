@@ -5,7 +5,6 @@
 #include "core/inflate.h"
 #include "formats/units.h"
 
-#include <errno.h>
 #include <limits.h>
 #include <math.h>
 #include <stdio.h>

@@ -3,7 +3,6 @@
 #include "core/acquired.h"
 
 #include <stdbool.h>
-#include <string.h>
 
 static const char *const keys[] = {CT_META_DICOM_MAKER, CT_META_DICOM_KERNEL,
 	CT_META_DICOM_THICKNESS, CT_META_DICOM_SPACING, CT_META_DICOM_COLLIMATION};

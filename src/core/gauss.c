@@ -5,7 +5,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 int ct_gauss_grow(float **column, size_t count, size_t *cap, size_t n, struct ct_err *e)
 {

@@ -6,7 +6,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 int ct_stack_alloc(struct ct_stack *s, size_t views, size_t h, size_t w, struct ct_err *e)
 {

@@ -2,7 +2,6 @@
 #include "config.h"
 #include "ctsr/ctsr-impl.h"
 #include "steps/step-compose.h"
-#include "steps/evidence.h"
 
 #include <math.h>
 

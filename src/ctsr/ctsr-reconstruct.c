@@ -4,8 +4,6 @@
 #include "steps/step-reconstruct.h"
 
 #include <math.h>
-#include <stdio.h>
-#include <string.h>
 
 void ctsr_reconstruct_options_init(ctsr_reconstruct_options *o, size_t size)
 {

@@ -1,9 +1,7 @@
 /* measurement.c: see measurement.h. */
 #include "config.h"
 #include "diffusion/measurement.h"
-#include "core/mem.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

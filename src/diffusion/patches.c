@@ -5,7 +5,6 @@
 #include "core/rng.h"
 #include "diffusion/measurement.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

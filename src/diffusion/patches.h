@@ -3,7 +3,6 @@
 #define CT_DIFFUSION_PATCHES_H
 #include "core/err.h"
 
-#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 

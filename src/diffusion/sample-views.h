@@ -22,7 +22,6 @@
 #include "diffusion/sampler.h"
 
 #include <stdbool.h>
-#include <stdint.h>
 
 /* The network as the sampler sees it. ctx[k] belongs to worker k; one evaluation is one thread. */
 struct ct_denoiser {

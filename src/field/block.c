@@ -3,7 +3,6 @@
 #include "field/block.h"
 
 #include <math.h>
-#include <string.h>
 
 /* Middle of a row. */
 static double middle(const struct ct_taps *t, size_t row)

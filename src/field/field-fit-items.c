@@ -7,7 +7,6 @@
 #include "xray/geometry.h"
 
 #include <math.h>
-#include <string.h>
 
 /* Streams of the random numbers of a fit. */
 enum { VOXEL = 0x66694000, PIXEL, TURN, BLOCK };

@@ -5,7 +5,6 @@
 #include "nn/dense.h"
 
 #include <math.h>
-#include <string.h>
 
 int ct_network_check(const struct ct_network *s, struct ct_err *e)
 {

@@ -21,7 +21,6 @@
 #include "core/simd.h"
 
 #include <stddef.h>
-#include <stdint.h>
 
 struct ct_attention {
 	size_t segment, heads, head; /* segment 0: no attention */

@@ -10,8 +10,6 @@
 #include "gs/splat.h"
 #include "solve/adam.h"
 
-#include <stdint.h>
-
 #define CT_GS_ADAM_BETA1 0.9
 #define CT_GS_ADAM_BETA2 0.999
 #define CT_GS_ADAM_EPS 1e-15

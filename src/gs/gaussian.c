@@ -2,7 +2,6 @@
 #include "config.h"
 #include "gs/gaussian.h"
 #include "core/gauss.h"
-#include "gs/splat.h"
 
 #include <math.h>
 

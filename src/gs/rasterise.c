@@ -15,7 +15,6 @@
 #include "core/vec-exp.h"
 #include "gs/rasterise.h"
 
-#include <math.h>
 #include <stdbool.h>
 
 enum { L = CT_F32_LANES, PANEL = 4, AHEAD = 16, BATCH = 64, SPAN = 16, PARTS = SPAN / L };

@@ -9,7 +9,6 @@
 #define CT_NN_PRODUCT_H
 #include "core/err.h"
 
-#include <stdbool.h>
 #include <stddef.h>
 
 enum { CT_PRODUCT_ROWS = 32 };

@@ -2,7 +2,6 @@
 #include "config.h"
 #include "operator/mirror.h"
 
-#include <stdbool.h>
 #include <string.h>
 
 struct mirror_job {

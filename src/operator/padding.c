@@ -7,7 +7,6 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
-#include <string.h>
 
 enum { LEAST = 27, VALUES = 2, KNOWN = 16, BINS = 256 };
 

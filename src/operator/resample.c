@@ -2,7 +2,6 @@
 #include "config.h"
 #include "operator/resample.h"
 #include "operator/degrade.h"
-#include "core/mem.h"
 #include "core/vol.h"
 
 #include <math.h>

@@ -7,7 +7,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 enum { LINES = 8 };   /* at once */
 #define NOTHING 1e-24 /* of the power of the other volume */

@@ -9,7 +9,6 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* Say what the weights cannot mend. */
 static void warn(const struct ct_fdk *f, const struct ct_env *env)

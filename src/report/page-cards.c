@@ -5,7 +5,6 @@
 #include "report/page.h"
 
 #include <math.h>
-#include <string.h>
 
 /* A line of a curve: part of the width and of the height of the frame, each 0 to 1. */
 struct line {

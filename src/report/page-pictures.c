@@ -13,7 +13,6 @@
 #include <libdeflate.h>
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 enum { SIDE = 512, SIDE_OVER = 256, MOST_PICTURES = 15, LEAST_PICTURES = 3, LEVEL = 9 };
 #define PIXELS 4e6 /* of all slices of one volume: what a page holds */

@@ -3,7 +3,6 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/files.h"
-#include "cli/modes.h"
 #include "dicom/dicom.h"
 #include "dicom/form.h"
 #include "formats/any.h"

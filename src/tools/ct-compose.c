@@ -3,8 +3,6 @@
 #include "cli/cli.h"
 #include "cli/keep.h"
 #include "formats/any.h"
-#include "formats/format.h"
-#include "formats/io.h"
 #include "formats/units.h"
 #include "steps/step-compose.h"
 #include "tools/lib/geometry-opts.h"

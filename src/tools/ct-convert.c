@@ -10,7 +10,6 @@
 #include "formats/format.h"
 #include "formats/hash.h"
 #include "formats/headed.h"
-#include "formats/io.h"
 #include "formats/nifti.h"
 #include "formats/raw.h"
 #include "recon/scan-grid.h"

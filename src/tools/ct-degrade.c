@@ -3,7 +3,6 @@
 #include "cli/cli.h"
 #include "cli/modes.h"
 #include "formats/format.h"
-#include "formats/io.h"
 #include "formats/units.h"
 #include "steps/step-degrade.h"
 #include "tools/lib/said.h"

@@ -4,7 +4,6 @@
 #include "cli/cost-report.h"
 #include "cli/keep.h"
 #include "formats/format.h"
-#include "formats/io.h"
 #include "steps/step-reconstruct.h"
 #include "tools/lib/geometry-opts.h"
 #include "xray/project.h"

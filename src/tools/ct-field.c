@@ -4,7 +4,6 @@
 #include "cli/cli.h"
 #include "cli/cost-report.h"
 #include "cli/json.h"
-#include "cli/modes.h"
 #include "cli/resume.h"
 #include "core/memory.h"
 #include "formats/any.h"

@@ -14,7 +14,6 @@
 #include "report/report.h"
 
 #include <stdio.h>
-#include <string.h>
 #include <strings.h>
 
 enum { DIGITS = 15 };

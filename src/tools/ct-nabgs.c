@@ -6,13 +6,8 @@
 #include "cli/resume.h"
 #include "core/memory.h"
 #include "formats/format.h"
-#include "formats/io.h"
 #include "steps/step-fit.h"
 #include "tools/lib/evidence-files.h"
-
-#include <math.h>
-#include <stdio.h>
-#include <string.h>
 
 struct params {
 	struct ct_evidence_files files;

@@ -1,7 +1,6 @@
 /* ct-phantom: volumes of known shapes, and their exact projections. */
 #include "config.h"
 #include "formats/format.h"
-#include "formats/io.h"
 #include "xray/phantom.h"
 #include "xray/window.h"
 #include "tools/lib/geometry-opts.h"

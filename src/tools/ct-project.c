@@ -6,7 +6,6 @@
 #include "core/mem.h"
 #include "formats/exr.h"
 #include "formats/format.h"
-#include "formats/io.h"
 #include "formats/units.h"
 #include "steps/step-project.h"
 #include "tools/lib/geometry-opts.h"

@@ -6,7 +6,6 @@
 #include "formats/any.h"
 #include "formats/format.h"
 #include "formats/hash.h"
-#include "formats/io.h"
 #include "formats/units.h"
 #include "shim/image-read.h"
 

@@ -6,10 +6,8 @@
 #include "train/data.h"
 #include "train/subject.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
 struct train_pictures_job {
 	const struct train_pictures_rule *p;

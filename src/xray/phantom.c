@@ -6,7 +6,6 @@
 #include "xray/geometry.h"
 
 #include <math.h>
-#include <stdbool.h>
 
 /* A vector, or with at = NULL a direction, in the shape's own units. */
 static void own(const struct ct_shape *s, const double *at, const double x[3], double y[3])

@@ -4,7 +4,6 @@
 #include "tools/lib/geometry-json.h"
 #include "tools/lib/geometry-opts.h"
 #include "formats/format.h"
-#include "recon/scan-grid.h"
 #include "xray/window.h"
 
 #include <math.h>
