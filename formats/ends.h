@@ -20,6 +20,7 @@
 /* What PyTorch writes. */
 #define CT_ENDS_TORCH "pt|pth|ckpt|bin"
 #define CT_ENDS_PICTURE "png"
+#define CT_ENDS_DRAWING "svg"
 #define CT_ENDS_TABLE "csv"
 #define CT_ENDS_REPORT "json"
 #define CT_ENDS_PAGE "html"

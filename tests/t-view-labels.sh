@@ -43,6 +43,26 @@ is '(lambda p: (p[14 + 156:14 + 158, 2:42] == 255).all() and (p[14 + 156:14 + 15
 is '(lambda p: not (p[14 + 164 + 156, 2:42] == 255).all())(pic("l.png"))' 'on the first slice alone'
 ct-view -l -z 4 -p axial --names 'a picture as wide as what is above it' v.nii wide.png
 is '(lambda p: p.shape[1] == 37 * 6 + 4 and says(p, "a picture as wide as what is above it", 2, 2))(pic("wide.png"))' 'as wide as a single name'
+ct-view -f -l -z 4 -p axial --names 'a_name_that_is_wider_than_its_column,b' v.nii v.nii wide.png
+is '(lambda p: p.shape[0] == 4 + 20 + 160 and says(p, "a_name_that_is_wider_than_", 2, 2) and says(p, "its_column", 12, 2) and says(p, "b", 2, 166))(pic("wide.png"))' 'a name wider than its column goes on in the next line'
+# SVG: the picture in it is that of the PNG without letters, the words are text
+exits 0 'labels in SVG' ct-view -l -z 4 -p axial -w -1024:1000 --names 'a<b,ü' v.nii v.nii l.svg
+ct-view -f -z 4 -p axial -w -1024:1000 v.nii v.nii plain2.png
+cat >svg.py <<'END'
+import base64, io, sys
+import xml.etree.ElementTree as et
+import numpy as np
+from PIL import Image
+r = et.parse("l.svg").getroot()
+text = [x.text for x in r if x.tag.endswith("text")]
+assert all(t in text for t in ("a<b", "ü", "2 cm", "axial z 1 mm", "1000 HU", "A")), text
+image = [x for x in r if x.tag.endswith("image")][0].get("href").split(",")[1]
+q = np.asarray(Image.open(io.BytesIO(base64.b64decode(image))).convert("RGB"))
+assert q.shape[:2] == (int(r.get("height")), int(r.get("width")))
+p = np.asarray(Image.open("plain2.png").convert("RGB"))
+assert (q[14:14 + 140, :p.shape[1]] == p[:140]).all() and (q[:14] == 0).all(), "pixels"
+END
+"$PY" svg.py 2>err; ok $? 'SVG holds the pixels of the PNG and the labels as text'; sed 's/^/# /' err
 is '(lambda p: all(says(p, t, y, 160 + 4 + 12 + 4) for t, y in (("1000 HU", 14 + 4), ("-12", 14 + 4 + 236), ("-1024", 14 + 4 + 472))))(pic("l.png"))' \
 	'the range of the window'
 is '(lambda b: b[0] > 254 and b[-1] < 1 and (np.diff(b) <= 0).all() and abs(b[240] - 127) < 2)(pic("l.png")[18:498, 170, 0])' 'beside a bar of its greys'

@@ -6,6 +6,7 @@
 #include "picture/montage.h"
 
 #include <stdbool.h>
+#include <stdio.h>
 
 /* What a sheet may show besides one plane. */
 #define CT_SHEET_LIST(X) X(CT_SHEET_ALL_PLANES, "all")
@@ -57,12 +58,14 @@ void ct_sheet_free(struct ct_sheet *s);
 /* What is written on and around a sheet (labels.c): above a text a column, or one for all; right a
  * colour bar with its range for the values and for the errors. On every tile its caption, on its
  * edges the sides of the patient, on the first one a scale bar of 1, 2 or 5 times a power of ten,
- * at most a third of its width. Letters grow with the first tile: by one for every 256 pixels. */
+ * at most a third of its width. Letters grow with the first tile: by one for every 256 pixels. A
+ * name that is wider than its column goes on in the next line. */
 struct ct_labels {
 	const struct ct_sheet *sheet;
 	size_t names;            /* columns with a text, or 1: one for all; 0: nothing is written */
 	const char *const *name; /* borrowed; NULL: none */
 	const char *unit;        /* of the values; "" */
+	FILE *svg;               /* words are written here, as elements of SVG; NULL: drawn */
 	size_t scale, top;       /* of letters; of the margin, pixels; by ct_labels_draw */
 };
 
@@ -70,5 +73,9 @@ struct ct_labels {
  * CT_EINPUT if it is too large, CT_ENOMEM. */
 int ct_labels_draw(
 	unsigned char **rgb, size_t *h, size_t *w, struct ct_labels *l, struct ct_err *e);
+/* The picture as SVG: the n bytes of a PNG of h x w pixels, and the `text` of ct_labels_draw.
+ * CT_ENOMEM. */
+int ct_labels_svg(FILE *f, size_t h, size_t w, const unsigned char *png, size_t n, const char *text,
+	struct ct_err *e);
 
 #endif

@@ -1,9 +1,10 @@
-/* ct-view: slices and projections side by side in a PNG. */
+/* ct-view: slices and projections side by side in a picture. */
 #include "config.h"
 #include "core/number.h"
 #include "cli/cli.h"
 #include "cli/modes.h"
 #include "core/mem.h"
+#include "core/stream.h"
 #include "formats/any.h"
 #include "formats/png.h"
 #include "formats/io.h"
@@ -50,11 +51,12 @@ static const struct params defaults = {.slice = "0.5",
 
 #define CT_PARAMS struct params
 static const struct ct_opt opts[] = {
-	CT_ARG_OUT(files, CT_READS_WRITES, "FILE", CT_ENDS_PICTURE,
-		"CT volumes, or EXR projections; the last name is the PNG to write, unless "
+	CT_ARG_OUT(files, CT_READS_WRITES, "FILE", CT_ENDS_PICTURE "|" CT_ENDS_DRAWING,
+		"CT volumes, or EXR projections; the last name is the PNG or SVG to write, unless "
 		"--output gives it"),
-	CT_OUTPUT(out, 'o', "output", "OUT", CT_ENDS_PICTURE,
-		"write the picture to OUT (PNG; - is standard output)"),
+	CT_OUTPUT(out, 'o', "output", "OUT", CT_ENDS_PICTURE "|" CT_ENDS_DRAWING,
+		"write the picture to OUT: PNG, or SVG with labels in real type; - is a PNG on "
+		"standard output"),
 	CT_CHOICE(plane, 'p', "plane", CT_WORDS_TWO(CT_MONTAGE_PLANE_LIST, CT_SHEET_LIST),
 		"show these planes of a volume"),
 	CT_TEXT(slice, 0, "slice", "F,...",
@@ -262,7 +264,7 @@ static int operands(const struct params *p, size_t *n, const char **out, struct 
 	*n = p->files.n - (p->out ? 0 : 1);
 	*out = p->out ? p->out : p->files.v[*n];
 	if (*n == 0)
-		return ct_fail(e, CT_EUSAGE, "missing OUT: name the PNG to write");
+		return ct_fail(e, CT_EUSAGE, "missing OUT: name the PNG or SVG to write");
 	if (p->error && *n < 2)
 		return ct_fail(e, CT_EUSAGE, "--error: needs at least two files");
 	return 0;
@@ -295,24 +297,43 @@ static int make(struct view_job *j, const struct params *p, struct ct_sheet_rule
 		       : 0;
 }
 
-/* The sheet with its labels, as a PNG. */
-static int write_picture(const struct view_job *j, const struct params *p, const char *path,
-	const struct ct_env *env, struct ct_err *e)
+/* The sheet with its labels; what is written on it goes to *text if the picture is SVG. */
+static int draw(unsigned char **rgb, size_t *h, size_t *w, char **text, const struct view_job *j,
+	const struct params *p, bool svg, struct ct_err *e)
 {
 	struct ct_labels l = {.sheet = &j->sheet,
 		.names = p->labels ? j->n : 0,
 		.name = j->name,
 		.unit = ct_sheet_in_hu(j->file) ? "HU" : ""};
+	size_t n;
+	int rc;
+
+	if (!svg)
+		return ct_labels_draw(rgb, h, w, &l, e);
+	if (ct_stream_open(&l.svg, text, &n, e))
+		return -1;
+	rc = ct_labels_draw(rgb, h, w, &l, e);
+	return ct_stream_close(l.svg, text, e) || rc ? -1 : 0;
+}
+
+/* As a PNG, or as SVG around one. */
+static int write_picture(const struct view_job *j, const struct params *p, const char *path,
+	const struct ct_env *env, struct ct_err *e)
+{
+	const bool svg = ct_ends_match(path, CT_ENDS_DRAWING);
 	unsigned char *rgb = NULL, *png = NULL;
 	struct ct_out o = {0};
+	char *text = NULL;
 	size_t h, w, n;
 	int rc = -1;
 
-	if (ct_labels_draw(&rgb, &h, &w, &l, e) == 0 &&
+	if (draw(&rgb, &h, &w, &text, j, p, svg, e) == 0 &&
 		ct_png_encode(&png, &n, w, h, 3, rgb, e) == 0 &&
-		ct_out_open(&o, path, env, e) == 0 && ct_put(&o, png, n, e) == 0)
+		ct_out_open(&o, path, env, e) == 0 &&
+		(svg ? ct_labels_svg(o.f, h, w, png, n, text, e) : ct_put(&o, png, n, e)) == 0)
 		rc = ct_out_commit(&o, e);
 	ct_out_abandon(&o);
+	free(text);
 	free(png);
 	free(rgb);
 	return rc;
@@ -335,4 +356,4 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	return rc;
 }
 
-CT_CLI_MAIN("ct-view", "Draw slices of CT volumes, or projections, side by side in a PNG.", 0)
+CT_CLI_MAIN("ct-view", "Draw slices of CT volumes, or projections, side by side in a picture.", 0)
