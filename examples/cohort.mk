@@ -1,15 +1,15 @@
 # A folder of scans, one ct-sr each, and a table of what came out and what it took.
 #
-#   make -f examples/cohort.mk SCANS=scans OUT=fine OPTIONS='-x 1,1,4'
+#   make -f examples/cohort.mk SCANS=scans TRUTH=truths OUT=fine OPTIONS='-x 1,1,4'
 #
-# A scan is a file .nii or .nii.gz, or a folder of DICOM; its name has no blanks. For each OUT gets NAME.nii.gz,
-# and at the end cohort.csv and cohort.md: size of the result, factor, wall seconds, peak memory (MiB), PSNR
-# (dB) where TRUTH has a file of the same name, and else the data residual (HU RMS), if it is known how the scan was
-# made. A scan that cannot be done is in the table as failed, with the
-# reason in OUT/NAME.log, and holds up no other. Killed, or with more scans, the same command goes on. make -j is fine,
-# but then seconds are not those of a free machine; THREADS says how many each may take. CONFIDENCE=yes also makes
-# the predicted error, OUT/NAME.std.nii.gz, and REPORT=yes a page to look at, OUT/NAME.html (ct-sr(1)); a scan of which
-# one of these cannot be made has failed.
+# A scan is a file .nii or .nii.gz, or a folder of DICOM. For each OUT gets NAME.nii.gz, and at the end cohort.csv,
+# cohort.md and cohort.svg: size of the result, factor, wall seconds, peak memory (MiB), and where TRUTH has a file of the
+# same name PSNR (dB) of cubic interpolation and of the result, and SSIM; else the data residual (HU RMS), if it is known
+# how the scan was made; then mean and standard deviation. A scan that cannot be done is in the table as failed, with the
+# reason in OUT/NAME.log, and holds up no other. Killed, or with more scans, the same command goes on; with other OPTIONS,
+# or another ct-sr, it makes all anew. make -j is fine, but then seconds are not those of a free machine; THREADS says how
+# many each may take. CONFIDENCE=yes also makes the predicted error, OUT/NAME.std.nii.gz, and REPORT=yes a page to look at,
+# OUT/NAME.html (ct-sr(1)); a scan of which one of these cannot be made has failed.
 SCANS = scans
 TRUTH =
 OUT = cohort
@@ -19,45 +19,63 @@ CONFIDENCE =
 REPORT =
 TIME = /usr/bin/time
 
-stem = $(patsubst %.nii,%,$(patsubst %.gz,%,$(notdir $(1))))
-FOUND = $(patsubst %/,%,$(wildcard $(SCANS)/*.nii $(SCANS)/*.nii.gz $(SCANS)/*/))
-NAMES = $(sort $(foreach s,$(FOUND),$(call stem,$(s))))
-truth = $(firstword $(wildcard $(foreach e,.nii .nii.gz,$(TRUTH)/$(1)$(e))))
+# Names may hold blanks: files are no targets of make, which only runs the scans at the same time. What is up to date, the
+# shell decides.
+export SCANS TRUTH OUT OPTIONS
+.ONESHELL:
+here := $(dir $(lastword $(MAKEFILE_LIST)))
+list = for f in "$$SCANS"/*.nii "$$SCANS"/*.nii.gz "$$SCANS"/*/; do [ ! -e "$$f" ] || printf '%s\n' "$${f%/}"; done
+stem = name=$${scan\#\#*/}; name=$${name%.gz}; name=$${name%.nii}; to=$$OUT/$$name
+JOBS := $(addprefix scan-,$(shell SCANS='$(SCANS)'; $(list) | awk '{print NR}'))
 
-all: $(OUT)/cohort.md
-	@cat $<
+all: $(JOBS)
+	@$(list) | while IFS= read -r scan; do
+		$(stem)
+		cat "$$to.row" 2>/dev/null || printf '%s\tfailed\n' "$$name"
+	done | sort -u >"$$OUT/rows"
+	for as in csv md svg; do
+		awk -v as=$$as -f $(here)cohort.awk "$$OUT/rows" >"$$OUT/part" && mv "$$OUT/part" "$$OUT/cohort.$$as" || exit
+	done
+	rm -f "$$OUT/rows"
+	cat "$$OUT/cohort.md"
 
-$(OUT)/cohort.md: $(OUT)/cohort.csv
-	@awk -F, '{gsub(/"/, ""); line = "|"; for (i = 1; i <= NF; i++) line = line " " $$i " |"; print line} \
-		NR == 1 {for (line = "|"; i-- > 1;) line = line "---|"; print line}' $< >$@.part && mv $@.part $@
+options:
+	@mkdir -p "$$OUT"
+	{ ct-sr --version; printf '%s\n' "$$OPTIONS" '$(CONFIDENCE) $(REPORT)'; } >"$$OUT/options.part" || exit
+	cmp -s "$$OUT/options.part" "$$OUT/options" && rm "$$OUT/options.part" || mv "$$OUT/options.part" "$$OUT/options"
 
-$(OUT)/cohort.csv: $(NAMES:%=$(OUT)/%.row)
-	@{ echo 'scan,size,factor,seconds,memory-mib,psnr-db,residual-rms-hu'; \
-		for n in $(NAMES); do cat $(OUT)/$$n.row 2>/dev/null || echo "\"$$n\",failed,,,,,"; done; } \
-		>$@.part && mv $@.part $@
+$(JOBS): scan-%: options
+	@scan=$$($(list) | sed -n '$*p')
+	$(stem)
+	[ -s "$$to.row" ] && [ -e "$$to.nii.gz" ] && ! [ "$$scan" -nt "$$to.nii.gz" ] && ! [ "$$OUT/options" -nt "$$to.nii.gz" ] && exit
+	rm -f "$$to.row" "$$to.nii.gz"
+	$(TIME) -o "$$to.time" -f '%e %M' ct-sr -f -t $(THREADS) $(OPTIONS) \
+		$(if $(CONFIDENCE),"--confidence=$$to.std.nii.gz") $(if $(REPORT),"--report=$$to.html") \
+		"$$scan" "$$to.nii.gz" >"$$to.log" 2>&1 || {
+		rm -f "$$to.time"
+		echo "$$scan: $$(tail -n 2 "$$to.log" | head -n 1)" >&2
+		exit 0
+	}
+	factor=$$(sed -n 's/^ct-sr: [0-9x]* to [0-9x]*, \([0-9.,]*\) times.*/\1/p' "$$to.log")
+	for truth in "$$TRUTH/$$name.nii" "$$TRUTH/$$name.nii.gz"; do
+		[ -n "$$TRUTH" ] && [ -e "$$truth" ] || continue
+		ct-metrics "$$truth" "$$to.nii.gz" | awk '{print "result", $$0}' >"$$to.figures"
+		ct-upsample -q -f -t $(THREADS) -m cubic -x "$$factor" "$$scan" "$$to.cubic.nii" &&
+			ct-metrics "$$truth" "$$to.cubic.nii" | awk '{print "cubic", $$0}' >>"$$to.figures"
+		rm -f "$$to.cubic.nii"
+	done
+	awk -v name="$$name" -v took="$$(tail -n 1 "$$to.time")" '$$2 == "psnr" {psnr[$$1] = $$3}
+		$$1 == "result" && $$2 == "ssim-r2" {ssim = $$3}
+		/^ct-sr: [0-9x]+ to / {
+			size = $$4; factor = $$5; sub(",$$", "", size); gsub(",", "x", factor)
+			if (factor !~ /x/) factor = factor "x" factor "x" factor
+			if (match($$0, /data residual [^ ]*/)) residual = substr($$0, RSTART + 14, RLENGTH - 14)
+		}
+		END {
+			split(took, t, " "); OFS = "\t"
+			print name, size, factor, sprintf("%.1f", t[1]), sprintf("%.0f", t[2] / 1024), psnr["cubic"], psnr["result"], ssim,
+				"result" in psnr && psnr["result"] != "" ? "" : residual
+		}' "$$to.log" $$([ ! -e "$$to.figures" ] || echo "$$to.figures") >"$$to.part" && mv "$$to.part" "$$to.row"
+	rm -f "$$to.time" "$$to.figures"
 
-beside = $(if $(CONFIDENCE),--confidence=$(1).std.nii.gz) $(if $(REPORT),--report=$(1).html)
-define scan
-$(OUT)/$(call stem,$(1)).nii.gz: $(1)
-	@mkdir -p $(OUT)
-	-@$(TIME) -o $$@.time -f '%e %M' ct-sr -f -t $(THREADS) $(OPTIONS) $(call beside,$(OUT)/$(call stem,$(1))) \
-		$(1) $$@ \
-		>$(OUT)/$(call stem,$(1)).log 2>&1 || \
-		{ rm -f $$@.time; echo "$(1): $$$$(tail -n 2 $(OUT)/$(call stem,$(1)).log | head -n 1)" >&2; }
-endef
-$(foreach s,$(FOUND),$(eval $(call scan,$(s))))
-
-# What ct-sr said of it: sizes, factors, data residual.
-$(OUT)/%.row: $(OUT)/%.nii.gz
-	-@test -f $<.time && { \
-		psnr=; [ -z '$(call truth,$*)' ] || \
-			psnr=$$(ct-metrics $(call truth,$*) $< | awk '$$1 == "psnr" {print $$2}'); \
-		awk -v n='$*' -v psnr="$$psnr" -v took="$$(tail -n 1 $<.time)" '/^ct-sr: [0-9x]+ to / { \
-			size = $$4; factor = $$5; sub(",$$", "", size); gsub(",", "x", factor); \
-			if (factor !~ /x/) factor = factor "x" factor "x" factor; \
-			if (match($$0, /data residual [^ ]*/)) residual = substr($$0, RSTART + 14, RLENGTH - 14)} \
-			END {split(took, t, " "); printf "\"%s\",%s,%s,%.1f,%.0f,%s,%s\n", n, size, factor, t[1], \
-				t[2] / 1024, psnr, psnr == "" ? residual : ""}' $(OUT)/$*.log >$@.part && \
-		mv $@.part $@ && rm -f $<.time; }
-
-.PHONY: all $(OUT)/cohort.csv
+.PHONY: all options $(JOBS)
