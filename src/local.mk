@@ -48,7 +48,7 @@ bin_PROGRAMS += ct-ddnm
 ct_ddnm_SOURCES = src/tools/ct-ddnm.c src/tools/ddnm-parts.h src/tools/ddnm-state.c \
 	src/tools/ddnm-input.c
 bin_PROGRAMS += ct-sr
-ct_sr_SOURCES = src/tools/ct-sr.c src/tools/sr-paper.c src/tools/sr-keep.c src/tools/sr-words.c src/tools/sr.h \
+ct_sr_SOURCES = src/tools/ct-sr.c src/tools/sr-paper.c src/tools/sr-keep.c src/tools/sr-result.c src/tools/sr-words.c src/tools/sr.h \
 	src/tools/ddnm-state.c src/tools/ddnm-parts.h $(PAGE_SOURCES) src/tools/lib/libraries.cc
 ct_sr_LDADD = $(DICOM_LDADD)
 bin_PROGRAMS += ct-profile

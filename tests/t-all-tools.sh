@@ -9,6 +9,7 @@ for t in $CT_TOOLS; do
 	exits 2 "$t rejects an unknown option" "$t" --no-such-option
 	[ ! -s out ] && grep -q "^$t: " err; ok $? "$t prints errors on standard error only"
 	exits 2 "$t needs its operands" "$t"
+	"$t" --help | tail -n 1 | grep -q '^Cite: man ct-references$'; ok $? "$t --help says how to cite"
 	if [ -w /dev/full ]; then
 		"$t" --help >/dev/full 2>err; [ $? -eq 4 ]; ok $? "$t notices a full disk"
 	fi

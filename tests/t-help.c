@@ -243,32 +243,37 @@ static bool is_left(const char *line, const char *before, int seconds, int more)
 
 static void test_progress(void)
 {
-	struct ct_progress p = {.on = true}, off = {.on = false};
+	struct ct_progress p = {.how = CT_PROGRESS_TERMINAL}, off = {.how = CT_PROGRESS_NONE};
 	const struct ct_env none = {.tool = "ct-t"};
 	const char *line;
 
-	OK(is_text(draws(&p, "fit", 2, 8), "\r\033[Kct-t: fit 2/8") && p.drawn, "the first line");
+	OK(is_text(draws(&p, "fit", 2, 8), "\r\033[Kct-t: 25 %") && p.drawn, "the first line");
 	OK(is_text(draws(&p, "fit", 3, 8), ""), "the next is drawn later");
 	wait(&p, 7200);
 	line = draws(&p, "fit", 4, 8); /* 2 of 6 in two hours */
-	OK(is_left(line, "\r\033[Kct-t: fit 4/8, ", 14400, 30), "with the time left: %s", line + 4);
+	OK(is_left(line, "\r\033[Kct-t: 50 %, about ", 14400, 30), "with the time left: %s",
+		line + 4);
 	wait(&p, 300);
 	line = draws(&p, "fit", 6, 8); /* 4 of 6 in 7500 seconds */
-	OK(is_left(line, "\r\033[Kct-t: fit 6/8, ", 3750, 30), "which falls: %s", line + 4);
+	OK(is_left(line, "\r\033[Kct-t: 75 %, about ", 3750, 30), "which falls: %s", line + 4);
 	wait(&p, 3600);
 	line = draws(&p, "fit", 6, 8); /* 5550 left, 3750 were said */
-	OK(is_left(line, "\r\033[Kct-t: fit 6/8, ", 3750, 30), "and does not rise: %s", line + 4);
+	OK(is_left(line, "\r\033[Kct-t: 75 %, about ", 3750, 30), "and does not rise: %s",
+		line + 4);
 	wait(&p, 12000);
-	OK(is_text(draws(&p, "fit", 6, 8), "\r\033[Kct-t: fit 6/8"),
+	OK(is_text(draws(&p, "fit", 6, 8), "\r\033[Kct-t: 75 %"),
 		"none if that was far too little");
 	wait(&p, 1);
 	line = draws(&p, "fit", 7, 8); /* 1/5 of 23101 */
-	OK(is_left(line, "\r\033[Kct-t: fit 7/8, ", 3750, 30), "one that may be true: %s",
+	OK(is_left(line, "\r\033[Kct-t: 87 %, about ", 3750, 30), "one that may be true: %s",
 		line + 4);
-	OK(is_text(draws(&p, "scan", 1, 2), "\r\033[Kct-t: scan 1/2"), "other work begins anew");
-	OK(is_text(draws(&p, "scan", 2, 2), "\r\033[K") && !p.drawn, "what is done is wiped");
-	OK(is_text(draws(&p, "scan", 1, 2), "\r\033[Kct-t: scan 1/2"), "the same work once more");
-	OK(is_text(draws(&p, "scan", 0, 2), "\r\033[Kct-t: scan 0/2"), "from its beginning");
+	wait(&p, 1);
+	line = draws(&p, "fit", 3, 8);
+	OK(strncmp(line, "\r\033[Kct-t: 87 %", 13) == 0, "a percentage does not fall: %s",
+		line + 4);
+	OK(is_text(draws(&p, "fit", 8, 8), "\r\033[K") && !p.drawn, "what is done is wiped");
+	wait(&p, 1);
+	OK(is_text(draws(&p, "fit", 1, 2), "\r\033[Kct-t: 50 %"), "the same work once more");
 	OK(is_text(draws(&p, "none", 0, 0), "") && is_text(draws(&off, "fit", 1, 2), ""),
 		"nothing of nothing, nor where it is off");
 	capture_begin(&shown);
@@ -282,29 +287,74 @@ static void test_progress(void)
 
 static void test_progress_until(void)
 {
-	struct ct_progress p = {.on = true};
+	struct ct_progress p = {.how = CT_PROGRESS_TERMINAL};
 	const char *line;
 
-	OK(is_text(draws_until(&p, "steps", 0, 300, 300), "\r\033[Kct-t: steps 0 of at most 300"),
+	OK(is_text(draws_until(&p, "steps", 0, 300, 300), "\r\033[Kct-t: 0 %"),
 		"work that may end before");
 	wait(&p, 100);
 	line = draws_until(&p, "steps", 10, 300, 300);
-	OK(is_left(line, "\r\033[Kct-t: steps 10 of at most 300, at most ", 2900, 30),
-		"by the last it may take: %s", line + 4);
+	OK(is_left(line, "\r\033[Kct-t: 3 %, about ", 2900, 30), "by the last it may take: %s",
+		line + 4);
 	for (int more = 0; more < 2; more++) {
 		wait(&p, more ? 1 : 100);
 		line = draws_until(&p, "steps", 20, 300, more ? 90 : 60);
-		OK(is_left(line, "\r\033[Kct-t: steps 20 of at most 300, about ", 400, 30),
-			"%s: %s", more ? "it stands when more is likely" : "by what is likely",
-			line + 4);
+		OK(is_left(line, "\r\033[Kct-t: 33 %, about ", 400, 30), "%s: %s",
+			more ? "it stands when more is likely" : "by what is likely", line + 4);
 	}
 	wait(&p, 1);
-	OK(is_text(draws_until(&p, "steps", 20, 300, 300), "\r\033[Kct-t: steps 20 of at most 300"),
-		"and goes when far more is");
-	wait(&p, 98);
 	line = draws_until(&p, "steps", 70, 300, 60);
-	OK(is_left(line, "\r\033[Kct-t: steps 70 of at most 300, about ", 4, 5),
-		"what is overdue is about to end: %s", line + 4);
+	OK(is_left(line, "\r\033[Kct-t: 98 %, about ", 2, 5), "what is overdue is about to end: %s",
+		line + 4);
+}
+
+static void test_progress_in_a_pipe(void)
+{
+	struct ct_progress p = {.how = CT_PROGRESS_PIPE};
+	const char *line;
+
+	OK(is_text(draws(&p, "fit", 1, 8), ""), "a pipe gets no line at once");
+	wait(&p, 59);
+	OK(is_text(draws(&p, "fit", 2, 8), ""), "a pipe gets no line in the first minute");
+	wait(&p, 1);
+	line = draws(&p, "fit", 3, 8); /* 2 of 7 in a minute */
+	OK(strncmp(line, "ct-t: 37 %, about 2:3", 21) == 0 && strchr(line, '\n') && !p.drawn,
+		"a pipe gets a line with the percentage and the time: %s", line);
+	wait(&p, 10);
+	OK(is_text(draws(&p, "fit", 5, 8), ""), "a pipe gets one line a minute");
+}
+
+/* The progress of parts of a run: what of the run is done, and its most. */
+static void of_run(
+	const struct ct_env *env, const char *what, size_t done, size_t total, size_t likely)
+{
+	double *seen = env->ctx;
+
+	(void)likely;
+	seen[1] += strcmp(what, CT_PROGRESS_WHOLE) != 0 || (double)done / (double)total < seen[0];
+	seen[0] = (double)done / (double)total;
+}
+
+static void test_progress_of_parts(void)
+{
+	double seen[2] = {0, 0};
+	const struct ct_env env = {.progress = of_run, .ctx = seen};
+	struct ct_env_part part = {.env = &env, .to = 0.5}, inner;
+	struct ct_env own, within;
+
+	ct_env_part(&own, &part);
+	inner = (struct ct_env_part){.env = &own, .from = 0.5, .to = 1};
+	ct_env_part(&within, &inner);
+	ct_progress(&own, "views", 1, 2);
+	OK(fabs(seen[0] - 0.25) < 1e-3, "half of the first half of a run is a quarter of it");
+	ct_progress(&within, "fit", 1, 2);
+	OK(fabs(seen[0] - 0.375) < 1e-3, "a part of a part counts by both shares");
+	ct_progress(&own, "other", 0, 9);
+	ct_progress(&within, "fit", 0, 2);
+	OK(fabs(seen[0] - 0.375) < 1e-3, "work that begins anew in a part does not fall back");
+	part = (struct ct_env_part){.env = &env, .from = 0.5, .to = 1};
+	ct_progress_until(&own, "steps", 10, 300, 20);
+	OK(fabs(seen[0] - 0.75) < 1e-3 && seen[1] == 0, "the next part goes on by what is likely");
 }
 
 static int nothing(const void *p, const struct ct_env *env, struct ct_err *e)
@@ -346,7 +396,8 @@ static int call(const struct ct_tool *t, const char *word)
 	"      --version           print the version\n"                                            \
 	"\n"                                                                                       \
 	"Exit status: 0 done, 1 failed, 2 usage, 3 input invalid, 4 output not writable,\n"        \
-	"5 geometry refused, 6 numerical failure, 7 no memory, 75 stopped on request.\n"
+	"5 geometry refused, 6 numerical failure, 7 no memory, 75 stopped on request.\n"           \
+	"Cite: man ct-references\n"
 static const char help[] =
 	"Usage: ct-t [OPTION]... IN MORE... COLOUR [OUT]\n"
 	"Test.\n"
@@ -445,6 +496,8 @@ int main(void)
 	test_cost();
 	test_progress();
 	test_progress_until();
+	test_progress_in_a_pipe();
+	test_progress_of_parts();
 	test_text();
 	return tap_done();
 }

@@ -63,13 +63,13 @@ static void test_volumes(void)
 }
 
 static void solve(struct ct_vol *hi, const struct ct_vol *lo, enum ct_upsample method,
-	size_t iterations, bool ways)
+	size_t iterations, bool mirrors)
 {
 	const struct ct_upsample_rule rule = {.method = method,
 		.known = true,
 		.by = {{4, 4, 4}, {1.4, 1.4, 1.4}, CT_DECIMATE_SINC, {0}},
 		.iterations = iterations,
-		.ways = ways};
+		.mirrors = mirrors};
 	const struct ct_env env = {0};
 	struct ct_upsample_report did;
 
@@ -80,7 +80,7 @@ static void solve(struct ct_vol *hi, const struct ct_vol *lo, enum ct_upsample m
 }
 
 /* As it is, and after few iterations nearly, the mean for the scan as it lies and mirrored. */
-static void test_ways(void)
+static void test_mirrors(void)
 {
 	static const unsigned turns[] = {0, 5, 3, 6};
 	const size_t n[3] = {SIDE / 4, SIDE / 4, SIDE / 4}, all = SIDE * SIDE * SIDE;
@@ -134,6 +134,6 @@ static void test_ways(void)
 int main(void)
 {
 	test_volumes();
-	test_ways();
+	test_mirrors();
 	return tap_done();
 }

@@ -89,9 +89,9 @@ static void at_once(const struct ct_vol *lo)
 	call(&alone);
 	OK(alone.rc == 0 && alone.did.adds && alone.did.slabs == 1, "the prior adds (%s%s)",
 		alone.failed.msg, alone.did.why_not);
-	OK(ct_refine_inversion(&alone.did).ways, "to an inversion in several ways");
+	OK(ct_refine_inversion(&alone.did).mirrors, "to an inversion of mirror images, too");
 	alone.did.adds = false;
-	OK(!ct_refine_inversion(&alone.did).ways, "alone it is made in one");
+	OK(!ct_refine_inversion(&alone.did).mirrors, "alone the scan itself is inverted");
 	for (int k = 0; k < 2; k++)
 		if (pthread_create(&thread[k], NULL, call, &two[k]))
 			exit(99);

@@ -74,4 +74,25 @@ exits 0 'factors that no prior knows' ct-sr -f --report five.html five-lr.nii up
 has err '^ct-sr: warning: five-lr.nii: ' 'a warning names it' && has five.html 'five-lr.nii: the prior has no network' 'and so does the page'
 exits 2 'of a stream' sh -c 'ct-sr -f -x 3 - up.nii <scan.nii'
 has err '^ct-sr: -: the factor 3,3,3 contradicts the file' 'is named'
+# the same for a program
+exits 0 'the result as JSON' ct-sr -q -f --json --report five.html -x 2 scan.nii up.nii
+[ ! -s err ] && "${PY:-python3}" - <<'END'
+import json
+r = json.load(open('out'))
+assert r['operator']['factor'] == [2, 2, 2] and r['operator']['from'] == 'from the file' and len(r['size']) == 3, r
+assert r['noise']['hu'] >= 0 and r['residual-rms-hu'] >= 0 and r['seconds'] > 0 and r['iterations'] > 0, r
+assert r['files'] == {'in': 'scan.nii', 'out': 'up.nii', 'report': 'five.html'}, r
+END
+ok $? '--json prints operator, noise, residual, seconds and files'
+exits 2 '--json with OUT on standard output is refused' ct-sr --json scan.nii -
+has err '^ct-sr: --json: OUT is standard output: name a file$' 'that error says what to do'
+exits 0 'the published method as JSON' ct-sr -q -f --json --paper --expert views=2,iterations=2,gaussians=20 window.nii up.nii
+has out '"method": "paper"' '--json of the published method names it'
+has out '"gaussians": ' '--json of the published method counts Gaussians'
+exits 0 'what a run would make' ct-sr --dry-run -f -x 2 scan.nii up.nii
+for line in 'size      [0-9]*x[0-9]*x[0-9]*' 'spacing   [0-9.]*,[0-9.]*,[0-9.]* mm' 'factor    2,2,2' 'blur      .* [(]from the file[)]' 'noise     .* HU ' 'time      '; do
+	has out "^$line" "a dry run prints ${line%% *} of the result"
+done
+exits 0 'what a run would make, as JSON' ct-sr --dry-run --json -f -x 2 scan.nii up.nii
+grep -q '"spacing-mm"' out && grep -q '"memory-bytes"' out; ok $? 'a dry run prints plan and cost as one object'
 done_testing

@@ -198,7 +198,7 @@ static int parse(struct parser *s, int argc, char **argv, struct ct_err *e)
 		s->operand++;
 	if (s->operand->type != CT_T_END)
 		return ct_fail(e, CT_EUSAGE, "missing %s", ct_table_operand(s->operand));
-	if (s->common->json && !s->common->dry_run && !(s->t->flags & CT_REPORTS))
+	if (s->common->json && !s->common->dry_run && !(s->t->flags & (CT_REPORTS | CT_TELLS)))
 		return ct_fail(e, CT_EUSAGE, "--json: needs --dry-run");
 	return ct_files_names(s->t, s->params, e) || ct_modes_check(&s->given, s->params, e) ? -1
 											     : 0;
@@ -347,14 +347,23 @@ static int have_stack(struct ct_err *e)
 				 LEAST / 1024, LEAST / 1024);
 }
 
+static enum ct_progress_how progress_how(
+	const struct ct_tool *t, const struct ct_common *c, const void *params)
+{
+	if (getenv("SLICER_HOME") && !(t->flags & CT_REPORTS) && !c->json && !c->dry_run &&
+		!ct_files_write_stdout(t->opts, params))
+		return CT_PROGRESS_SLICER;
+	return c->quiet                ? CT_PROGRESS_NONE
+	       : isatty(STDERR_FILENO) ? CT_PROGRESS_TERMINAL
+				       : CT_PROGRESS_PIPE;
+}
+
 static int run(const struct parser *s, int argc, char **argv, struct ct_err *e)
 {
 	const struct ct_tool *t = s->t;
 	const struct ct_common *c = s->common;
 	const void *params = s->params;
-	struct ct_progress bar = {.on = !c->quiet && isatty(STDERR_FILENO),
-		.slicer = getenv("SLICER_HOME") && !(t->flags & CT_REPORTS) && !c->dry_run &&
-			  !ct_files_write_stdout(t->opts, params)};
+	struct ct_progress bar = {.how = progress_how(t, c, params)};
 	const struct ct_io_rule files = {
 		.force = c->force || getenv("MAKELEVEL"), /* make asks for what is out of date */
 		.units = c->units};

@@ -177,6 +177,7 @@ enum ct_tool_flags {
 	CT_REPORTS = 2, /* has --json of what it finds */
 	CT_LONG = 4,    /* has --dry-run, and --json of that */
 	CT_IN_HU = 8,   /* has --units */
+	CT_TELLS = 16,  /* has --json of its result, and prints none without */
 };
 
 struct ct_tool {

@@ -9,15 +9,17 @@
 #include <math.h>
 #include <stdio.h>
 
-static int print_json(const struct ct_cost *c, const struct ct_env *env, struct ct_err *e)
+int ct_cost_print_json(
+	const struct ct_cost *c, json_t *more, const struct ct_env *env, struct ct_err *e)
 {
 	json_t *o =
 		json_pack("{ss sf sI sI sI sI}", "work", c->work, "seconds", c->seconds, "threads",
 			(json_int_t)ct_par_threads(env->par), "memory-bytes", (json_int_t)c->memory,
 			"disk-bytes", (json_int_t)c->disk, "state-bytes", (json_int_t)c->state);
-	const int rc = ct_json_print(o, 6, e);
+	const int rc = ct_json_print(json_object_update(more, o) ? NULL : more, 6, e);
 
 	json_decref(o);
+	json_decref(more);
 	return rc;
 }
 
@@ -38,7 +40,7 @@ static double mib(double bytes)
 int ct_cost_print(const struct ct_cost *c, const struct ct_env *env, struct ct_err *e)
 {
 	if (env->command->json)
-		return print_json(c, env, e);
+		return ct_cost_print_json(c, json_object(), env, e);
 	if (*c->work)
 		printf("work      %s\n", c->work);
 	printf("time      ");
@@ -56,7 +58,7 @@ bool ct_cost_heard(const struct ct_env *env)
 {
 	const struct ct_progress *p = env->ctx;
 
-	return p && p->on;
+	return p && p->how == CT_PROGRESS_TERMINAL;
 }
 
 void ct_cost_say(const struct ct_cost *c, const struct ct_env *env)

@@ -5,10 +5,15 @@
 #include "core/cost.h"
 #include "core/env.h"
 
+#include <jansson.h>
+
 /* To standard output: lines "work", "time", "memory" and "disk", or with env->command->json an
  * object of "work", "seconds", "threads", "memory-bytes", "disk-bytes" and "state-bytes".
  * CT_ENOMEM. */
 int ct_cost_print(const struct ct_cost *c, const struct ct_env *env, struct ct_err *e);
+/* That object, with the members of `more`, which is released, first. */
+int ct_cost_print_json(
+	const struct ct_cost *c, json_t *more, const struct ct_env *env, struct ct_err *e);
 /* The same in a line on standard error, where progress is shown; nothing elsewhere. */
 void ct_cost_say(const struct ct_cost *c, const struct ct_env *env);
 /* Is ct_cost_say heard? */

@@ -113,6 +113,7 @@ int ct_table_show_help(const struct ct_tool *t, struct ct_err *e)
 	for (size_t k = 0; (x = ct_table_exit(k)); k++)
 		printf("%s%d %s%s", k == 5 ? "\n" : " ", x->code, x->words,
 			ct_table_exit(k + 1) ? "," : ".\n");
+	puts("Cite: man ct-references");
 	return 0;
 }
 

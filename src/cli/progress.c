@@ -14,65 +14,62 @@ void ct_progress_clear(struct ct_progress *p)
 	p->drawn = false;
 }
 
-/* The time to the likely end, as long as it is to be believed. */
-static void put_left(struct ct_progress *p, double seconds, bool may_end, bool likely)
+/* The time to the end, as long as it is to be believed. */
+static void put_left(struct ct_progress *p, double seconds)
 {
-	const bool held = seconds > p->left, far = seconds > 2 * p->left + 10;
+	const bool far = seconds > 2 * p->left + 10;
 	int whole;
 
 	p->left = fmin(p->left, seconds);
 	whole = (int)fmin(ceil(p->left), 1e8);
 	if (!far)
-		fprintf(stderr, ", %s%d:%02d left",
-			!may_end         ? ""
-			: held || likely ? "about "
-					 : "at most ",
-			whole / 60, whole % 60);
+		fprintf(stderr, ", about %d:%02d left", whole / 60, whole % 60);
+}
+
+static void put_slicer(struct ct_progress *p, double share, double t)
+{
+	if (share < 1 && t - p->last < 0.2)
+		return;
+	printf("<filter-progress>%.3f</filter-progress>\n", share);
+	fflush(stdout);
+	p->last = t;
 }
 
 void ct_progress_draw(
 	const struct ct_env *env, const char *what, size_t done, size_t total, size_t likely)
 {
 	struct ct_progress *p = env->ctx;
-	const size_t end = likely == 0 ? total : likely > done ? likely : done + 1;
-	double t;
+	const double share = total ? ct_progress_share(done, total, likely) : 0;
+	const double t = ct_clock_wall();
 
-	if (!p || !(p->on || p->slicer) || total == 0)
+	if (!p || p->how == CT_PROGRESS_NONE || total == 0)
 		return;
-	t = ct_clock_wall();
-	if (p->slicer) {
-		if (done >= total || t - p->last >= 0.2) {
-			printf("<filter-progress>%.3f</filter-progress>\n",
-				done < total ? (double)done / (double)end : 1.0);
-			fflush(stdout);
-			p->last = t;
-		}
+	if (p->how == CT_PROGRESS_SLICER) {
+		put_slicer(p, share, t);
 		return;
 	}
-	if (done >= total) {
+	if (share >= 1) {
 		ct_progress_clear(p);
 		p->what[0] = '\0';
 		return;
 	}
-	if (strcmp(p->what, what) != 0 || done < p->done) {
+	if (strcmp(p->what, what) != 0) {
 		snprintf(p->what, sizeof p->what, "%s", what);
 		p->start = t;
-		p->last = 0;
-		p->first = done;
+		p->first = p->share = share;
 		p->left = (double)INFINITY;
+		p->last = p->how == CT_PROGRESS_PIPE && p->last == 0 ? t : p->last;
 	}
-	p->done = done;
-	if (t - p->last < 0.2)
+	p->share = fmax(p->share, share);
+	if (t - p->last < (p->how == CT_PROGRESS_PIPE ? 60 : 0.2))
 		return;
 	p->last = t;
-	if (strcmp(what, CT_PROGRESS_WHOLE) == 0)
-		fprintf(stderr, "\r\033[K%s: %zu %%", env->tool, 100 * done / total);
-	else
-		fprintf(stderr, "\r\033[K%s: %s %zu%s%zu", env->tool, what, done,
-			likely ? " of at most " : "/", total);
-	if (done > p->first)
-		put_left(p, (t - p->start) * (double)(end - done) / (double)(done - p->first),
-			likely > 0, likely < total);
-	p->drawn = true;
+	fprintf(stderr, "%s%s: %d %%", p->how == CT_PROGRESS_PIPE ? "" : "\r\033[K", env->tool,
+		(int)(100 * p->share));
+	if (p->share > p->first)
+		put_left(p, (t - p->start) * (1 - p->share) / (p->share - p->first));
+	if (p->how == CT_PROGRESS_PIPE)
+		fputc('\n', stderr);
+	p->drawn = p->how == CT_PROGRESS_TERMINAL;
 	fflush(stderr);
 }

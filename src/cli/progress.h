@@ -1,23 +1,26 @@
-/* progress.h: one line on a terminal with an estimate of what is left; nothing in a pipe, but lines
- * <filter-progress> where 3D Slicer reads them.
+/* progress.h: how much of a run is done, in percent, and about how long the rest takes: one line on
+ * a terminal, a line a minute in a pipe, lines <filter-progress> where 3D Slicer reads them.
  *
- * Of work that may end before its total that is called "at most", and the time is that to where it
- * is likely to end. A time that is shown never rises: while more is expected than was said, it
- * stands, and where that was far too little none is shown. */
+ * The percentage never falls. Nor does a time that is shown rise: while more is expected than was
+ * said, it stands, and where that was far too little none is shown. Works that follow one another
+ * are parts of the run: ct_env_part. */
 #ifndef CT_CLI_PROGRESS_H
 #define CT_CLI_PROGRESS_H
 #include "core/env.h"
 
+enum ct_progress_how {
+	CT_PROGRESS_NONE,
+	CT_PROGRESS_TERMINAL,
+	CT_PROGRESS_PIPE,   /* standard error is no terminal */
+	CT_PROGRESS_SLICER, /* 3D Slicer started the command, which prints nothing else */
+};
 struct ct_progress {
-	bool on;    /* standard error is a terminal and not quiet */
+	enum ct_progress_how how;
 	bool drawn; /* a line stands there */
-	/* 3D Slicer started the command, which prints nothing else: lines for Slicer's bar */
-	bool slicer;
 	double start, last;
-	char what[40]; /* empty: no work is under way */
-	size_t first;  /* units done when `what` began: a resumed run starts above 0 */
-	size_t done;
-	double left; /* the least time that was shown, seconds */
+	char what[40];       /* empty: no work is under way */
+	double first, share; /* done when `what` began, as a resumed run does; and now */
+	double left;         /* the least time that was shown, seconds */
 };
 
 /* For env->progress; env->ctx is a struct ct_progress. */

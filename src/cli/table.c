@@ -25,6 +25,7 @@ static const struct {
 			"set constants of the method; their defaults were measured")},
 	{CT_SEEDED, COMMON(seed, 's', "seed", "N", 0, "seed of the random numbers")},
 	{CT_REPORTS, COMMON(json, 0, "json", NULL, 0, "print the report as JSON")},
+	{CT_TELLS, COMMON(json, 0, "json", NULL, 0, "print the result as JSON")},
 	{DRY_JSON, COMMON(json, 0, "json", NULL, 0, "print what --dry-run tells as JSON")},
 	{CT_LONG, COMMON(dry_run, 0, "dry-run", NULL, 0,
 			  "print the time, memory and disk expected, and do nothing")},
@@ -68,8 +69,9 @@ const struct ct_opt *ct_table_expert(const struct ct_tool *t, size_t k)
 
 const struct ct_opt *ct_table_row(const struct ct_tool *t, size_t k)
 {
-	const unsigned flags = t->flags | (ct_table_expert(t, 0) ? KEYED : 0) |
-			       ((t->flags & (CT_LONG | CT_REPORTS)) == CT_LONG ? DRY_JSON : 0);
+	const unsigned flags =
+		t->flags | (ct_table_expert(t, 0) ? KEYED : 0) |
+		((t->flags & (CT_LONG | CT_REPORTS | CT_TELLS)) == CT_LONG ? DRY_JSON : 0);
 
 	for (const struct ct_opt *o = t->opts; o->type != CT_T_END; o++)
 		if (!o->expert && k-- == 0)

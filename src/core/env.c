@@ -31,14 +31,25 @@ void ct_progress_until(
 		env->progress(env, what, done, most, likely);
 }
 
+double ct_progress_share(size_t done, size_t total, size_t likely)
+{
+	const size_t end = likely == 0 ? total : likely > done ? likely : done + 1;
+
+	return done >= total ? 1 : (double)done / (double)end;
+}
+
 static void part_progress(
 	const struct ct_env *env, const char *what, size_t done, size_t most, size_t likely)
 {
-	const struct ct_env_part *p = env->ctx;
-	char text[80];
+	struct ct_env_part *p = env->ctx;
+	const double share = ct_progress_share(done, most, likely);
 
-	snprintf(text, sizeof text, "%s %zu of %zu, %s", p->name, p->k + 1, p->m, what);
-	ct_progress_until(p->env, text, done, most, likely);
+	(void)what;
+	if (share > p->done)
+		p->done = share;
+	ct_progress(p->env, CT_PROGRESS_WHOLE,
+		(size_t)(CT_PROGRESS_PARTS * (p->from + p->done * (p->to - p->from))),
+		CT_PROGRESS_PARTS);
 }
 
 static void part_log(const struct ct_env *env, enum ct_level level, const char *text)

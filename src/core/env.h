@@ -45,12 +45,15 @@ void ct_progress_until(
 /* What the work is called, and its total, that is the whole of a run: a percentage is shown. */
 #define CT_PROGRESS_WHOLE "%"
 enum { CT_PROGRESS_PARTS = 10000 };
-/* Part k, from 0, of m of a work: *own is env, but its progress says so: "slab 2 of 4, ...". *part
- * must outlive it. */
+/* 0 to 1 of a work. */
+double ct_progress_share(size_t done, size_t total, size_t likely);
+/* A part of a run: from 0 to 1 of it, by the time that it takes, about. *own is env, but its
+ * progress is that of the run, and never falls; *part must outlive it, and may become the next
+ * part. */
 struct ct_env_part {
 	const struct ct_env *env;
-	const char *name;
-	size_t k, m;
+	double from, to;
+	double done; /* of the part */
 };
 void ct_env_part(struct ct_env *own, struct ct_env_part *part);
 /* Has the user asked to stop? */

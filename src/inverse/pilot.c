@@ -64,14 +64,6 @@ bool ct_pilot_size(size_t n[static 3], const struct ct_vol *lo, const struct ct_
 	       (rule->method == CT_UPSAMPLE_AUTO || rule->method >= CT_UPSAMPLE_TV);
 }
 
-/* Progress of the pilot, which is not that of the whole. */
-static void pass_on(
-	const struct ct_env *env, const char *what, size_t done, size_t most, size_t likely)
-{
-	(void)what;
-	ct_progress_until(env->ctx, "pilot", done, most, likely);
-}
-
 static int refine(struct ct_upsample_report *did, const struct ct_vol *lo, const size_t n[3],
 	const struct ct_upsample_rule *rule, const struct ct_env *env, struct ct_err *e)
 {
@@ -108,10 +100,8 @@ int ct_pilot_run(struct ct_pilot *p, const struct ct_vol *lo, const struct ct_up
 	own.multipliers = &p->multipliers;
 	own.spread = rule->spread > 0 ? rule->spread : ct_upsample_spread(lo);
 	own.start = NULL;
-	own.ways = false;
-	quiet.log = NULL; /* what has another context */
-	quiet.progress = env->progress ? pass_on : NULL;
-	quiet.ctx = (void *)(uintptr_t)env;
+	own.mirrors = false;
+	quiet.log = NULL; /* it is not what was asked for */
 	if (refine(&did, lo, n, &own, &quiet, e))
 		return -1;
 	if (!whole && did.iterations < fewest) {

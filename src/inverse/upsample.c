@@ -27,7 +27,7 @@
 
 enum {
 	TV_BORDERS = 8, /* one plane of so many is kept twice, beside a slab of tv.c */
-	WAYS = 4
+	MIRRORS = 4
 };
 
 const char *ct_upsample_name(enum ct_upsample method)
@@ -115,7 +115,7 @@ int ct_upsample_bytes(double *bytes, enum ct_upsample method, const struct ct_up
 		return -1;
 	solver += one + (method == CT_UPSAMPLE_TV ? CT_TV_DUAL * dual + one / TV_BORDERS
 						  : one + CT_HESSIAN_PARTS * dual);
-	if (method == CT_UPSAMPLE_TV && rule->ways)
+	if (method == CT_UPSAMPLE_TV && rule->mirrors)
 		solver += one + coarse;
 	*bytes = fmax(*bytes, solver);
 	return 0;
@@ -243,16 +243,16 @@ static int begin(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_ups
 	return 0;
 }
 
-/* TV in several ways. */
-static int solve_ways(struct ct_vol *hi, const struct ct_vol *lo,
+/* TV of the scan and of mirror images of it. */
+static int solve_mirrors(struct ct_vol *hi, const struct ct_vol *lo,
 	const struct ct_upsample_rule *rule, struct ct_upsample_report *r, const struct ct_env *env,
 	struct ct_err *e)
 {
-	static const unsigned turns[WAYS] = {0, 5, 3, 6};
+	static const unsigned turns[MIRRORS] = {0, 5, 3, 6};
 	const size_t count = ct_vol_count(hi);
 	struct ct_upsample_rule own = *rule;
 	struct ct_upsample_report later = {.method = r->method};
-	struct ct_env_part part = {env, "way", 0, WAYS};
+	struct ct_env_part part = {.env = env};
 	struct ct_vol turned = {0}, sum = {0};
 	struct ct_env told;
 	int16_t *dual = NULL;
@@ -262,19 +262,23 @@ static int solve_ways(struct ct_vol *hi, const struct ct_vol *lo,
 		ct_alloc0(&dual, CT_TV_DUAL * count, sizeof *dual, e))
 		goto out;
 	ct_env_part(&told, &part);
-	for (; part.k < WAYS; part.k++) {
-		const unsigned turn = turns[part.k];
+	for (size_t k = 0; k < MIRRORS; k++) {
+		const unsigned turn = turns[k];
 
+		/* the first takes twice the iterations of the others */
+		part = (struct ct_env_part){.env = env,
+			.from = k ? (k + 1.) / (MIRRORS + 1) : 0,
+			.to = (k + 2.) / (MIRRORS + 1)};
 		memcpy(turned.data, lo->data, ct_vol_count(lo) * sizeof *lo->data);
 		ct_mirror_volume(turned.data, lo->n, turn, env->par);
 		ct_mirror_volume(hi->data, hi->n, turn, env->par);
 		ct_mirror_dual(dual, hi->n, turn, env->par);
-		if (solve(hi, &turned, &own, part.k ? &later : r, dual, &told, e))
+		if (solve(hi, &turned, &own, k ? &later : r, dual, &told, e))
 			goto out;
 		ct_mirror_volume(hi->data, hi->n, turn, env->par);
 		ct_mirror_dual(dual, hi->n, turn, env->par);
 		for (size_t i = 0; i < count; i++)
-			sum.data[i] = (part.k ? sum.data[i] : 0) + hi->data[i] / WAYS;
+			sum.data[i] = (k ? sum.data[i] : 0) + hi->data[i] / MIRRORS;
 		own.iterations = (r->iterations + 1) / 2;
 		own.tolerance = 0;
 	}
@@ -308,7 +312,7 @@ int ct_upsample(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsa
 {
 	const struct ct_degrade *d = &rule->by;
 	size_t n[3];
-	bool ways;
+	bool mirrors;
 
 	*report = (struct ct_upsample_report){
 		.aliasing = (double)NAN, .condition = (double)NAN, .residual = (double)NAN};
@@ -325,10 +329,10 @@ int ct_upsample(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsa
 	ct_degrade_refine(hi->affine, lo->affine, lo->n, d->factor);
 	if (begin(hi, lo, rule, report->method, env, e))
 		return -1;
-	ways = rule->ways && report->method == CT_UPSAMPLE_TV;
+	mirrors = rule->mirrors && report->method == CT_UPSAMPLE_TV;
 	if (report->method >= CT_UPSAMPLE_TV &&
-		((ways ? solve_ways(hi, lo, rule, report, env, e)
-		       : solve(hi, lo, rule, report, NULL, env, e)) ||
+		((mirrors ? solve_mirrors(hi, lo, rule, report, env, e)
+			  : solve(hi, lo, rule, report, NULL, env, e)) ||
 			flatten(hi, lo, rule, report, env, e)))
 		return -1;
 	if (rule->known && ct_upsample_settle(hi, lo, d,

@@ -58,7 +58,7 @@ struct ct_upsample_rule {
 	double spread;  /* TV, HTV: standard deviation of the scan of which lo is a part, HU; 0: of
 			   lo */
 	double texture; /* HU, with `spread`: of that scan, too (flat.h) */
-	bool ways;      /* TV in several ways */
+	bool mirrors;   /* TV also of mirror images of the scan; the mean */
 	bool plain;     /* AUTO: HTV as it is, for what was made for that */
 	const struct ct_vol *start; /* DC, TV, HTV begin with this, not the B-spline; may be NULL */
 };

@@ -37,7 +37,7 @@ struct ct_upsample_rule ct_refine_inversion(const struct ct_refine *r)
 		.tolerance = p->tolerance,
 		.spread = r->spread,
 		.texture = r->texture,
-		.ways = r->adds,
+		.mirrors = r->adds,
 		.plain = r->adds};
 }
 

@@ -46,6 +46,8 @@ struct ct_refine_rule {
 	bool error;                   /* also the predicted error */
 	double memory; /* bytes that all of it may take, CT and result included; 0: no bound */
 };
+/* What the inversion takes of the time of both, about. */
+#define CT_REFINE_INVERTS 0.2
 /* What no caller has to say. */
 #define CT_REFINE_DEFAULTS                                                                         \
 	{                                                                                          \

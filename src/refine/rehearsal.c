@@ -122,8 +122,11 @@ static int try(struct sums *s, const struct ct_refine *r, const struct ct_vol *i
 	float *base = NULL, *error = NULL;
 	struct ct_upsample_report up;
 	struct ct_restore_report did;
+	struct ct_env_part share = {.env = env, .to = CT_REFINE_INVERTS};
+	struct ct_env its;
 	int rc = -1;
 
+	ct_env_part(&its, &share);
 	inversion.by = rule.by = *own;
 	inversion.alike = NULL; /* the noise that is added is white */
 	inversion.start = NULL;
@@ -134,12 +137,13 @@ static int try(struct sums *s, const struct ct_refine *r, const struct ct_vol *i
 	}
 	if (cut(&part, in, n, e) ||
 		ct_degrade_volume(&coarse, &part, own, r->scan.noise, env->seed, env->par, e) ||
-		ct_upsample(&made, &coarse, &inversion, &up, env, e) ||
+		ct_upsample(&made, &coarse, &inversion, &up, &its, e) ||
 		ct_alloc(&base, voxels, sizeof *base, e) ||
 		ct_alloc(&error, voxels, sizeof *error, e))
 		goto out;
 	memcpy(base, made.data, voxels * sizeof *base);
-	if (ct_restore(&made, error, &coarse, r->rule.prior, &rule, &did, env, e))
+	share = (struct ct_env_part){.env = env, .from = share.to, .to = 1};
+	if (ct_restore(&made, error, &coarse, r->rule.prior, &rule, &did, &its, e))
 		goto out;
 	add(s, &part, base, made.data, error, r->scan.noise);
 	rc = 0;
@@ -155,21 +159,25 @@ out:
 int ct_rehearsal_run(struct ct_rehearsal *t, const struct ct_refine *r, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_env_part part = {env, "rehearsal", 0, 0};
+	struct ct_env_part part = {.env = env};
 	struct ct_degrade own;
 	struct sums s = {0};
 	struct ct_env quiet;
-	size_t n[3];
+	size_t n[3], parts = 0;
 
 	*t = (struct ct_rehearsal){0, 1, 1};
-	while (ct_rehearsal_part(n, &own, r, in, (int)part.m))
-		part.m++;
+	while (ct_rehearsal_part(n, &own, r, in, (int)parts))
+		parts++;
 	ct_env_part(&quiet, &part);
 	quiet.log = NULL; /* it is not what was asked for */
-	for (; ct_rehearsal_part(n, &own, r, in, (int)part.k); part.k++)
+	for (size_t k = 0; ct_rehearsal_part(n, &own, r, in, (int)k); k++) {
+		part = (struct ct_env_part){.env = env,
+			.from = (double)k / (double)parts,
+			.to = (k + 1.) / (double)parts};
 		if (try(&s, r, in, n, &own, &quiet, e))
 			return -1;
-	t->parts = part.m;
+	}
+	t->parts = parts;
 	if (s.added > 0)
 		t->weight = s.right / s.added;
 	if (s.expected > 0 && s.missed > 0)

@@ -13,6 +13,10 @@
 #include <math.h>
 #include <string.h>
 
+/* What a pilot and a rehearsal take of a run. */
+#define PILOT 0.08
+#define REHEARSAL 0.12
+
 /* Without metadata. */
 static int copy(struct ct_vol *v, const struct ct_vol *of, struct ct_err *e)
 {
@@ -65,7 +69,10 @@ static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_upsample_rule rule = ct_refine_inversion(r);
+	struct ct_env_part part = {.env = env, .to = r->adds ? CT_REFINE_INVERTS : 1};
+	struct ct_env own;
 
+	ct_env_part(&own, &part);
 	rule.start = start;
 	rule.multipliers = &pilot->multipliers;
 	if (pilot->iterations) {
@@ -77,13 +84,14 @@ static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 			return -1;
 		r->did = (struct ct_upsample_report){.residual = (double)NAN};
 	} else {
-		if (ct_upsample(out, in, &rule, &r->did, env, e))
+		if (ct_upsample(out, in, &rule, &r->did, &own, e))
 			return -1;
 		say_inversion(&r->did, env);
 	}
 	if (error && ct_vol_like(error, out, e))
 		return -1;
-	if (r->adds && add_prior(r, out, error ? error->data : NULL, in, env, e))
+	part = (struct ct_env_part){.env = env, .from = r->inverts ? part.to : 0, .to = 1};
+	if (r->adds && add_prior(r, out, error ? error->data : NULL, in, &own, e))
 		return -1;
 	if (error && !r->adds &&
 		ct_expected_error(error->data, out, &r->scan.operator, r->scan.noise, env, e))
@@ -103,7 +111,9 @@ static int one_slab(struct ct_refine *r, struct ct_vol *out, struct ct_vol *erro
 	struct ct_err *e)
 {
 	const struct ct_slab s = ct_slab_at(&r->scan.operator, in->n, k, r->slabs);
-	struct ct_env_part of = {env, "slab", k, r->slabs};
+	struct ct_env_part of = {.env = env,
+		.from = (double)k / (double)r->slabs,
+		.to = (k + 1.) / (double)r->slabs};
 	struct ct_vol part = {0}, start = {0}, made = {0}, its = {0};
 	struct ct_env own;
 	int rc = -1;
@@ -232,15 +242,19 @@ static int run_inverted(struct ct_refine *r, struct ct_vol *out, struct ct_vol *
 	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_upsample_rule rule = ct_refine_inversion(r);
+	struct ct_env_part part = {.env = env, .to = PILOT};
 	struct ct_pilot pilot = {0};
+	struct ct_env own;
 	int rc = -1;
 
+	ct_env_part(&own, &part);
 	if (r->inverts && r->scan.known && ct_slab_axis(&r->scan.operator, in->n) >= 0 &&
-		ct_pilot_run(&pilot, in, &rule, r->slabs > 1, env, e))
+		ct_pilot_run(&pilot, in, &rule, r->slabs > 1, &own, e))
 		goto out;
-	rc = r->rule.method == CT_REFINE_ARSSR ? run_arssr(r, out, in, env, e)
-	     : r->slabs > 1                    ? in_slabs(r, out, error, in, &pilot, env, e)
-			    : refine(r, out, error, in, r->rule.start, &pilot, env, e);
+	part = (struct ct_env_part){.env = env, .from = part.done > 0 ? PILOT : 0, .to = 1};
+	rc = r->rule.method == CT_REFINE_ARSSR ? run_arssr(r, out, in, &own, e)
+	     : r->slabs > 1                    ? in_slabs(r, out, error, in, &pilot, &own, e)
+			    : refine(r, out, error, in, r->rule.start, &pilot, &own, e);
 	rc = rc || ct_check_stop(env, e) || damp(r, out, in, env, e) ? -1 : 0;
 out:
 	ct_pilot_free(&pilot);
@@ -307,16 +321,25 @@ int ct_refine_run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
 {
 	const bool inverts = r->inverts && r->scan.known && r->method >= CT_UPSAMPLE_DC;
+	struct ct_env_part part = {.env = env, .to = REHEARSAL};
 	struct ct_rehearsal its = {0, 1, 1};
 	struct ct_padding p = {0};
+	struct ct_env own;
 	double grain;
 	int rc;
 
-	if (ct_rehearsal_weigh(r, in, env, e) || (error && say_error(&its, r, in, env, e)))
+	ct_env_part(&own, &part);
+	if (ct_rehearsal_weigh(r, in, &own, e))
 		return -1;
+	if (part.done > 0)
+		part = (struct ct_env_part){.env = env, .from = REHEARSAL, .to = 2 * REHEARSAL};
+	if (error && say_error(&its, r, in, &own, e))
+		return -1;
+	part = (struct ct_env_part){
+		.env = env, .from = part.done > 0 ? part.to : part.from, .to = 1};
 	if (inverts && !r->rule.start && ct_padding_find(&p, in->data, in->n, e))
 		return -1;
-	rc = p.is ? run_filled(r, out, error, in, &p, env, e) : run(r, out, error, in, env, e);
+	rc = p.is ? run_filled(r, out, error, in, &p, &own, e) : run(r, out, error, in, &own, e);
 	ct_padding_free(&p);
 	grain = r->rest.back > 0 ? (1 - r->rest.share) * r->rest.amplifies * r->scan.noise : 0;
 	for (size_t i = 0; rc == 0 && error && i < ct_vol_count(error); i++)

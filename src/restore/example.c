@@ -150,7 +150,7 @@ static int solve(struct ct_vol *base, const struct ct_vol *truth, const struct c
 		.by = degradation(p, r),
 		.plain = true,
 		.noise = p->regime.noise,
-		.ways = r->whole,
+		.mirrors = r->whole,
 		.iterations = ITERATIONS,
 		.tolerance = r->whole ? TOLERANCE_WHOLE : TOLERANCE};
 	struct ct_upsample_report report;

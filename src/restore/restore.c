@@ -431,7 +431,8 @@ static int once(struct pass *s, float *std, bool last, const struct ct_vol *lo, 
 /* All passes; `base`, for the volume network (NULL: none), is what they add to, and becomes what
  * the slice networks added. */
 static int all_passes(struct pass *s, float *std, const struct ct_volume_network *volume,
-	float *base, const struct ct_vol *lo, struct ct_env_part *part, struct ct_err *e)
+	float *base, const struct ct_vol *lo, struct ct_env_part *part, double passes,
+	struct ct_err *e)
 {
 	struct ct_restore_rule second = *s->rule;
 	bool axes[3];
@@ -442,13 +443,13 @@ static int all_passes(struct pass *s, float *std, const struct ct_volume_network
 	s->rule = &second;
 	s->again = true;
 	if (rc == 0 && ct_slice_prior_knows(axes, s->prior, &second.by, true)) {
-		part->k++;
+		*part = (struct ct_env_part){part->env, part->to, part->to + 1 / passes, 0};
 		rc = once(s, NULL, !volume, lo, e);
 	}
 	if (rc == 0 && volume) {
 		for (size_t i = 0; i < ct_vol_count(s->x); i++)
 			base[i] = s->x->data[i] - base[i];
-		part->k++;
+		*part = (struct ct_env_part){part->env, part->to, 1, 0};
 		s->volume = volume;
 		s->more = base;
 		rc = once(s, NULL, true, lo, e);
@@ -463,13 +464,14 @@ int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,
 	const struct ct_volume_network *volume = ct_slice_prior_volume(prior, &rule->by);
 	const size_t all = ct_vol_count(x);
 	struct ct_added added = {0};
-	struct ct_env_part part = {env, "pass", 0, (size_t)ct_slice_prior_passes(prior, &rule->by)};
+	const double passes = ct_slice_prior_passes(prior, &rule->by);
+	struct ct_env_part part = {.env = env, .to = 1 / passes};
 	struct ct_env told;
 	struct pass s = {.x = x, .prior = prior, .rule = rule, .report = report, .env = env};
 	float *base = NULL;
 	int rc;
 
-	if (rule->passes < 2 || part.m == 1)
+	if (rule->passes < 2 || passes < 2)
 		return once(&s, std, true, lo, e);
 	if (volume) {
 		if (ct_alloc(&base, all, sizeof *base, e))
@@ -479,7 +481,7 @@ int ct_restore(struct ct_vol *x, float *std, const struct ct_vol *lo,
 	ct_env_part(&told, &part);
 	s.env = &told;
 	s.added = &added;
-	rc = all_passes(&s, std, volume, base, lo, &part, e);
+	rc = all_passes(&s, std, volume, base, lo, &part, passes, e);
 	free(added.rms);
 	free(base);
 	return rc;

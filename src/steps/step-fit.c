@@ -5,6 +5,8 @@
 
 #include <math.h>
 
+#define BEGINS 0.03 /* of a fit, where the Gaussians are placed */
+
 /* The factor that the data say, else the one asked for, else 4. */
 static int factor_of(size_t *factor, const struct ct_step_fit_rule *r, const struct ct_evidence *d,
 	struct ct_err *e)
@@ -84,7 +86,11 @@ int ct_step_fit_plan(struct ct_step_fit *p, const struct ct_step_fit_rule *r,
 int ct_step_fit_begin(
 	struct ct_fit *f, const struct ct_step_fit *p, const struct ct_env *env, struct ct_err *e)
 {
-	return ct_fit_init(f, &p->options, &p->data, env, e) ? ct_blame(e, p->of->is.base) : 0;
+	struct ct_env_part part = {.env = env, .to = BEGINS};
+	struct ct_env own;
+
+	ct_env_part(&own, &part);
+	return ct_fit_init(f, &p->options, &p->data, &own, e) ? ct_blame(e, p->of->is.base) : 0;
 }
 
 static int describe(
@@ -107,7 +113,11 @@ static int describe(
 int ct_step_fit_run(struct ct_fit *f, struct ct_step_fit_report *r, const struct ct_step_fit *p,
 	const struct ct_env *env, struct ct_err *e)
 {
-	if (ct_fit_run(f, &p->data, env, e) || describe(&f->g.meta, p, env, e))
+	struct ct_env_part part = {.env = env, .from = BEGINS, .to = 1};
+	struct ct_env own;
+
+	ct_env_part(&own, &part);
+	if (ct_fit_run(f, &p->data, &own, e) || describe(&f->g.meta, p, env, e))
 		return -1;
 	if (!r)
 		return 0;

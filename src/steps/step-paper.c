@@ -67,50 +67,20 @@ static const char *called(const struct run *r, enum ct_step_paper_made k)
 	return r->keeper->name[k] ? r->keeper->name[k] : CT_WORD(CT_STEP_PAPER_LIST, k);
 }
 
-/* What a part is of the whole, by the time that it takes, and which of its works tells how far it
- * is. */
-struct whole {
-	const struct ct_env *env;
-	const char *work;
-	double before, part, all, done;
-};
-
-static struct whole whole_of(const struct run *r, enum ct_step_paper_made k)
+/* What a step is of the run, by the time that it takes. */
+static struct ct_env_part part_of(const struct run *r, enum ct_step_paper_made k)
 {
 	const double views = r->p->rule.views;
-	const struct {
-		const char *work;
-		double cost;
-	} parts[CT_STEP_PAPER_STEPS] = {{NULL, 0}, {"iterations", 2}, {"views", views / 3},
-		{"views", views / 20}, {"sampling", 180 * views}, {"fit", r->p->rule.iterations},
-		{"slabs", 8}};
-	struct whole w = {.env = r->env, .work = parts[k].work, .part = parts[k].cost};
+	const double cost[CT_STEP_PAPER_STEPS] = {
+		0, 2, views / 3, views / 20, 180 * views, r->p->rule.iterations, 8};
+	double before = 0, all = 0;
 
 	for (int i = 0; i < CT_STEP_PAPER_STEPS; i++) {
-		w.before += i < (int)k ? parts[i].cost : 0;
-		w.all += parts[i].cost;
+		before += i < (int)k ? cost[i] : 0;
+		all += cost[i];
 	}
-	return w;
-}
-
-static void tell(
-	const struct ct_env *env, const char *work, size_t done, size_t most, size_t likely)
-{
-	struct whole *w = env->ctx;
-	const double end = (double)(likely > done ? likely : most);
-
-	if (strcmp(work, w->work) == 0 && end > 0 && (double)done / end > w->done)
-		w->done = (double)done / end < 1 ? (double)done / end : 1;
-	ct_progress(w->env, CT_PROGRESS_WHOLE,
-		(size_t)(CT_PROGRESS_PARTS * (w->before + w->done * w->part) / w->all),
-		CT_PROGRESS_PARTS);
-}
-
-static void say(const struct ct_env *env, enum ct_level level, const char *text)
-{
-	const struct whole *w = env->ctx;
-
-	w->env->log(w->env, level, text);
+	return (struct ct_env_part){
+		.env = r->env, .from = before / all, .to = (before + cost[k]) / all};
 }
 
 /* The data that a step lacks. */
@@ -345,15 +315,13 @@ static int step(struct run *r, enum ct_step_paper_made k,
 	struct ct_err *e)
 {
 	const struct ct_step_paper_keeper *keeper = r->keeper;
-	struct whole whole = whole_of(r, k);
-	struct ct_env own = *r->env;
+	struct ct_env_part part = part_of(r, k);
+	struct ct_env own;
 	int there = 0;
 
 	if (ct_check_stop(r->env, e))
 		return -1;
-	own.ctx = &whole;
-	own.progress = own.progress ? tell : NULL;
-	own.log = own.log ? say : NULL;
+	ct_env_part(&own, &part);
 	if (keeper->before && (there = keeper->before(keeper->ctx, k, &own, e)) < 0)
 		return -1;
 	r->there[k] = there > 0;

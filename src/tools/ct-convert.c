@@ -305,10 +305,14 @@ static int read_rescale(struct convert *p, struct ct_err *e)
 	return 0;
 }
 
+#define READING 0.6 /* of a run, of DICOM */
+
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	struct convert own = *(const struct convert *)params;
 	const struct convert *p = &own;
+	struct ct_env_part part = {.env = env, .to = READING};
+	struct ct_env its;
 	struct convert_planes planes = {0};
 	struct ct_meta read = {0};
 	struct ct_vol v = {0};
@@ -327,7 +331,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		ct_fail(e, CT_ENOMEM, "no memory for a sidecar");
 		goto out;
 	}
-	if (convert_check_out(p, env, e) || convert_read(p, &v, env, e) ||
+	ct_env_part(&its, &part);
+	if (convert_check_out(p, env, e) || convert_read(p, &v, &its, e) ||
 		(p->sidecar && sidecar_volume(p->about, &v, p->in, e)))
 		goto out;
 	if (p->deid)
@@ -343,7 +348,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		goto out;
 	if (env->verbose > 0)
 		say(&v, env);
-	rc = convert_write(p, &v, env, e) ||
+	part = (struct ct_env_part){.env = env, .from = READING, .to = 1};
+	rc = convert_write(p, &v, &its, e) ||
 			     (p->sidecar && sidecar_write(p->sidecar, p->about, &v, env, e))
 		     ? -1
 		     : 0;

@@ -193,13 +193,18 @@ static int report(const struct ct_field_fit *f, bool json, struct ct_err *e)
 		json, e);
 }
 
+#define FITS 0.9 /* of a run; the rest evaluates */
+
 static int evaluate(struct field_job *j, struct ct_field_fit *f, struct ct_err *e)
 {
 	const bool rays = j->plan.data.rays != NULL;
 	const struct ct_meta *const in[] = {
 		rays ? &j->rays.meta : &j->lr.meta, j->like.data && !rays ? &j->like.meta : NULL};
+	struct ct_env_part part = {.env = j->env, .from = FITS, .to = 1};
+	struct ct_env own;
 
-	return ct_step_field_volume(&j->out, f, &j->plan, j->env, e) ||
+	ct_env_part(&own, &part);
+	return ct_step_field_volume(&j->out, f, &j->plan, &own, e) ||
 			       ct_meta_step(&j->out.meta, j->env, 2, in, e)
 		       ? -1
 		       : 0;
@@ -208,7 +213,11 @@ static int evaluate(struct field_job *j, struct ct_field_fit *f, struct ct_err *
 static int fit(struct field_job *j, struct ct_field_fit *f, struct ct_err *e)
 {
 	const bool kept = j->resume.path != NULL;
+	struct ct_env_part part = {.env = j->env, .to = FITS};
+	struct ct_env own;
 	int rc;
+
+	ct_env_part(&own, &part);
 
 	if (kept) {
 		f->save = save_state;
@@ -220,7 +229,7 @@ static int fit(struct field_job *j, struct ct_field_fit *f, struct ct_err *e)
 			ct_log(j->env, CT_INFO, "%s: continuing after iteration %zu",
 				j->resume.path, f->step);
 	}
-	if (ct_field_fit_run(f, &j->plan.data, j->env, e))
+	if (ct_field_fit_run(f, &j->plan.data, &own, e))
 		return -1;
 	if (evaluate(j, f, e)) {
 		struct ct_err other;

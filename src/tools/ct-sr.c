@@ -28,7 +28,7 @@
 static const struct sr defaults = {.said = SAID_DEFAULTS, .quality = BALANCED};
 
 #define CT_PARAMS struct sr
-/* The published method, by way of projections; and ours. */
+/* The published method, by projections; and ours. */
 #define PROJECTS CT_IF(paper), CT_IF(release)
 #define VOLUMES CT_UNLESS(paper), CT_UNLESS(release)
 
@@ -130,13 +130,15 @@ static void begin(struct files *f, const struct sr *p, const struct ct_env *env)
 		.planes = &f->planes};
 }
 
-static int check(const struct sr *p, struct ct_err *e)
+static int check(const struct sr *p, const struct ct_env *env, struct ct_err *e)
 {
+	if (env->command->json && !env->command->dry_run && strcmp(p->out, "-") == 0)
+		return ct_fail(e, CT_EUSAGE, "--json: OUT is standard output: name a file");
 	if (p->deid && !ct_files_is_dicom(p->out))
 		return ct_fail(e, CT_EUSAGE, "--deid: needs OUT to be DICOM");
 	if (p->deid && p->report && (p->paper || p->release))
 		return ct_fail(e, CT_EUSAGE,
-			"--deid: by way of projections a report would name the files: not with --report");
+			"--deid: not with --report and --paper or --release: their page names the files");
 	if (p->series && dicom_form_of(p->in) == NOT_DICOM)
 		return ct_fail(e, CT_EUSAGE, "--series: %s is not DICOM", p->in);
 	return dicom_check_name(p->out, p->in, e);
@@ -256,29 +258,22 @@ static int write_report(struct files *f, double seconds, const struct ct_env *en
 	return rc;
 }
 
-/* One line on standard error: what was found and done, by the plan r of `in`. */
-static int say(const struct ct_refine *r, const struct ct_vol *in, double seconds,
-	const struct ct_env *env, struct ct_err *e)
-{
-	char *words = NULL;
-
-	ct_refine_say(r, in, env);
-	if (env->verbose < 0)
-		return 0;
-	if (ct_refine_words(&words, r, in, seconds, e))
-		return -1;
-	fprintf(stderr, "%s: %s\n", env->tool, words);
-	free(words);
-	return 0;
-}
+/* Where parts of a run end. */
+#define READS 0.03
+#define REFINES 0.95
+#define WRITES 0.97
 
 static int refine(struct files *f, const struct ct_env *env, struct ct_err *e)
 {
-	const double began = ct_clock_wall();
+	const bool pages = f->p->report || ct_files_is_dicom(f->p->out);
+	struct ct_env_part part = {.env = env, .to = dicom_form_of(f->p->in) ? READS : 0};
+	struct sr_result did = {.in = &f->in, .began = ct_clock_wall()};
 	struct ct_refine_rule rule;
 	struct ct_refine r;
+	struct ct_env own;
 
-	if (read_in(f, env, e) || rule_of(&rule, f, e))
+	ct_env_part(&own, &part);
+	if (read_in(f, &own, e) || rule_of(&rule, f, e))
 		return -1;
 	if (ct_refine_plan(&r, &rule, &f->in, env, e))
 		return ct_blame(e, f->p->in);
@@ -289,15 +284,21 @@ static int refine(struct files *f, const struct ct_env *env, struct ct_err *e)
 		return -1;
 	if (env->command->dry_run)
 		return 0;
-	if (ct_refine_run(&r, &f->out, f->p->confidence ? &f->error : NULL, &f->in, env, e))
+	part = (struct ct_env_part){.env = env, .from = part.to, .to = pages ? REFINES : 1};
+	if (ct_refine_run(&r, &f->out, f->p->confidence ? &f->error : NULL, &f->in, &own, e))
 		return ct_blame(e, f->p->in);
-	if (write_out(f, env, e) ||
+	part = (struct ct_env_part){.env = env, .from = part.to, .to = f->p->report ? WRITES : 1};
+	if (write_out(f, &own, e) ||
 		(f->about && (sidecar_refined(f->about, &f->out, e) ||
 				     sidecar_write(f->p->sidecar, f->about, &f->out, env, e))))
 		return -1;
-	if (say(&r, &f->in, ct_clock_wall() - began, env, e))
+	did.plan = &r;
+	if (sr_result_say(&did, env, e))
 		return -1;
-	return f->p->report ? write_report(f, ct_clock_wall() - began, env, e) : 0;
+	part = (struct ct_env_part){.env = env, .from = part.to, .to = 1};
+	if (f->p->report && write_report(f, ct_clock_wall() - did.began, &own, e))
+		return -1;
+	return env->command->json ? sr_result_json(&did, f->p, env, e) : 0;
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
@@ -310,7 +311,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	size_t said;
 	int rc = -1;
 
-	if (check(p, e))
+	if (check(p, env, e))
 		return -1;
 	if (p->paper || p->release)
 		return sr_paper(p, env, e);
@@ -340,4 +341,4 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 
 CT_CLI_MAIN("ct-sr",
 	"Super-resolve a CT: invert blur and sampling, add detail that a network predicts.",
-	CT_SEEDED | CT_IN_HU | CT_LONG)
+	CT_SEEDED | CT_IN_HU | CT_LONG | CT_TELLS)

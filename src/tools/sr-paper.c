@@ -22,6 +22,8 @@
 #include <string.h>
 #include <unistd.h>
 
+#define REPORTS 0.99 /* of a run: where the page begins */
+
 struct paper {
 	struct sr_steps s;
 	struct ct_env env; /* with the log */
@@ -153,11 +155,14 @@ static int write_page(struct paper *j, size_t i, struct ct_err *e)
 	struct ct_page page = {.lr.name = basename(w->p->in), .hr.name = basename(w->p->out)};
 	struct ct_command command = j->command;
 	struct ct_io_rule rule = ct_io_rule_of(&j->env);
-	struct ct_env own = j->env;
+	struct ct_env_part part = {.env = &j->env, .from = REPORTS, .to = 1};
+	struct ct_env own;
 	unsigned char *log = NULL;
 	size_t n;
-	int rc = sr_steps_begin(&j->s, i, &own, e);
+	int rc;
 
+	ct_env_part(&own, &part);
+	rc = sr_steps_begin(&j->s, i, &own, e);
 	if (rc)
 		return rc > 0 ? 0 : -1;
 	command.notes = NULL; /* so that it stays as it is */
@@ -180,6 +185,26 @@ static int write_page(struct paper *j, size_t i, struct ct_err *e)
 	ct_page_free(&page);
 	free(log);
 	return rc ? -1 : sr_steps_end(&j->s, i, e);
+}
+
+/* The result as JSON. */
+static int put_json(const struct paper *j, struct ct_err *e)
+{
+	const struct ct_step_fit_report *fit = &j->did;
+	const struct sr_words *w = &j->s.w;
+	json_t *o = json_pack("{ss sb sf si}", "method", w->plan.rule.release ? "release" : "paper",
+		"resumed", j->s.left_out > 0, "factor", (double)w->plan.rule.factor, "views",
+		(int)w->plan.rule.views);
+
+	if (fit->iterations &&
+		json_object_update_new(
+			o, json_pack("{sI sI sI sf}", "gaussians", (json_int_t)fit->gaussians,
+				   "negative", (json_int_t)fit->negative, "iterations",
+				   (json_int_t)fit->iterations, "error", fit->error))) {
+		json_decref(o);
+		o = NULL;
+	}
+	return sr_result_print(o, w->p, j->began, e);
 }
 
 static void say(const struct paper *j)
@@ -207,17 +232,20 @@ static int work(struct paper *j, struct ct_err *e)
 {
 	const struct ct_step_paper_keeper keeper = sr_steps_keeper(&j->s);
 	const struct sr_words *w = &j->s.w;
+	struct ct_env_part part = {.env = &j->env, .to = w->p->report ? REPORTS : 1};
 	size_t i = CT_STEP_PAPER_STEPS;
+	struct ct_env own;
 
+	ct_env_part(&own, &part);
 	if (make_lr(j, &keeper, e) ||
-		ct_step_paper_run(&j->out, &j->did, &w->plan, &j->lr, &keeper, &j->env, e))
+		ct_step_paper_run(&j->out, &j->did, &w->plan, &j->lr, &keeper, &own, e))
 		return -1;
 	if (!w->p->report)
 		ct_vol_free(&j->lr);
 	if ((w->converts && write_out(j, i++, e)) || (w->p->report && write_page(j, i, e)))
 		return -1;
 	say(j);
-	return 0;
+	return j->env.command->json ? put_json(j, e) : 0;
 }
 
 /* What is there of a run that goes on is its own. */

@@ -8,6 +8,8 @@
 #include "tools/ddnm-parts.h"
 #include "tools/lib/said.h"
 
+#include <jansson.h>
+
 #define QUALITIES(X)                                                                               \
 	X(DRAFT, "draft")                                                                          \
 	X(FAST, "fast")                                                                            \
@@ -98,5 +100,19 @@ void sr_steps_free(struct sr_steps *s);
 
 /* The published method (sr-paper.c). Codes of the steps, of what reads and writes. */
 int sr_paper(const struct sr *p, const struct ct_env *env, struct ct_err *e);
+
+/* What a run found and did (sr-result.c). */
+struct sr_result {
+	const struct ct_refine *plan; /* after its run */
+	const struct ct_vol *in;
+	double began;
+};
+/* On standard error: what was assumed, and a line of what was found and done. CT_ENOMEM. */
+int sr_result_say(const struct sr_result *did, const struct ct_env *env, struct ct_err *e);
+/* The same as JSON on standard output. CT_ENOMEM. */
+int sr_result_json(const struct sr_result *did, const struct sr *p, const struct ct_env *env,
+	struct ct_err *e);
+/* An object, released here, with what every run has: seconds, memory and files. CT_ENOMEM. */
+int sr_result_print(json_t *o, const struct sr *p, double began, struct ct_err *e);
 
 #endif

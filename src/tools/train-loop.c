@@ -2,6 +2,7 @@
 #include "config.h"
 #include "cli/cost-report.h"
 #include "cli/stop.h"
+#include "train/data.h"
 #include "core/clock.h"
 #include "core/mem.h"
 #include "core/stream.h"
@@ -320,7 +321,10 @@ static int step(struct train_loop_job *j, struct ct_err *e)
 static int train(struct train_loop_job *j, struct ct_err *e)
 {
 	const uint64_t every = (uint64_t)j->p->checkpoint_every, all = (uint64_t)j->p->steps;
+	struct ct_env_part part = {.env = &j->env, .from = TRAIN_DATA_READS, .to = 1};
+	struct ct_env own;
 
+	ct_env_part(&own, &part);
 	if (j->p->patience && judge(j, e) && e->code != CT_ESTOP) /* a signal may come first */
 		return -1;
 	while (!ended(j) && !ct_stopping(&j->env)) {
@@ -331,7 +335,7 @@ static int train(struct train_loop_job *j, struct ct_err *e)
 				return -1;
 			break; /* one that is given up has changed nothing */
 		}
-		ct_progress_until(&j->env, "training", j->s->steps, all,
+		ct_progress_until(&own, "training", j->s->steps, all,
 			j->p->patience || j->p->minutes > 0 ? all : 0);
 		if (j->resume->path && j->s->steps % every == 0 && checkpoint(j, e))
 			return -1;

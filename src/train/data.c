@@ -223,8 +223,11 @@ int train_data_volumes(const struct train_files *files, struct train_data *data,
 	const double bytes[static 2], train_volume_fn *take, void *ctx, const char *what,
 	const struct ct_env *env, struct ct_err *e)
 {
-	const struct reading r = {bytes, take, ctx, what, env};
+	struct ct_env_part part = {.env = env, .to = TRAIN_DATA_READS};
+	struct ct_env own;
+	const struct reading r = {bytes, take, ctx, what, &own};
 
+	ct_env_part(&own, &part);
 	for (size_t i = 0; i < files->n; i++)
 		if (read_volumes(&r, files->v[i], false, &data->input[i], e))
 			return -1;

@@ -11,6 +11,8 @@
 int train_data_read(
 	struct ct_pictures *s, const char *path, struct ct_meta *meta, struct ct_err *e);
 
+#define TRAIN_DATA_READS 0.05 /* of a training, about */
+
 /* What takes a volume of HU, and what it holds if that is kept; it comes from `path`, which may be
  * held out. */
 typedef int train_volume_fn(

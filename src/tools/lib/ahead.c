@@ -77,6 +77,74 @@ int ahead_room(
 	return 0;
 }
 
+static json_t *three(const double x[3])
+{
+	return json_pack("[fff]", x[0], x[1], x[2]);
+}
+
+static json_t *operator_of(const struct ct_refine *r)
+{
+	const struct ct_operator *is = &r->scan;
+	double times[3];
+
+	ct_refine_times(times, r);
+	if (!is->known)
+		return json_pack("{so sn sn sb ss}", "factor", three(times), "sigma", "decimate",
+			"profile", 0, "from", "not known");
+	return json_pack("{so so ss sb ss}", "factor", three(times), "sigma",
+		three(is->operator.sigma), "decimate",
+		CT_WORD(CT_DECIMATE_LIST, is->operator.decimate), "profile",
+		is->operator.profile.n> 0, "from", CT_WORD(CT_SOURCE_LIST, is->from));
+}
+
+static json_t *grid_of(const struct ct_refine *r, const struct ct_vol *in)
+{
+	double mm[3], times[3];
+
+	ct_vol_spacing(in, mm);
+	ct_refine_times(times, r);
+	for (int a = 0; a < 3; a++)
+		mm[a] /= times[a];
+	return json_pack("{s[III] so}", "size", (json_int_t)r->n[0], (json_int_t)r->n[1],
+		(json_int_t)r->n[2], "spacing-mm", three(mm));
+}
+
+json_t *ahead_plan(const struct ct_refine *r, const struct ct_vol *in)
+{
+	json_t *o = grid_of(r, in);
+
+	if (json_object_set_new(o, "operator", operator_of(r)) ||
+		json_object_set_new(o, "noise",
+			json_pack("{sf sb ss}", "hu", r->scan.noise, "correlated",
+				r->scan.correlated, "from",
+				CT_WORD(CT_SOURCE_LIST, r->scan.noise_from)))) {
+		json_decref(o);
+		return NULL;
+	}
+	return o;
+}
+
+/* The same in lines. */
+static void print_plan(const struct ct_refine *r, const struct ct_vol *in)
+{
+	const double *sigma = r->scan.operator.sigma;
+	double mm[3], x[3];
+
+	ct_vol_spacing(in, mm);
+	ct_refine_times(x, r);
+	printf("size      %zux%zux%zu\n", r->n[0], r->n[1], r->n[2]);
+	printf("spacing   %.4g,%.4g,%.4g mm\n", mm[0] / x[0], mm[1] / x[1], mm[2] / x[2]);
+	printf("factor    %.4g,%.4g,%.4g\n", x[0], x[1], x[2]);
+	if (r->scan.known)
+		printf("blur      %.3g,%.3g,%.3g voxels of the result, %s (%s)\n", sigma[0],
+			sigma[1], sigma[2], CT_WORD(CT_DECIMATE_LIST, r->scan.operator.decimate),
+			CT_WORD(CT_SOURCE_LIST, r->scan.from));
+	else
+		puts("blur      not known");
+	printf("noise     %.3g HU (%s)\n", r->scan.noise,
+		CT_WORD(CT_SOURCE_LIST, r->scan.noise_from));
+}
+
 int ahead_tell(const struct ct_refine *r, const struct ct_vol *in, const char *name,
 	const char *out, const char *error, const struct ct_env *env, struct ct_err *e)
 {
@@ -105,8 +173,12 @@ int ahead_tell(const struct ct_refine *r, const struct ct_vol *in, const char *n
 		snprintf(slabs, sizeof slabs, " in %zu slabs", r->slabs);
 	snprintf(cost.work, sizeof cost.work, "%s%s of %.0f voxels%s", ct_refine_name(r, false),
 		r->adds ? " and the prior" : "", voxels, slabs);
-	if (env->command->dry_run)
+	if (env->command->dry_run && env->command->json)
+		return ct_cost_print_json(&cost, ahead_plan(r, in), env, e);
+	if (env->command->dry_run) {
+		print_plan(r, in);
 		return ct_cost_print(&cost, env, e);
+	}
 	ct_cost_say(&cost, env);
 	return 0;
 }
