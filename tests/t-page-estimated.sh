@@ -13,6 +13,12 @@ has r.html '<li>The blur of the scan is not known but estimated' 'an estimated b
 has log '^ct-sr: assumed: profile ' 'a quiet run puts it into CTSR_LOG, too'
 exits 0 'a scan that says its blur' ct-sr -Q draft --report said.html h.nii said.nii
 ! grep -q 'not known but estimated' said.html; ok $? 'has no such warning'
+# a scan that is smooth: the header names its blur, nothing is noisy, the error is small; all the same
+ct-degrade -q -x 1 --sigma 6,6,6 big.nii soft.nii && tail -c 3538944 soft.nii >soft.raw && ct-convert -q -f --raw 96x96x96:f32:2 --orient RAS soft.raw soft.nii &&
+	ct-degrade -q -x 2 soft.nii smooth.nii || exit 99
+exits 0 'a smooth scan is refined with a page' ct-sr -q -x 2 --confidence std.nii --report smooth.html smooth.nii smooth-hr.nii
+has smooth.html '<li>The scan is smooth: its edges rise within ' 'the page of a smooth scan warns that it is smooth'
+! grep -q 'No warning' smooth.html; ok $? 'the page of a smooth scan does not say that there is no warning'
 exits 0 'a noisy scan is refined with a page' ct-sr -Q draft -x 2 --report loud.html loud.nii loud-hr.nii
 has err '^ct-sr: noise: [0-9.]* HU or texture; ' 'what was measured of the noise is said, and what is done'
 has loud.html '^ct-sr: noise: [0-9.]* HU or texture; ' 'on the page, too'

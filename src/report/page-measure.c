@@ -206,6 +206,17 @@ static int warn_said(struct ct_page *p)
 	return 0;
 }
 
+/* The largest spacing of the scan along an axis that was refined, mm. */
+static double voxel_of(const struct ct_page *p)
+{
+	double mm[3], most = 0;
+
+	ct_vol_spacing(&p->lr.vol, mm);
+	for (int a = 0; a < 3; a++)
+		most = p->by.factor[a] > 1 ? fmax(most, mm[a]) : most;
+	return most;
+}
+
 static int warn_found(struct ct_page *p)
 {
 	const char *history = ct_meta_get(&p->hr.vol.meta, CT_META_HISTORY);
@@ -234,6 +245,21 @@ static int warn_found(struct ct_page *p)
 		bad |= warn(p,
 			"The operator of the scan is not known: whether the result agrees with "
 			"the scan cannot be checked.");
+	if (p->edges.count == 0 || isnan(p->edges.ref.rise))
+		bad |= warn(p,
+			"The result is smooth: too few edges of 300 HU or more to measure how "
+			"sharp it is.");
+	else if (p->edges.test.rise > CT_PAGE_SMOOTH * voxel_of(p))
+		bad |= warn(p,
+			"The scan is smooth: its edges rise within %.2g mm, %.2g of its voxels. It "
+			"was interpolated or filtered, or has no sharp edges; what is finer is not "
+			"in it.",
+			p->edges.test.rise, p->edges.test.rise / voxel_of(p));
+	else if (p->edges.ref.rise > CT_PAGE_SHARPER * p->edges.test.rise)
+		bad |= warn(p,
+			"The edges are hardly sharper than before: %.2f mm, %.2f mm before. What is "
+			"finer than the scan may be missing.",
+			p->edges.ref.rise, p->edges.test.rise);
 	if (upsampled && strcmp(upsampled, "prior") != 0 &&
 		!(history && (strstr(history, "ct-ddnm ") || strstr(history, "ct-restore "))))
 		bad |= warn(

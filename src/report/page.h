@@ -17,16 +17,18 @@
 enum {
 	CT_PAGE_BINS = 128,
 	CT_PAGE_SAID = 40,                   /* most warnings of a log that are shown */
-	CT_PAGE_WARNINGS = CT_PAGE_SAID + 8, /* with those of what is found */
+	CT_PAGE_WARNINGS = CT_PAGE_SAID + 9, /* with those of what is found */
 };
 #define CT_PAGE_LOWEST (-1024.0) /* HU where the histogram begins */
 #define CT_PAGE_BIN 32.0         /* HU */
 
 /* Where more is worth a warning. */
-#define CT_PAGE_NOISE 30.0 /* HU of the scan */
-#define CT_PAGE_APART 1.0  /* HU RMS of D x - y, beyond the noise */
-#define CT_PAGE_POOR 100.0 /* HU of expected error, at more than */
-#define CT_PAGE_SHARE 0.1  /* of the voxels of the body */
+#define CT_PAGE_NOISE 30.0   /* HU of the scan */
+#define CT_PAGE_APART 1.0    /* HU RMS of D x - y, beyond the noise */
+#define CT_PAGE_POOR 100.0   /* HU of expected error, at more than */
+#define CT_PAGE_SHARE 0.1    /* of the voxels of the body */
+#define CT_PAGE_SMOOTH 2.5   /* voxels that an edge of the scan rises over */
+#define CT_PAGE_SHARPER 0.97 /* of the width of edges before */
 
 /* What the voxels are, by the HU of the result. */
 enum ct_page_tissue { CT_PAGE_AIR, CT_PAGE_LUNG, CT_PAGE_SOFT, CT_PAGE_BONE, CT_PAGE_TISSUES };
