@@ -108,7 +108,7 @@ static void train(const struct ct_tensors *w, size_t size, size_t batch)
 	struct ct_train_opts o;
 	struct ct_unet_arch a;
 	struct ct_pictures s = {0};
-	struct ct_train *t;
+	struct ct_train *t = NULL;
 	float *px = room(side * side, sizeof *px);
 
 	picture(px, side * side);

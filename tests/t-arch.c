@@ -137,7 +137,7 @@ static void limits(void)
 	WITH(num_res_blocks, 17, CT_EINPUT);
 	WITH(channel_mult[0], 0, CT_EINPUT);
 	WITH(channel_mult[0], -1, CT_EINPUT);
-	WITH(channel_mult[1], NAN, CT_EINPUT);
+	WITH(channel_mult[1], (double)NAN, CT_EINPUT);
 	WITH(channel_mult[3], 4.5, CT_EINPUT);
 	WITH(num_head_channels, 128, CT_OK);
 	WITH(num_head_channels, 96, CT_EINPUT); /* does not divide the middle's 128 */

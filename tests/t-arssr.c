@@ -162,7 +162,7 @@ static void test_volume(void)
 	struct ct_arssr net;
 	struct ct_arssr_volume a;
 	size_t n;
-	float *one, *other;
+	float *one, *other = NULL;
 
 	volume(&v, 9, 10, 28);
 	network(&net, &small);

@@ -154,7 +154,7 @@ static void test_volumes(void)
 static void test_files(void)
 {
 	const ctsr_format *const nifti[] = {ctsr_nifti(), NULL};
-	ctsr_volume *v = ball(12), *w;
+	ctsr_volume *v = ball(12), *w = NULL;
 	ctsr_context c = {.size = sizeof c};
 
 	OK(ctsr_volume_write(v, "v.nii", ctsr_nifti(), NULL, &e) == 0 &&
@@ -287,8 +287,8 @@ static void test_estimate(void)
 static void test_projections(void)
 {
 	ctsr_volume *v = ball(24), *back;
-	ctsr_projections *p, *q, *of;
-	ctsr_gaussians *g, *again;
+	ctsr_projections *p, *q = NULL, *of;
+	ctsr_gaussians *g, *again = NULL;
 	ctsr_fit_options fit = {.size = sizeof fit};
 	ctsr_gaussian two[2] = {0};
 	ctsr_geometry geo;
@@ -480,7 +480,7 @@ static void test_numbers(void)
 	for (int a = 0; a < 3; a++)
 		o.factor[a] = 1e30;
 	ok &= failed(ctsr_superres(&out, NULL, NULL, v, &o, NULL, &e), CTSR_USAGE);
-	o.factor[0] = NAN;
+	o.factor[0] = (double)NAN;
 	ok &= failed(ctsr_superres(&out, NULL, NULL, v, &o, NULL, &e), CTSR_USAGE);
 	o = tv();
 	o.estimate = 0;
@@ -491,7 +491,7 @@ static void test_numbers(void)
 	o.method = 99;
 	ok &= failed(ctsr_superres(&out, NULL, NULL, v, &o, NULL, &e), CTSR_USAGE);
 	OK(ok, "factors, spacings and methods out of range");
-	by.factor[1] = NAN;
+	by.factor[1] = (double)NAN;
 	ok = failed(ctsr_degrade(&out, v, &by, NULL, &e), CTSR_USAGE);
 	by.factor[1] = 1000;
 	ok &= failed(ctsr_degrade(&out, v, &by, NULL, &e), CTSR_GEOMETRY);
@@ -505,7 +505,7 @@ static void test_numbers(void)
 	geo.views = 0;
 	ok = failed(ctsr_project(&p, v, &geo, NULL, &e), CTSR_USAGE);
 	must(ctsr_geometry_init(&geo, sizeof geo, v, &e));
-	geo.source_to_centre = NAN;
+	geo.source_to_centre = (double)NAN;
 	ok &= failed(ctsr_project(&p, v, &geo, NULL, &e), CTSR_GEOMETRY);
 	geo.beam = 7;
 	ok &= failed(ctsr_project(&p, v, &geo, NULL, &e), CTSR_USAGE);

@@ -35,7 +35,7 @@ static void recorded_betas(struct ct_schedule *s, const struct ct_tensors *w)
 
 static double number(const struct ct_tensors *w, const char *key)
 {
-	double x = NAN;
+	double x = (double)NAN;
 
 	if (ct_meta_numbers(&w->meta, key, 1, &x, &err))
 		exit(99);

@@ -241,7 +241,7 @@ static void screen(void)
 	struct ct_gauss g;
 	struct ct_gs_adam a;
 	struct ct_camera c;
-	float *dimg;
+	float *dimg = NULL;
 	double col, row;
 
 	set(&g, &a, 2);

@@ -449,7 +449,7 @@ static void test_refused_writes(const char *path)
 
 	unlink(path);
 	fill(&s, 2, 5, 7);
-	s.view[1].u[0] = NAN;
+	s.view[1].u[0] = (double)NAN;
 	OK(ct_stack_write(path, &s, &force, &e) < 0 && e.code == CT_EGEOM, "NaN geometry: %s",
 		e.msg);
 	OK(access(path, F_OK) != 0, "leaves no file");

@@ -241,7 +241,7 @@ static void differences(const double s[3], enum ct_beam beam, const char *name)
 		OK(0, "%s is seen", name);
 		return;
 	}
-	plain_footprint_sums(sums, g, &c, &f, INFINITY);
+	plain_footprint_sums(sums, g, &c, &f, (double)INFINITY);
 	plain_footprint_backward(&fg, &f, &c, &b, sums);
 	memcpy(d, fg.p, sizeof fg.p);
 	ct_gaussian_backward(d + 3, d + 6, fg.shape, &b, at + 6);
@@ -262,7 +262,7 @@ static void differences(const double s[3], enum ct_beam beam, const char *name)
 			memset(img, 0, sizeof img);
 			if (!plain_footprint_of(&f, &c, &b))
 				continue;
-			plain_footprint_draw(img, &c, &f, b.rho, INFINITY);
+			plain_footprint_draw(img, &c, &f, b.rho, (double)INFINITY);
 			y[i] = 0;
 			for (size_t p = 0; p < COUNT; p++)
 				y[i] += g[p] * img[p];

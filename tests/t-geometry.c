@@ -152,7 +152,7 @@ static void t_refused(void)
 		double *x[7] = {&bad.arc, &bad.start, &bad.offset[0], &bad.offset[1], &bad.iso[0],
 			&bad.iso[1], &bad.iso[2]};
 
-		*x[i] = i % 2 ? INFINITY : -INFINITY;
+		*x[i] = i % 2 ? (double)INFINITY : -(double)INFINITY;
 		refused(&bad, "scan geometry is not finite");
 	}
 	good.beam = CT_FAN;

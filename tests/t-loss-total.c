@@ -281,7 +281,7 @@ static void without(void)
 	struct ct_splat sp = {0};
 	struct ct_camera c;
 	struct scene s;
-	float *img;
+	float *img = NULL;
 
 	make(&s, true, false);
 	OK(s.w.low.want != NULL, "a low-resolution CT");

@@ -248,7 +248,7 @@ int main(void)
 	test_refused(4, 1025, 1, 1, CT_EGEOM);
 	test_refused(4, 4, 2, -0.1, CT_EUSAGE);
 	test_refused(4, 4, 2, 10001, CT_EUSAGE);
-	test_refused(4, 4, 2, NAN, CT_EUSAGE);
+	test_refused(4, 4, 2, (double)NAN, CT_EUSAGE);
 	OK(ct_measurement_alloc(&big, CT_MEASUREMENT_MATCHED, 1024, 1, 1, 0, &e) == 0,
 		"the longest line");
 	ct_measurement_free(&big);

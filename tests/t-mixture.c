@@ -25,7 +25,7 @@ static bool fill(double *f, struct ct_voxel_gaussian *k, struct ct_gaussian *b,
 	memset(f, 0, COUNT * sizeof *f);
 	if (!ct_mixture_gaussian(k, block, b))
 		return false;
-	plain_mixture_draw(f, block, k, INFINITY);
+	plain_mixture_draw(f, block, k, (double)INFINITY);
 	return true;
 }
 
@@ -54,7 +54,7 @@ static void differences(const double blur[static 3], const char *name)
 	for (size_t i = 0; i < COUNT; i++)
 		g[i] = 0.3 + (double)ct_rng_normal(2, 0, i);
 	fill(f, &k, &b, &block, at);
-	plain_mixture_sums(sums, g, &block, &k, INFINITY);
+	plain_mixture_sums(sums, g, &block, &k, (double)INFINITY);
 	ct_mixture_backward_one(&fg, &block, &k, &b, sums);
 	memcpy(d, fg.p, sizeof fg.p);
 	ct_gaussian_backward(d + 3, d + 6, fg.shape, &b, at + 6);
@@ -120,7 +120,7 @@ static void fast(void)
 	struct ct_gradient grad = {0};
 	struct ct_gauss g = {0};
 	struct ct_block block;
-	struct ct_gaussian *b;
+	struct ct_gaussian *b = NULL;
 	struct ct_par *par;
 	float vol[COUNT] = {0}, again[COUNT] = {0}, *df;
 	size_t pitch = ct_rasterise_pitch(NX);
@@ -520,8 +520,8 @@ static double off_voxels(const struct ct_stack *scan, double mm)
 		ct_gaussian_make(&b, p, l, q, i == 1 ? -0.5 : 0.4);
 		if (!ct_mixture_gaussian(&k, &block, &b) || !plain_footprint_of(&f, &c, &b))
 			exit(1);
-		plain_mixture_draw(field, &block, &k, INFINITY);
-		plain_footprint_draw(want, &c, &f, b.rho, INFINITY);
+		plain_mixture_draw(field, &block, &k, (double)INFINITY);
+		plain_footprint_draw(want, &c, &f, b.rho, (double)INFINITY);
 	}
 	for (size_t i = 0; i < m * m * m; i++)
 		vol.data[i] = (float)field[i];

@@ -598,8 +598,8 @@ static void test_hash(void)
 
 static int same_files(const char *a, const char *b)
 {
-	unsigned char *p, *q;
-	size_t n, m;
+	unsigned char *p, *q = NULL;
+	size_t n, m = 0;
 	int same;
 
 	must(ct_slurp(a, &p, &n, &err) || ct_slurp(b, &q, &m, &err));

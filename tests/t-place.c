@@ -31,7 +31,7 @@ static void volume(struct ct_vol *v)
 /* Mean squared distance to the three nearest, or all there are. */
 static double nearest(size_t n, float *const pos[static 3], size_t i)
 {
-	double best[3] = {INFINITY, INFINITY, INFINITY}, sum = 0;
+	double best[3] = {(double)INFINITY, (double)INFINITY, (double)INFINITY}, sum = 0;
 	size_t count = n - 1 < 3 ? n - 1 : 3;
 
 	for (size_t j = 0; j < n; j++) {

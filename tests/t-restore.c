@@ -79,7 +79,7 @@ static void patches(void)
 		p[2] = turn & 4 ? N - 1 - p[2] : p[2];
 		ct_slicing_of(&s, y, n3, 2, all);
 		if (!ct_patch_cut(b, &other, &s, &shape, p))
-			worst = NAN;
+			worst = (double)NAN;
 		worst = fmax(worst, farthest(a, b, 300));
 	}
 	OK(worst < 1e-5, "mirrored and swapped it looks the same (%g)", worst);

@@ -133,7 +133,7 @@ static double worst(double *score)
 
 static void finds(const char *what, const struct scene *c, double tol)
 {
-	double score, sum = 0, mean = 0, square = 0;
+	double score, sum = 0, mean = 0;
 
 	make(c);
 	must(ct_slice_fit(&s, &thick, &thin, &env, &err));
@@ -141,7 +141,6 @@ static void finds(const char *what, const struct scene *c, double tol)
 	for (int q = -4; q <= 4; q++) {
 		sum += known[q + 4];
 		mean += known[q + 4] * q;
-		square += known[q + 4] * q * q;
 	}
 	NEAR(s.sum, sum, 2 * tol, "its sum");
 	NEAR(s.centre + s.shift, mean * h - c->told, 5 * tol, "its centre");

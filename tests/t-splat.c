@@ -34,7 +34,7 @@ static bool render(double *img, struct footprint *f, struct ct_gaussian *b,
 	memset(img, 0, H * W * sizeof *img);
 	if (!plain_footprint_of(f, c, b))
 		return false;
-	plain_footprint_draw(img, c, f, b->rho, INFINITY);
+	plain_footprint_draw(img, c, f, b->rho, (double)INFINITY);
 	return true;
 }
 
@@ -73,7 +73,7 @@ static void analytic(
 	double sums[6];
 
 	render(img, &f, &b, c, x);
-	plain_footprint_sums(sums, g, c, &f, INFINITY);
+	plain_footprint_sums(sums, g, c, &f, (double)INFINITY);
 	plain_footprint_backward(&fg, &f, c, &b, sums);
 	memcpy(d, fg.p, sizeof fg.p);
 	ct_gaussian_backward(d + 3, d + 6, fg.shape, &b, x + 6);

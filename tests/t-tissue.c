@@ -38,10 +38,8 @@ static void slabs(void)
 		1 << CT_TISSUE_FAT, 1 << CT_TISSUE_SOFT | 1 << CT_TISSUE_BRAIN, 1 << CT_TISSUE_SOFT,
 		0, 1 << CT_TISSUE_BONE};
 	static const double from[] = {-950, -500, -190, -30, 15, 60, 150, 300};
-	static const unsigned below[] = {want[0], want[1], 0, want[2], want[4], want[3], want[4],
-		0},
-			      above[] = {
-				      want[1], 0, want[2], want[4], want[3], want[4], 0, want[6]};
+	const unsigned below[] = {want[0], want[1], 0, want[2], want[4], want[3], want[4], 0},
+		       above[] = {want[1], 0, want[2], want[4], want[3], want[4], 0, want[6]};
 	bool good = true;
 
 	for (size_t i = 0; i < ct_vol_count(&ref); i++) {

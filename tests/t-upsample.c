@@ -175,7 +175,7 @@ static void test_settle(void)
 	make(&lo, 1, 0);
 	up(&x, &lo, &(struct ct_upsample_rule){.method = CT_UPSAMPLE_LINEAR, .by = D});
 	was = misfit(&x, &lo, &D);
-	must(ct_upsample_settle(&x, &lo, &D, INFINITY, &residual[0], &quiet, &err));
+	must(ct_upsample_settle(&x, &lo, &D, (double)INFINITY, &residual[0], &quiet, &err));
 	OK(was > 1 && fabs(residual[0] - was) < 1e-9 && misfit(&x, &lo, &D) == was,
 		"a misfit is told");
 	must(ct_upsample_settle(&x, &lo, &D, 0, &residual[1], &quiet, &err));

@@ -382,7 +382,7 @@ static void refusals(void)
 	none.affine[1][1] = 0;
 	OK(ct_backprojector_alloc(&b, &none, &s, origin, &err) && err.code == CT_EGEOM, "%s",
 		err.msg);
-	s.view[2].u[0] = NAN;
+	s.view[2].u[0] = (double)NAN;
 	OK(ct_backprojector_alloc(&b, &v, &s, origin, &err) && err.code == CT_EGEOM, "%s", err.msg);
 	ct_stack_free(&s);
 	ct_vol_free(&v);

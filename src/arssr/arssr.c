@@ -29,7 +29,7 @@ enum { KEYS = sizeof keys / sizeof *keys };
 
 static size_t *word_of(struct ct_arssr_shape *s, size_t i)
 {
-	return (size_t *)((char *)s + keys[i].at);
+	return (size_t *)(void *)((char *)s + keys[i].at);
 }
 
 size_t ct_arssr_dense(const struct ct_arssr *a, size_t block, size_t layer)

@@ -141,26 +141,29 @@ struct ct_opt {
 #define CT_INPUT_IDLE(f, c, name, arg, ...)                                                        \
 	CT_ROW_(f, c, name, arg, CT_IDLE, .role = CT_READS, .help = __VA_ARGS__)
 #define CT_OUTPUT(f, c, name, arg, end, ...)                                                       \
-	CT_ROW_(f, c, name, arg, CT_IDLE, .role = CT_WRITES, .ends = {{end}}, .help = __VA_ARGS__)
+	CT_ROW_(f, c, name, arg, CT_IDLE, .role = CT_WRITES, .ends = {{.ends = end}},              \
+		.help = __VA_ARGS__)
 #define CT_OUTPUT_BESIDE(f, c, name, arg, end, ...)                                                \
-	CT_ROW_(f, c, name, arg, CT_IDLE, .role = CT_WRITES_BESIDE, .ends = {{end}},               \
+	CT_ROW_(f, c, name, arg, CT_IDLE, .role = CT_WRITES_BESIDE, .ends = {{.ends = end}},       \
 		.help = __VA_ARGS__)
 /* One that may be there when a run goes on: its own. */
 #define CT_OUTPUT_OWN(f, c, name, arg, end, ...)                                                   \
-	CT_ROW_(f, c, name, arg, CT_IDLE, .role = CT_REWRITES, .ends = {{end}}, .help = __VA_ARGS__)
+	CT_ROW_(f, c, name, arg, CT_IDLE, .role = CT_REWRITES, .ends = {{.ends = end}},            \
+		.help = __VA_ARGS__)
 /* An operand; a struct ct_list takes all that are left. */
 #define CT_ARG(f, what, arg, ...)                                                                  \
 	CT_ROW_(f, 0, NULL, arg, CT_IDLE, .role = what, .help = __VA_ARGS__)
 /* One that is written, the last of a list if that is CT_READS_WRITES. */
 #define CT_ARG_OUT(f, what, arg, end, ...)                                                         \
-	CT_ROW_(f, 0, NULL, arg, CT_IDLE, .role = what, .ends = {{end}}, .help = __VA_ARGS__)
+	CT_ROW_(f, 0, NULL, arg, CT_IDLE, .role = what, .ends = {{.ends = end}},                   \
+		.help = __VA_ARGS__)
 /* For `end`: one list under a condition, else another. */
 #define CT_ENDS_IF(condition, then, other)                                                         \
 	then, condition                                                                            \
 	}                                                                                          \
 	,                                                                                          \
 	{                                                                                          \
-		other
+		.ends = other
 /* One that is a choice. */
 #define CT_ARG_CHOICE(f, lab, words, ...)                                                          \
 	CT_ROW_(f, 0, NULL, words, .label = lab, .choice = true, CT_IDLE, .help = __VA_ARGS__)

@@ -54,7 +54,8 @@ static int take_options(struct ct_resume *r, struct ct_err *e)
 		ct_table_name(name, o);
 		ct_table_text(number, sizeof number, o, r->params, 17);
 		if (o->type == CT_T_STR)
-			value = *(const char *const *)((const char *)r->params + o->at);
+			value = *(
+				const char *const *)(const void *)((const char *)r->params + o->at);
 		if (take(r, name, value ? value : "", e))
 			return -1;
 	}

@@ -59,7 +59,7 @@ CT_INLINE void quarter(const struct step *j, size_t q)
 	const double a1 = root[at], a2 = root[2 * at], a3 = root[3 * at];
 	const double b1 = root[n + at], b2 = root[n + 2 * at], b3 = root[n + 3 * at];
 
-#pragma GCC ivdep
+	CT_SIMD_APART
 	for (size_t k = 0; k < s; k++) {
 		const size_t k1 = k + s * m, k2 = k1 + s * m, k3 = k2 + s * m;
 		const double er = x[k] + x[k2], ei = y[k] + y[k2], dr = x[k] - x[k2],

@@ -38,6 +38,13 @@
 #define CT_SIMD_HERE(name) CT_SIMD_NAME_(name, CT_SIMD_LEVEL)
 #endif
 
+/* No two turns of the loop that follows touch one element. */
+#ifdef __clang__
+#define CT_SIMD_APART _Pragma("clang loop vectorize(assume_safety)")
+#else
+#define CT_SIMD_APART _Pragma("GCC ivdep")
+#endif
+
 /* 2, 3 or 4, or 1 where there are no levels: the highest that this processor has, unless
  * ct_simd_use chose. Any thread. */
 int ct_simd_level(void);

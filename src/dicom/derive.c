@@ -24,7 +24,7 @@ static void widen(double box[3][2], const struct ct_slice *s, size_t columns, si
 
 int derive_check(const struct image *im, struct ct_err *e)
 {
-	const double none[2] = {INFINITY, -INFINITY};
+	const double none[2] = {(double)INFINITY, -(double)INFINITY};
 	const size_t last = im->v->n[2] - 1;
 	double theirs[3][2], own[3][2];
 	struct ct_slice s = {0};
@@ -167,7 +167,7 @@ static double distance(
 
 void derive_sources(struct ct_header *h, const struct image *im, const char *in, size_t k)
 {
-	double normal[3], theirs[3], mm[3], below = -INFINITY, above = INFINITY;
+	double normal[3], theirs[3], mm[3], below = -(double)INFINITY, above = (double)INFINITY;
 	struct ct_slice own = {0};
 	size_t item = 0;
 	bool parallel;

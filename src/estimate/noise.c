@@ -41,7 +41,7 @@ struct block {
 static struct voids voids_of(const struct ct_vol *v)
 {
 	const size_t n = ct_vol_count(v), *m = v->n;
-	struct voids r = {.lowest = INFINITY, .highest = -INFINITY};
+	struct voids r = {.lowest = (double)INFINITY, .highest = -(double)INFINITY};
 
 	for (size_t i = 0; i < n; i++) {
 		r.lowest = fmin(r.lowest, (double)v->data[i]);

@@ -32,7 +32,7 @@ static int factor_to(double x[3], const double want[3], const struct ct_vol *v, 
  * Whole numbers, so that a CT that does not fit into memory can be cut into slabs. */
 static void choose_factor(double x[3], const struct ct_vol *v)
 {
-	double mm[3], finest = INFINITY;
+	double mm[3], finest = (double)INFINITY;
 	bool thick = false;
 
 	ct_vol_spacing(v, mm);

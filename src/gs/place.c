@@ -112,7 +112,7 @@ static bool try_cube(const struct cells *c, const size_t at[3], size_t r, size_t
 	size_t lo[3], hi[3];
 	bool all = true;
 
-	best[0] = best[1] = best[2] = INFINITY;
+	best[0] = best[1] = best[2] = (double)INFINITY;
 	for (int a = 0; a < 3; a++) {
 		lo[a] = at[a] > r ? at[a] - r : 0;
 		hi[a] = at[a] + r < c->n[a] ? at[a] + r : c->n[a] - 1;

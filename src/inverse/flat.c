@@ -51,7 +51,7 @@ static size_t steps(const size_t cells[3], size_t step)
 int ct_flat_texture(double *texture, const struct ct_vol *lo, struct ct_err *e)
 {
 	size_t cells[3], step = 1, n = 0;
-	double lowest = INFINITY, least;
+	double lowest = (double)INFINITY, least;
 	float *all;
 
 	*texture = 0;

@@ -103,7 +103,7 @@ void CT_SIMD_HERE(ct_hessian_row_descend)(const struct ct_hessian_descent *row, 
 
 void CT_SIMD_HERE(ct_hessian_row_ahead)(size_t n, float *x, float *next)
 {
-#pragma GCC ivdep
+	CT_SIMD_APART
 	for (size_t i = 0; i < n; i++) {
 		const float now = next[i];
 

@@ -32,7 +32,7 @@ static void choose(ptrdiff_t start[3], const struct ct_vol *lo, const size_t n[3
 	const ptrdiff_t first[3] = {0};
 	const double all = (double)tissue(lo, lo->n, first) / (double)ct_vol_count(lo);
 	const double voxels = (double)n[0] * (double)n[1] * (double)n[2];
-	double least = INFINITY;
+	double least = (double)INFINITY;
 
 	for (int p = 0; p < CT_CROP_PLACES; p++) {
 		ptrdiff_t here[3];

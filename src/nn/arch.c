@@ -75,7 +75,7 @@ void ct_unet_arch_default(struct ct_unet_arch *a)
 
 static size_t *count_of(struct ct_unet_arch *a, const struct key *k)
 {
-	return (size_t *)((char *)a + k->at);
+	return (size_t *)(void *)((char *)a + k->at);
 }
 
 static bool *truth_of(struct ct_unet_arch *a, const struct key *k)

@@ -48,9 +48,9 @@ static void map_sums(size_t hw, size_t c, double *restrict sums, const float *re
 static void map(size_t hw, size_t c, float *y, const float *x, const float *restrict ab)
 {
 	for (size_t i = 0; i < hw; i++)
-#pragma GCC ivdep
-		for (size_t j = 0; j < c; j++)
-			y[i * c + j] = ab[j] * x[i * c + j] + ab[c + j];
+		CT_SIMD_APART
+	for (size_t j = 0; j < c; j++)
+		y[i * c + j] = ab[j] * x[i * c + j] + ab[c + j];
 }
 
 static void map_silu(size_t hw, size_t c, float *y, const float *x, const float *restrict ab)

@@ -31,7 +31,7 @@ static void transformed(double *v, const double *u, const struct ct_taps *a)
 /* g from the rows of v, which become unit vectors, or zero. */
 static int normalise(struct ct_svd *f, struct ct_err *e)
 {
-	double most = 0, least = INFINITY;
+	double most = 0, least = (double)INFINITY;
 
 	for (size_t k = 0; k < f->m; k++) {
 		f->g[k] = sqrt(ct_jacobi_dot(f->n, f->v + k * f->n, f->v + k * f->n));

@@ -163,7 +163,7 @@ CT_INLINE void place_lines(struct places *restrict p, const double m[restrict 3]
 
 	for (int i = 0; i < TILE; i++) {
 		double inv = 1 / (d0 + i * dd), col = (c0 + i * dc) * inv, weight = inv * inv;
-		double in = (col >= -0.5) & (col <= w - 0.5) ? 1 : 0, frac;
+		double in = ((col >= -0.5) & (col <= w - 0.5)) ? 1 : 0, frac;
 		int32_t left;
 
 		col = in > 0 ? col + 1 : -1;

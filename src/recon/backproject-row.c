@@ -23,8 +23,9 @@ CT_INLINE void place(struct chunk *restrict p, const double m[restrict 3][4], co
 	for (int i = 0; i < CHUNK; i++) {
 		double inv = 1 / (d0 + i * dd), col = (c0 + i * dc) * inv,
 		       row = (r0 + i * dr) * inv;
-		double in =
-			(col >= -0.5) & (col <= w - 0.5) & (row >= -0.5) & (row <= h - 0.5) ? 1 : 0;
+		double in = ((col >= -0.5) & (col <= w - 0.5) & (row >= -0.5) & (row <= h - 0.5))
+				    ? 1
+				    : 0;
 		int32_t ic, ir;
 
 		col = in > 0 ? col + 1 : 0; /* from the frame: never negative */

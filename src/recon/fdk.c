@@ -91,7 +91,7 @@ int ct_fdk_alloc(struct ct_fdk *f, const struct ct_vol *grid, const struct ct_st
 		return ct_fail(e, CT_EGEOM,
 			"rows of one pixel cannot be filtered; the iterative methods accept them");
 	*f = (struct ct_fdk){.scan = scan, .kind = kind};
-	if (ct_fdk_weights_alloc(&f->orbit, scan, INFINITY, false, e))
+	if (ct_fdk_weights_alloc(&f->orbit, scan, (double)INFINITY, false, e))
 		return -1;
 	radius = radius_about(&f->orbit, grid);
 	ct_fdk_weights_free(&f->orbit);

@@ -37,7 +37,7 @@ CT_INLINE void ascend(size_t n, size_t from, float *const p[3], const float *x,
 {
 	float *restrict p0 = p[0] + from, *restrict p1 = p[1] + from, *restrict p2 = p[2] + from;
 
-#pragma GCC ivdep
+	CT_SIMD_APART
 	for (size_t i = 0; i < n; i++) {
 		float a = p0[i] + step * (y[0][from + i] - x[from + i]);
 		float b = p1[i] + step * (y[1][from + i] - x[from + i]);

@@ -142,8 +142,8 @@ static void blend(void *arg, size_t k, size_t worker)
 
 static void range(double *least, double *most, const struct ct_vol *v)
 {
-	*least = INFINITY;
-	*most = -INFINITY;
+	*least = (double)INFINITY;
+	*most = -(double)INFINITY;
 	for (size_t i = 0; i < ct_vol_count(v); i++) {
 		*least = fmin(*least, (double)v->data[i]);
 		*most = fmax(*most, (double)v->data[i]);

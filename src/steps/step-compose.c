@@ -97,7 +97,7 @@ static int make_consistent(struct ct_vol *out, struct ct_step_compose_report *di
 
 	if (ct_evidence_operator(&d, &lr->meta, r->lr, &out->meta, r->base, e))
 		return -1;
-	if (ct_upsample_settle(out, lr, &d, INFINITY, &did->before, env, e) ||
+	if (ct_upsample_settle(out, lr, &d, (double)INFINITY, &did->before, env, e) ||
 		ct_upsample_settle(out, lr, &d, 0, &did->after, env, e))
 		return ct_blame(e, r->lr);
 	ct_log(env, CT_INFO, "differs from %s by %.3g HU RMS, %.3g before", r->lr, did->after,

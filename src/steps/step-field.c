@@ -11,7 +11,8 @@
 static int meet(const struct ct_vol *a, const struct ct_vol *b, struct ct_err *e)
 {
 	for (int c = 0; c < 3; c++) {
-		double lo[2] = {INFINITY, INFINITY}, hi[2] = {-INFINITY, -INFINITY}, x[3];
+		double lo[2] = {(double)INFINITY, (double)INFINITY},
+		       hi[2] = {-(double)INFINITY, -(double)INFINITY}, x[3];
 
 		for (unsigned k = 0; k < 16; k++) {
 			ct_vol_corner(k < 8 ? a : b, k % 8, x);

@@ -14,7 +14,8 @@ struct params {
 	struct ct_step_compose_rule rule;
 };
 
-static const struct params defaults = {.rule = {.floor = NAN, .gain = 1, .spacing = NAN}};
+static const struct params defaults = {
+	.rule = {.floor = (double)NAN, .gain = 1, .spacing = (double)NAN}};
 
 #define CT_PARAMS struct params
 static const struct ct_opt opts[] = {

@@ -47,7 +47,7 @@ static const struct params defaults = {.slice = "0.5",
 	.plane = CT_SHEET_ALL_PLANES,
 	.slices = 1,
 	.views = 12,
-	.thickness = NAN};
+	.thickness = (double)NAN};
 
 #define CT_PARAMS struct params
 static const struct ct_opt opts[] = {

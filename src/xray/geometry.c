@@ -220,7 +220,8 @@ static void pixels_of(size_t n, double lo, double hi, size_t range[2])
 void ct_view_shadow(const struct ct_stack *s, size_t view, size_t n, const double (*x)[3],
 	size_t row[2], size_t col[2])
 {
-	double map[3][4], lo[2] = {INFINITY, INFINITY}, hi[2] = {-INFINITY, -INFINITY};
+	double map[3][4], lo[2] = {(double)INFINITY, (double)INFINITY},
+			  hi[2] = {-(double)INFINITY, -(double)INFINITY};
 	bool seen = ct_view_map(map, s, view, s->view[view].centre);
 
 	for (size_t k = 0; k < n && seen; k++) {

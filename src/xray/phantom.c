@@ -64,7 +64,7 @@ static void clip_flat(double o, double d, double t[2])
 double ct_shape_chord(const struct ct_shape *s, const double origin[static 3],
 	const double dir[static 3], double t0)
 {
-	double o[3], d[3], t[2] = {t0, INFINITY};
+	double o[3], d[3], t[2] = {t0, (double)INFINITY};
 
 	own(s, s->centre, origin, o);
 	own(s, NULL, dir, d);

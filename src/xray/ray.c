@@ -103,7 +103,7 @@ static size_t lines_of(
 	l->axis[0] = a;
 	l->axis[1] = a == 0;
 	l->axis[2] = a == 2 ? 1 : 2;
-	l->t0 = g->scan->beam == CT_PARALLEL ? -INFINITY : 0;
+	l->t0 = g->scan->beam == CT_PARALLEL ? -(double)INFINITY : 0;
 	l->mm = ct_vec3_length(mm);
 	if (g->method == CT_JOSEPH)
 		return 1;

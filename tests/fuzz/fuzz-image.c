@@ -4,6 +4,7 @@
 #include "driver.h"
 #include "formats/png.h"
 #include "mem-file.h"
+#include "shim/image-read.h"
 #include "shim/picture-file.h"
 
 #include <stdbool.h>
