@@ -43,13 +43,14 @@ bool ct_any_is_stack(const char *path)
 
 int ct_any_check_picture(const char *path, struct ct_err *e)
 {
-	const enum ct_kind kind = ct_any_kind(path);
+	unsigned char head[CT_SNIFF];
+	const struct ct_signature *s = ct_signature_next(NULL, head, ct_any_head(head, path));
 
-	return kind == CT_KIND_UNKNOWN || kind == CT_KIND_PICTURE
+	return !s || s->kind == CT_KIND_PICTURE
 		       ? 0
 		       : ct_fail(e, CT_EINPUT,
-				 "%s: neither projections (EXR) nor a picture, but of the kind %s",
-				 path, ct_kind_name(kind));
+				 "%s: neither projections (EXR) nor a picture, but %s", path,
+				 s->what);
 }
 
 int ct_any_read(const char *path, struct ct_any *a, struct ct_err *e)

@@ -22,7 +22,10 @@ static bool is_field(const unsigned char *data, size_t n, size_t at)
 
 #define TORCH "PyTorch", CT_KIND_TENSORS, true
 #define VOLUME(format) format, CT_KIND_VOLUME, false, "a volume (" format ")"
-#define PICTURE(format) format, CT_KIND_PICTURE, false, "a picture (" format ")"
+#define PICTURE(format)                                                                            \
+	format, CT_KIND_PICTURE, false,                                                            \
+		"a picture (" format "): ct-convert --radiograph makes a stack of it"
+#define FOREIGN(format, what) format, CT_KIND_OTHER, false, what
 #define ARCHIVE(format) format, CT_KIND_OTHER, true, "an archive (" format ")"
 static const struct ct_signature all[] = {
 	{"EXR", CT_KIND_STACK, false, "projections (EXR)", 0, 4, "\x76\x2f\x31\x01", NULL},
@@ -35,7 +38,31 @@ static const struct ct_signature all[] = {
 	{VOLUME("MetaImage"), 0, 5, "NDims", is_field},
 	{VOLUME("MetaImage"), 0, 7, "Comment", is_field},
 	{TORCH, "a zip, as networks of PyTorch are", 0, 4, "PK\3\4", NULL},
-	{"numpy", CT_KIND_OTHER, false, "an array of numpy", 0, 6, "\x93NUMPY", NULL},
+	{FOREIGN("numpy", "an array of numpy: ct-convert --scanner reads projections; of a volume "
+			  "make NIfTI, as nibabel or ctsr.write do in Python"),
+		0, 6, "\x93NUMPY", NULL},
+	{FOREIGN("HDF5", "HDF5, as MATLAB 7.3 writes it: make NIfTI of a volume, or .npy of "
+			 "projections, as h5py and nibabel do in Python"),
+		0, 4, "\x89HDF", NULL},
+	{FOREIGN("MATLAB",
+		 "a file of MATLAB: make NIfTI of a volume, as niftiwrite does in MATLAB, or "
+		 ".npy of projections"),
+		0, 6, "MATLAB", NULL},
+	{FOREIGN("netCDF", "netCDF, as MINC is: make NIfTI of it, as mnc2nii does"), 0, 3, "CDF",
+		NULL},
+	{FOREIGN("VTK", "VTK: make MetaImage of it, as 3D Slicer or ParaView do"), 0, 10,
+		"# vtk Data", NULL},
+	{FOREIGN("VTK", "VTK: make MetaImage of it, as 3D Slicer or ParaView do"), 0, 14,
+		"<?xml version=", NULL},
+	{FOREIGN("Amira", "Amira: make NRRD of it, as 3D Slicer does"), 0, 7, "# Amira", NULL},
+	{FOREIGN("FITS", "FITS: make NIfTI of it, as astropy and nibabel do in Python"), 0, 9,
+		"SIMPLE  =", NULL},
+	{FOREIGN("Varian",
+		 "projections of Varian (XIM): make .npy of them, for ct-convert --scanner"),
+		0, 6, "VMS.XI", NULL},
+	{FOREIGN("PDF", "a document (PDF)"), 0, 5, "%PDF-", NULL},
+	{FOREIGN("7z", "an archive (7z): unpack it"), 0, 6, "7z\xbc\xaf\x27\x1c", NULL},
+	{FOREIGN("RAR", "an archive (RAR): unpack it"), 0, 4, "Rar!", NULL},
 	{ARCHIVE("bzip2"), 0, 3, "BZh", NULL},
 	{ARCHIVE("xz"), 0, 5, "\3757zXZ", NULL},
 	{ARCHIVE("zstd"), 0, 4, "\x28\xb5\x2f\xfd", NULL},

@@ -18,7 +18,7 @@
 	X(CT_KIND_TENSORS, "tensors") /* safetensors, PyTorch */                                   \
 	X(CT_KIND_DICOM, "DICOM")                                                                  \
 	X(CT_KIND_PICTURE, "picture") /* PNG, TIFF, JPEG */                                        \
-	X(CT_KIND_OTHER, "other")     /* arrays of numpy, archives */
+	X(CT_KIND_OTHER, "other")     /* arrays of numpy, archives, what others read */
 enum ct_kind { CT_KIND_LIST(CT_WORD_VALUE) };
 /* Its word. */
 const char *ct_kind_name(enum ct_kind kind);

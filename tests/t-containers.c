@@ -399,7 +399,9 @@ static void test_like(void)
 		"beams have words");
 	OK(ct_words_take(&word, CT_WORDS(CT_BEAM_LIST), "beam", "con", &err) < 0 &&
 			err.code == CT_EINPUT &&
-			strcmp(err.msg, "beam 'con' is not one of cone|parallel|fan") == 0,
+			strcmp(err.msg,
+				"beam 'con' is not one of cone|parallel|fan; did you mean cone?") ==
+				0,
 		"and no others");
 	for (size_t k = 0; k < 4; k++)
 		none = none &&

@@ -106,4 +106,8 @@ is 'abs(rms(flat("noise.exr"), flat("truth.exr")) - 1.755) < 0.1' 'from noise: 1
 run sr.exr --init up.exr --expert t-start=20 --sampler ddnm -n 5 --samples 4
 is 'abs(rms(flat("up.exr"), flat("truth.exr")) - 0.898) < 0.01' 'the upsampled volume: 0.90'
 is 'abs(rms(flat("sr.exr"), flat("truth.exr")) - 0.730) < 0.02' 'from its projections: 0.73'
+# a stack that says no coarsening, of a volume that was reduced
+ct-phantom -q --size 16x16x16 --spacing 4 ellipsoids fine.nii; ct-degrade -q -x 4 fine.nii four.nii; ct-project -q -n 1 four.nii four.exr
+exits 2 'a factor that contradicts that of the volume is refused with status 2' ct-ddnm -x 8 four.exr no.exr
+has err 'factor 8 contradicts four.exr, whose factor is 4' 'the error of a factor that contradicts that of the volume gives both'
 done_testing

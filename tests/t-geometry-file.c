@@ -78,6 +78,19 @@ static void test_unit(void)
 		OK(parse(&s, text, &grid, NULL) == 0 && same(s.dso, 240), "%s says nothing of rays",
 			*t);
 	}
+	OK(parse(&s,
+		   "{\"DSO\": 1, \"DSD\": 1.5, \"nDetector\": 10, \"sDetector\": 0.4, \"unit\": "
+		   "\"m\"}",
+		   &grid, NULL) == 0 &&
+			same(s.dso, 1000) && same(s.dsd, 1500) && same(s.pitch[0], 40),
+		"a file of metres is read in metres");
+	OK(parse(&s, "{\"DSO\": 50, \"DSD\": 70, \"sVoxel\": 9.6, \"unit\": \"cm\"" SIZE "}", &grid,
+		   NULL) == 0 &&
+			same(s.dso, 500),
+		"a unit that agrees with the volume is used");
+	OK(parse(&s, "{\"DSO\": 1, \"DSD\": 1.5, \"sVoxel\": 0.5" SIZE "}", &grid, NULL) == 0 &&
+			same(s.dso, 192),
+		"small numbers are no mm where sVoxel gives the unit");
 	OK(parse(&s, "{\"kind\": 1, \"scanner\": {" BASE SIZE "}}", &grid, NULL) == 0 &&
 			same(s.dso, 240),
 		"in an object");
@@ -195,14 +208,20 @@ static void test_wrong(void)
 		BASE SIZE ", \"COR\": 2", "COR is not supported: expected none, false or zeros",
 		BASE SIZE ", \"COR\": \"x\"", "COR is not supported: expected none, false or zeros",
 		BASE SIZE ", \"offdetector\": [1, 2]",
-		"the key offdetector is not known; the nearest that is: offDetector",
+		"the key offdetector is not known, see ct-project(1); did you mean offDetector?",
 		BASE SIZE ", \"totalAngel\": 90",
-		"the key totalAngel is not known; the nearest that is: totalAngle",
-		BASE SIZE ", \"dso\": 9", "the key dso is not known; the nearest that is: DSO",
-		BASE SIZE ", \"\": 9", "the key  is not known; the nearest that is: DSO",
+		"the key totalAngel is not known, see ct-project(1); did you mean totalAngle?",
+		BASE SIZE ", \"dso\": 9",
+		"the key dso is not known, see ct-project(1); did you mean DSO?",
+		BASE SIZE ", \"\": 9", "the key  is not known, see ct-project(1)",
 		BASE SIZE ", \"mode\": 1", "mode is not a text",
 		"\"totalAngle\": 90, \"scanner\": {" BASE SIZE "}",
 		"totalAngle stands beside scanner: expected inside of it",
+		BASE SIZE ", \"unit\": \"km\"", "unit 'km' is not one of mm|cm|m; did you mean mm?",
+		BASE SIZE ", \"unit\": 1", "unit is not a text", BASE SIZE ", \"unit\": \"mm\"",
+		"sVoxel is 2 mm by its unit, but the volume is 96 mm large: one of the two is wrong",
+		"\"DSO\": 1, \"DSD\": 1.5" SIZE,
+		"DSO 1 and DSD 1.5 are mm, and no scanner is so small; of metres say \"unit\": \"m\"",
 		BASE SIZE ", \"mode\": \"helix\"", "beam 'helix' is not one of cone|parallel|fan",
 		"\"DSD\": 7" SIZE, "no DSO or DSD", "\"DSO\": 5" SIZE, "no DSO or DSD",
 		"\"DSO\": 5, \"DSD\": \"x\"" SIZE, "DSD is not a number",
@@ -320,7 +339,8 @@ static void test_scanner(void)
 		"%s", e.msg);
 	o.beam = "cane";
 	OK(ct_geometry_opts_make(&out, &o, &grid, &e) == -1 && e.code == CT_EUSAGE &&
-			is_text(e.msg, "--beam: beam 'cane' is not one of cone|parallel|fan"),
+			is_text(e.msg,
+				"--beam: beam 'cane' is not one of cone|parallel|fan; did you mean cone?"),
 		"%s", e.msg);
 	for (const char *const *t = (const char *const[]){"0", "2,0", "0,2", "-1,2", NULL}; *t;
 		t++) {

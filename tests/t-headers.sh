@@ -74,13 +74,34 @@ kind.ply:Gaussians (PLY)
 kind.nii:empty
 kind:ct-convert makes one
 END
+# kinds of others, and how to go on
+printf '\223NUMPY\1\0v\0{}' >o.npy; printf '\211HDF\r\n\032\n' >o.h5; printf 'MATLAB 5.0 MAT-file' >o.mat; printf 'II*\0\10\0\0\0' >o.tif
+printf '# vtk DataFile Version 3.0\n' >o.vtk; printf '7z\274\257\047\034' >o.7z; printf 'SIMPLE  =  T' >o.fits
+for f in npy h5 mat tif vtk 7z fits; do head -c 600 /dev/zero >>o.$f; done
+while IFS=: read -r f what way; do
+	for c in 'ct-info' 'ct-convert' 'ct-ddnm'; do
+		if [ $f = o.tif ] && [ $c != ct-info ]; then continue; fi
+		grep -q '^#define HAVE_OIIO 1' "$builddir/config.h" || [ $c != ct-ddnm ] || continue
+		case $c in ct-info) o= ;; ct-convert) o=no.nii ;; *) o=no.exr ;; esac
+		exits 3 "$f is refused by $c" $c $f $o
+		has err "$f: .* but $what.*$way" "the error of $f by $c says what it is and how to go on"
+	done
+done <<END
+o.npy:an array of numpy:ct-convert --scanner reads projections; of a volume make NIfTI
+o.h5:HDF5:make NIfTI of a volume, or .npy of projections
+o.mat:a file of MATLAB:make NIfTI of a volume
+o.tif:a picture (TIFF):ct-convert --radiograph makes a stack of it
+o.vtk:VTK:make MetaImage of it
+o.7z:an archive (7z):unpack it
+o.fits:FITS:make NIfTI of it
+END
 head -c 4000 /dev/zero >pair.img; gzip -c pair.img >pair.img.gz
 for f in pair.img pair.img.gz; do
 	exits 3 "voxels of a pair, $f, are refused" ct-convert $f no.nii; has err "^ct-convert: $f: the voxels of a .hdr/.img pair" "the error of $f says what it is"
 done
 exits 3 'projections from a pipe are refused as a volume' sh -c 'cat kind.exr | ct-degrade -x 2 - no.nii'; has err 'not a NIfTI file, nor MetaImage or NRRD' 'the error of projections from a pipe names the formats'
 exits 3 'a volume is refused as projections' ct-fdk a.nii no.nii; has err 'a.nii: not an EXR file, but a volume (NIfTI)' 'the error of a volume for projections says what it is'
-exits 3 'a volume is refused as a picture' ct-ddnm a.nii no.exr; has err 'a.nii: neither projections (EXR) nor a picture, but of the kind volume' 'the error of a volume for a picture says what it is'
+exits 3 'a volume is refused as a picture' ct-ddnm a.nii no.exr; has err 'a.nii: neither projections (EXR) nor a picture, but a volume (NIfTI)' 'the error of a volume for a picture says what it is'
 
 # every command that reads volumes takes them, with the same result
 for f in mhd.mhd --compressnrrd.nrrd; do

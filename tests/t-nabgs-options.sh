@@ -98,4 +98,6 @@ for w in none std; do
 	ct-nabgs -q -b up.nii -g 300 --expert max-gaussians=300 -n 20 "$@" noisy.exr $w.ply >$w.txt
 done
 is 'apart("std.ply", "none.ply", "density") > 1e-3' '--uncertainty weighs'
+exits 0 'a fit that makes the projections worse ends' ct-nabgs -b up.nii -g 100 --expert max-gaussians=200,rate=30 -n 24 p.exr worse.ply
+has err 'warning: the error of the fit is .* times that without Gaussians' 'a fit that explains nothing gives a warning'
 done_testing

@@ -40,7 +40,7 @@ for tag in RescaleSlope PixelSpacing ImageOrientationPatient SliceThickness Imag
 	has err "e/e.dcm: damaged: $tag (00.*) is '1,5', not" "the error of $tag of a functional group names file and text"
 done
 [ ! -e d.nii ]; ok $? 'series with text for numbers leave no output'
-bad RescaleSlope DS '1e-30' 'd/02.dcm: RescaleSlope is 1e-30: all numbers of 16 bits are within 6.* HU' 2
+bad RescaleSlope DS '1e-30' 'd/02.dcm: RescaleSlope is 1e-30: all numbers of 16 bits lie within 6.* HU' 2
 bad RescaleSlope DS '1e5' 'RescaleSlope is 100000: two numbers are further apart than air and bone'
 bad RescaleIntercept DS '40000' \
 	'd/02.dcm: RescaleIntercept is 40000: numbers of 16 bits are from 7232 to 72767 HU, which no CT is' 2

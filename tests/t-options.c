@@ -138,7 +138,7 @@ static void test_ways(void)
 	TAKEN("-w blue in r", got.word == 2);
 	TAKEN("--word=red in r", got.word == 0);
 	REFUSED("--alp in r", "unknown option '--alp'"); /* alpha or alphabet */
-	REFUSED("--numbers=3 in r", "unknown option '--numbers=3'");
+	REFUSED("--numbers=3 in r", "unknown option '--numbers=3'; did you mean --number?");
 	REFUSED("--no in r", "unknown option '--no'");
 	REFUSED("-z in r", "unknown option '-z'");
 	REFUSED("-az in r", "unknown option '-z'");
@@ -174,6 +174,13 @@ static void test_values(void)
 	REFUSED("--real=1e999 in r", "--real: '1e999' is not a number");
 	REFUSED("-w yellow in r", "--word: 'yellow' is not one of red|green|blue");
 	REFUSED("-w bl in r", "--word: 'bl' is not one of red|green|blue");
+	REFUSED("-w gren in r", "--word: 'gren' is not one of red|green|blue; did you mean green?");
+	REFUSED("-w BLEU in r", "--word: 'BLEU' is not one of red|green|blue; did you mean blue?");
+	REFUSED("-w rde in r", "--word: 'rde' is not one of red|green|blue; did you mean red?");
+	REFUSED("--wrod red in r", "unknown option '--wrod'; did you mean --word?");
+	REFUSED("--wrod=red in r", "unknown option '--wrod=red'; did you mean --word?");
+	REFUSED("--threds 1 in r", "unknown option '--threds'; did you mean --threads?");
+	REFUSED("--thrxxxs 1 in r", "unknown option '--thrxxxs'");
 }
 
 static void test_expert(void)
@@ -182,11 +189,12 @@ static void test_expert(void)
 	TAKEN("--expert=rates=1,2,gate=3 in r", strcmp(rates, "1,2") == 0 && got.gate > 2.9);
 	TAKEN("-a --expert deep=yes in r", got.deep);
 	TAKEN("-a --expert deep=no in r", !got.deep);
-	REFUSED("--gate 2 in r", "unknown option '--gate'");
+	REFUSED("--gate 2 in r", "unknown option '--gate'; did you mean --expert gate?");
 	REFUSED("--expert gate=11 in r", "--expert gate: 11 is outside [0, 10]");
 	REFUSED("-a --expert deep=1 in r", "--expert deep: '1' is not yes or no");
 	REFUSED("--expert deep=yes in r", "--expert deep: needs --alpha");
-	REFUSED("--expert gat=1 in r", "--expert: 'gat' is not one of its keys; --help lists them");
+	REFUSED("--expert gat=1 in r",
+		"--expert: 'gat' is not one of its keys; --help lists them; did you mean gate?");
 	REFUSED("--expert gate in r", "--expert: 'gate' is not one of its keys; --help lists them");
 	TAKEN("--expert gate=1 --expert rates=3,gate=2 in r",
 		got.gate > 1.9 && strcmp(rates, "3") == 0);

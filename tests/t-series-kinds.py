@@ -173,6 +173,8 @@ def make_scales():
             stack("ghost-%s-%s" % (d, by), 1, at=lambda k: at, first=N, hu=9)
     for p in range(2):
         stack("second", at=lambda k: k + .08 * p, first=N * p, hu=9 * p)
+    stack("with-scout")
+    stack("with-scout", 2, at=lambda k: k + 30, first=N, SeriesInstanceUID="1.9.4", ImageType=["ORIGINAL", "PRIMARY", "LOCALIZER"])
     thin = [0, 1, 2, 3, 3.2, 3.4, 3.6, 3.8, 4, 5, 6]
     stack("zone-thin", len(thin), at=lambda k: thin[k])
 

@@ -129,6 +129,18 @@ done
 exits 5 'a second series a little beside the first is refused with status 5' ct-convert second d.nii
 one zone-thin 'slices with a zone of thin ones' 31 .5
 
+# which series of a folder, and what is in one without
+one with-scout 'slices beside a localizer' 6
+has err 'series 1 of 2 is read, the only one of CT slices: 6 slices' 'the series that is read of several is told, and why'
+exits 0 'a file of a folder with several series is converted' ct-convert -f with-scout/00.dcm o.nii
+has err 'series 1 of 2 is read, that of the file' 'the series of a file that is named is told'
+exits 0 '--series names one of several series' ct-convert -f --series 1 with-scout o.nii
+if grep -q 'is read,' err; then r=1; else r=0; fi; ok $r 'a series that was asked for is not told'
+mkdir others; for f in a.txt b.csv c.md d.log e.ini; do echo x >others/$f; done
+exits 3 'a folder without DICOM is refused with status 3' ct-convert others d.nii
+has err 'no DICOM pictures among 5 files: 5 not DICOM (a.txt, b.csv, c.md, d.log, ...)' 'the error of a folder without DICOM lists what is in it'
+[ "$(wc -l <err)" -eq 1 ]; ok $? 'what is in a folder without DICOM is one line'
+
 # scales that are not those of the values
 for c in one first last two apart little slope; do
 	exits 3 "jump-$c: values that jump with the scale are refused with status 3" ct-convert jump-$c d.nii

@@ -63,6 +63,19 @@ static int take(struct parser *s, const struct ct_opt *o, const char *value, str
 	return ct_table_set(o, o->common ? (void *)s->common : s->params, value, e);
 }
 
+/* The n letters at `key`, without a value if o is there. */
+static int unknown_key(const struct ct_tool *t, const char *key, size_t n, const struct ct_opt *o,
+	struct ct_err *e)
+{
+	struct ct_words_guess g = {.word = key, .n = o ? 0 : n};
+	char hint[CT_WORDS_HINT];
+
+	for (size_t k = 0; (o = ct_table_expert(t, k)); k++)
+		ct_words_guess(&g, o->name, strlen(o->name));
+	return ct_fail(e, CT_EUSAGE, "--expert: '%.*s' is not one of its keys; --help lists them%s",
+		(int)n, key, ct_words_hint(hint, &g, ""));
+}
+
 /* "key=value,key=value": a part without "=" belongs to the value before it. */
 static int take_experts(struct parser *s, const char *text, struct ct_err *e)
 {
@@ -80,9 +93,7 @@ static int take_experts(struct parser *s, const char *text, struct ct_err *e)
 			(strlen(o->name) != n || strncmp(o->name, at, n) != 0))
 			;
 		if (!o || at[n] != '=')
-			return ct_fail(e, CT_EUSAGE,
-				"--expert: '%.*s' is not one of its keys; --help lists them",
-				(int)n, at);
+			return unknown_key(s->t, at, n, o, e);
 		for (next = strchr(at, ','); next; next = strchr(next + 1, ','))
 			if (next[1 + strcspn(next + 1, "=,")] == '=')
 				break;
@@ -121,6 +132,26 @@ bool ct_cli_is_idle(const char *name)
 	return false;
 }
 
+/* "--name" or "--name=value". */
+static int unknown(const struct ct_tool *t, const char *a, struct ct_err *e)
+{
+	struct ct_words_guess g = {.word = a + 2, .n = strcspn(a + 2, "=")};
+	const struct ct_opt *o;
+	char hint[CT_WORDS_HINT];
+
+	for (size_t k = 0; (o = ct_table_row(t, k)); k++)
+		if (o->name)
+			ct_words_guess(&g, o->name, strlen(o->name));
+	if (g.near)
+		ct_words_hint(hint, &g, "--");
+	else { /* a key where an option was meant */
+		for (size_t k = 0; (o = ct_table_expert(t, k)); k++)
+			ct_words_guess(&g, o->name, strlen(o->name));
+		ct_words_hint(hint, &g, "--expert ");
+	}
+	return ct_fail(e, CT_EUSAGE, "unknown option '%s'%s", a, hint);
+}
+
 static int parse_option(struct parser *s, char **argv, int *i, struct ct_err *e)
 {
 	const char *a = argv[*i], *val = NULL;
@@ -134,7 +165,7 @@ static int parse_option(struct parser *s, char **argv, int *i, struct ct_err *e)
 		o = ct_table_find(s->t, a + 2, eq ? (size_t)(eq - a - 2) : strlen(a + 2), 0);
 		val = eq ? eq + 1 : NULL;
 		if (!o)
-			return ct_fail(e, CT_EUSAGE, "unknown option '%s'", a);
+			return unknown(s->t, a, e);
 		if (o->type == CT_T_FLAG && val)
 			return ct_fail(e, CT_EUSAGE, "option '%s' takes no value", a);
 		if (!val)

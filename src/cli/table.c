@@ -137,7 +137,7 @@ void ct_table_name(char out[CT_TABLE_NAME], const struct ct_opt *o)
 int ct_table_set(const struct ct_opt *o, void *params, const char *s, struct ct_err *e)
 {
 	void *p = (char *)params + o->at;
-	char name[CT_TABLE_NAME];
+	char name[CT_TABLE_NAME], hint[CT_WORDS_HINT];
 	int i;
 
 	ct_table_name(name, o);
@@ -154,7 +154,8 @@ int ct_table_set(const struct ct_opt *o, void *params, const char *s, struct ct_
 			return set_number(o, p, name, s, e);
 		i = ct_words_find(o->arg, s);
 		if (i < 0)
-			return ct_fail(e, CT_EUSAGE, "%s: '%s' is not one of %s", name, s, o->arg);
+			return ct_fail(e, CT_EUSAGE, "%s: '%s' is not one of %s%s", name, s, o->arg,
+				ct_words_hint_of(hint, o->arg, s));
 		*(int *)p = i;
 		return 0;
 	case CT_T_LIST:

@@ -28,6 +28,22 @@
 const char *ct_words_at(const char *words, int place, size_t *n);
 /* Place of `word` in "a|b|c", from 0, or -1. */
 int ct_words_find(const char *words, const char *word);
+/* The nearest of some words to one that is none of them: by at most two letters that are changed,
+ * added, left out or exchanged with their neighbour, in any case; the first of several. Zeroes but
+ * for `word` are no guess. */
+struct ct_words_guess {
+	const char *word; /* n letters */
+	size_t n;
+	const char *near; /* NULL if there is none */
+	size_t length, apart;
+};
+enum { CT_WORDS_HINT = 100 };
+void ct_words_guess(struct ct_words_guess *g, const char *word, size_t n);
+/* "; did you mean PREFIX and the guess?", or nothing. */
+const char *ct_words_hint(
+	char out[CT_WORDS_HINT], const struct ct_words_guess *g, const char *prefix);
+/* The same of "a|b|c". */
+const char *ct_words_hint_of(char out[CT_WORDS_HINT], const char *words, const char *word);
 /* *place <- that; CT_EINPUT if `what` is none of them. */
 int ct_words_take(
 	int *place, const char *words, const char *what, const char *word, struct ct_err *e);

@@ -87,6 +87,22 @@ void series_lines(const struct series_set *set, const struct ct_env *env)
 	}
 }
 
+void series_tell(const struct series_set *set, const struct ct_dicom_in *in, size_t pick,
+	const struct ct_env *env)
+{
+	const struct ct_series *l = &set->list[pick];
+	size_t others = 0;
+
+	for (size_t k = 0; k < set->n; k++)
+		others += k != pick && set->list[k].role != CT_PICTURE_COPY;
+	if (others && !in->series)
+		ct_log(env, CT_TOLD,
+			"series %zu of %zu is read, %s: %zu %s '%s'; --series takes another",
+			pick + 1, set->n,
+			in->member ? "that of the file" : "the only one of CT slices", l->count,
+			l->count == 1 ? "slice" : "slices", set->census.slice[l->first].about);
+}
+
 /* What is the matter with a file. */
 static void say_file(char *out, size_t room, const struct ct_file *f)
 {
@@ -94,11 +110,44 @@ static void say_file(char *out, size_t room, const struct ct_file *f)
 		f->why[0] ? ": " : "", f->why);
 }
 
+/* How many files are of each state but pictures, with the names of the first of them. */
+static void list_states(char *out, size_t room, const struct ct_census *c)
+{
+	enum { NAMES = 4, LEFT = 60 };
+	size_t at = 0;
+
+	*out = '\0';
+	for (int state = CT_FILE_FOREIGN; state <= CT_FILE_UNREADABLE; state++) {
+		size_t count = 0, named = 0;
+
+		for (size_t i = 0; i < c->files; i++)
+			count += c->file[i].state == (enum ct_file_state)state;
+		if (count && at + LEFT < room)
+			at += (size_t)snprintf(out + at, room - at, "%s%zu %s (", at ? ", " : "",
+				count, CT_WORD(CT_FILE_LIST, state));
+		for (size_t i = 0; i < c->files && count; i++) {
+			const char *name = basename(c->file[i].path);
+
+			if (c->file[i].state != (enum ct_file_state)state || named == NAMES ||
+				at + strlen(name) + LEFT / 2 > room)
+				continue;
+			at += (size_t)snprintf(
+				out + at, room - at, "%s%s", named ? ", " : "", name);
+			named++;
+		}
+		if (count && at + LEFT / 3 < room)
+			at += (size_t)snprintf(out + at, room - at, "%s)",
+				named == count ? ""
+				: named        ? ", ..."
+					       : "...");
+	}
+}
+
 /* What is the matter where there is no picture at all? */
 static int nothing(const struct ct_census *c, const char *path, struct ct_err *e)
 {
 	const struct ct_file *f = c->file;
-	char text[sizeof e->msg];
+	char text[sizeof e->msg], list[240];
 
 	if (c->files == 0)
 		return ct_fail(e, CT_EINPUT, "%s: no files in this folder", path);
@@ -106,10 +155,15 @@ static int nothing(const struct ct_census *c, const char *path, struct ct_err *e
 		if (c->file[i].state > f->state)
 			f = &c->file[i];
 	say_file(text, sizeof text, f);
-	if (c->files == 1)
+	if (c->files == 1 && (f->why[0] || strcmp(f->path, path) == 0))
 		return ct_fail(e, CT_EINPUT, "%s", text);
-	return ct_fail(
-		e, CT_EINPUT, "%s: no DICOM pictures among %zu files; %s", path, c->files, text);
+	list_states(list, sizeof list, c);
+	return ct_fail(e, CT_EINPUT, "%s: no DICOM pictures among %zu file%s%s%s: %s%s", path,
+		c->files, c->files == 1 ? "" : "s", f->why[0] ? "; " : "", f->why[0] ? text : "",
+		list,
+		f->state == CT_FILE_FOREIGN
+			? "; of another format (NIfTI, MetaImage, NRRD) name the file"
+			: "");
 }
 
 /* The series of a file that is named: 0; 1 if that is a directory of files, which has no series, or

@@ -379,6 +379,7 @@ int series_read(
 		series_lines(&set, env);
 		goto out;
 	}
+	series_tell(&set, in, pick, env);
 	l = &set.list[pick];
 	s = set.census.slice + l->first;
 	count = l->count;

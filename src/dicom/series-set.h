@@ -19,6 +19,9 @@ int series_choose(
 	const struct series_set *set, const struct ct_dicom_in *in, size_t *pick, struct ct_err *e);
 /* What each series is made of, a line a series, behind the error. */
 void series_lines(const struct series_set *set, const struct ct_env *env);
+/* Which series is used, and why, where there are others and nobody asked for it. */
+void series_tell(const struct series_set *set, const struct ct_dicom_in *in, size_t pick,
+	const struct ct_env *env);
 /* How the files are used if series `pick` is: one line in the log if not all are, with -v one line
  * a file. `without` slices at the end of the series are not. */
 void series_account(

@@ -41,11 +41,15 @@ int colours(const OIIO::ImageSpec &s)
 int read_gray(const char *path, size_t *w, size_t *h, float **gray, ct_err *e)
 {
 	OIIO::ImageSpec hints;
+	std::string text;
 
 	hints.attribute("oiio:UnassociatedAlpha", 1); /* no multiplication by alpha */
 	auto in = OIIO::ImageInput::open(path, &hints);
+	if (!in && (text = words("")).find("find a format reader") != std::string::npos)
+		text = "neither projections (EXR) nor a picture (PNG, TIFF, JPEG): ct-project makes "
+		       "projections of a volume, ct-convert --scanner of an array of numpy";
 	if (!in)
-		return ct_fail(e, CT_EINPUT, "%s: %s", path, words("").c_str());
+		return ct_fail(e, CT_EINPUT, "%s: %s", path, text.c_str());
 	const OIIO::ImageSpec &s = in->spec();
 	int used = colours(s);
 	if (s.width < 1 || s.height < 1 || s.depth != 1 || used < 1 || s.deep)

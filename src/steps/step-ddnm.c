@@ -55,6 +55,22 @@ static int norm_of(double *norm, double asked, const struct ct_stack *in, struct
 	return 0;
 }
 
+/* The factor of the volume that was seen, where the stack says no more: 0; 1 if it says none; -1.
+ */
+static int factor_of(double *factor, const struct ct_step_ddnm_rule *r, const struct ct_stack *in,
+	struct ct_err *e)
+{
+	double by[3];
+	const int got = ct_meta_numbers(&in->meta, CT_META_FACTOR, 3, by, e);
+
+	if (got)
+		return got < 0 ? ct_blame(e, r->in) : got;
+	if (by[0] != by[1] || by[0] != by[2]) /* the detector sees them mixed */
+		return 1;
+	*factor = by[0];
+	return 0;
+}
+
 /* By how much it was coarsened: what the stack says; what is asked, or the network is for; else 4.
  */
 static int scale_of(size_t *scale, const struct ct_step_ddnm_rule *r, const struct ct_stack *in,
@@ -62,17 +78,24 @@ static int scale_of(size_t *scale, const struct ct_step_ddnm_rule *r, const stru
 {
 	const int network = prior ? (int)prior->factor : 0;
 	const int asked = r->factor ? r->factor : network;
+	const char *key = CT_META_COARSEN;
 	double coarsen = asked ? asked : 4;
+	int got = ct_meta_numbers(&in->meta, key, 1, &coarsen, e);
 
-	if (ct_meta_numbers(&in->meta, CT_META_COARSEN, 1, &coarsen, e) < 0)
+	if (got < 0)
 		return ct_blame(e, r->in);
+	if (got > 0) {
+		key = CT_META_FACTOR;
+		got = factor_of(&coarsen, r, in, e);
+	}
+	if (got < 0)
+		return -1;
 	if (!(coarsen >= 2 && coarsen <= 64) || coarsen != floor(coarsen))
 		return ct_fail(e, CT_EINPUT, "%s: %s is %g, not a whole number from 2 to 64", r->in,
-			CT_META_COARSEN, coarsen);
+			key, coarsen);
 	if (asked && asked != (int)coarsen)
-		return ct_fail(e, CT_EUSAGE,
-			"%sfactor %d contradicts %s, which was coarsened %g times",
-			r->dashed ? "--" : "", asked, r->in, coarsen);
+		return ct_fail(e, CT_EUSAGE, "%sfactor %d contradicts %s, whose %s is %g",
+			r->dashed ? "--" : "", asked, r->in, key, coarsen);
 	*scale = (size_t)coarsen;
 	return !network || network == (int)*scale
 		       ? 0

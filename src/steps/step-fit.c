@@ -119,6 +119,11 @@ int ct_step_fit_run(struct ct_fit *f, struct ct_step_fit_report *r, const struct
 	ct_env_part(&own, &part);
 	if (ct_fit_run(f, &p->data, &own, e) || describe(&f->g.meta, p, env, e))
 		return -1;
+	if (f->end != CT_FIT_EMPTY && f->error > 1)
+		ct_log(env, CT_WARN,
+			"the error of the fit is %.3g times that without Gaussians: they explain "
+			"nothing; do projections and base belong together?",
+			f->error);
 	if (!r)
 		return 0;
 	*r = (struct ct_step_fit_report){.gaussians = f->g.n,

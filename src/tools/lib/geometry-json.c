@@ -8,8 +8,9 @@
  *                       nVoxel  its voxels, of which dVoxel is the size if there is no sVoxel
  *   offDetector         [u, v], v up
  *   totalAngle, startAngle  degrees;   numTrain  number of views;   mode  cone | parallel
- * Lengths are in a unit of the file's own: the one in which sVoxel is the size of our volume (its
- * largest extent); without sVoxel, or without a volume, they are mm.
+ *   unit                mm | cm | m, of all lengths
+ * Without that lengths are in a unit of the file's own: the one in which sVoxel is the size of our
+ * volume (its largest extent); without sVoxel, or without a volume, they are mm.
  *   randomAngle, rotDetector, COR  only if they say nothing: false, zeros
  * Keys of these programs that do not place rays are passed over; any other is an error.
  */
@@ -17,7 +18,6 @@
 #include "formats/io.h"
 #include "tools/lib/geometry-json.h"
 
-#include <ctype.h>
 #include <jansson.h>
 #include <math.h>
 #include <stdint.h>
@@ -52,37 +52,10 @@ static int numbers(const struct reader *r, const char *key, size_t n, double *x,
 /* All but the first PLACES and ABSENT place no rays. */
 static const char *const keys[] = {"DSO", "DSD", "nDetector", "sDetector", "dDetector", "nVoxel",
 	"sVoxel", "dVoxel", "offOrigin", "offDetector", "totalAngle", "startAngle", "numTrain",
-	"mode", "randomAngle", "rotDetector", "COR", "accuracy", "filter", "noise", "possion_noise",
-	"gaussian_noise", "numVal", "convert", "normalize", "rescale_slope", "rescale_intercept"};
-enum { KEYS = sizeof keys / sizeof *keys, PLACES = 14, ABSENT = 3 };
-
-static size_t least(size_t a, size_t b)
-{
-	return a < b ? a : b;
-}
-
-/* Letters to change, add or leave out until one is the other, in any case. */
-static size_t apart(const char *a, const char *b)
-{
-	size_t row[20], n = strlen(b);
-
-	for (size_t k = 0; k <= n; k++)
-		row[k] = k;
-	for (size_t i = 0; a[i]; i++) {
-		size_t before = row[0];
-
-		row[0] = i + 1;
-		for (size_t k = 1; k <= n; k++) {
-			const bool same =
-				tolower((unsigned char)a[i]) == tolower((unsigned char)b[k - 1]);
-			const size_t here = least(before + !same, least(row[k], row[k - 1]) + 1);
-
-			before = row[k];
-			row[k] = here;
-		}
-	}
-	return row[n];
-}
+	"mode", "unit", "randomAngle", "rotDetector", "COR", "accuracy", "filter", "noise",
+	"possion_noise", "gaussian_noise", "numVal", "convert", "normalize", "rescale_slope",
+	"rescale_intercept"};
+enum { KEYS = sizeof keys / sizeof *keys, PLACES = 15, ABSENT = 3 };
 
 static bool says_nothing(const json_t *v)
 {
@@ -101,19 +74,20 @@ static int check_keys(const struct reader *r, const json_t *root, struct ct_err 
 	const json_t *v;
 
 	json_object_foreach ((json_t *)(uintptr_t)r->o, key, v) {
-		size_t at = 0, near = 0;
+		struct ct_words_guess g = {.word = key, .n = strlen(key)};
+		char hint[CT_WORDS_HINT];
+		size_t at = 0;
 
 		while (at < KEYS && strcmp(key, keys[at]) != 0)
 			at++;
 		if (at < PLACES || at >= PLACES + ABSENT) {
 			if (at < KEYS || (r->o == root && strcmp(key, "scanner") == 0))
 				continue;
-			for (size_t k = 1; k < PLACES; k++)
-				if (apart(key, keys[k]) < apart(key, keys[near]))
-					near = k;
+			for (size_t k = 0; k < PLACES; k++)
+				ct_words_guess(&g, keys[k], strlen(keys[k]));
 			return ct_fail(e, CT_EINPUT,
-				"%s: the key %.40s is not known; the nearest that is: %s", r->path,
-				key, keys[near]);
+				"%s: the key %.40s is not known, see ct-project(1)%s", r->path, key,
+				ct_words_hint(hint, &g, ""));
 		}
 		if (!says_nothing(v))
 			return ct_fail(e, CT_EINPUT,
@@ -144,6 +118,23 @@ static int mode(
 	if (grid)
 		ct_geometry_default(s, (enum ct_beam)beam, grid);
 	s->beam = (enum ct_beam)beam;
+	return 0;
+}
+
+/* Is the length in mm of the unit that the file says: 0; 1 if it says none; -1. */
+static int unit_of(double *mm, const struct reader *r, struct ct_err *e)
+{
+	static const double lengths[] = {1, 10, 1000};
+	const json_t *v = json_object_get(r->o, "unit");
+	int place;
+
+	if (!v || json_is_null(v))
+		return 1;
+	if (!json_is_string(v))
+		return ct_fail(e, CT_EINPUT, "%s: unit is not a text", r->path);
+	if (ct_words_take(&place, "mm|cm|m", "unit", json_string_value(v), e))
+		return ct_blame(e, r->path);
+	*mm = lengths[place];
 	return 0;
 }
 
@@ -184,8 +175,8 @@ static int detector(struct ct_geometry *s, const struct reader *r, double unit, 
 static int volume(struct ct_vol *v, const struct reader *r, struct ct_err *e)
 {
 	static const char *const key[] = {"nVoxel", "sVoxel", "dVoxel"};
-	double n[3], mm[3];
-	int got = numbers(r, key[0], 3, n, e);
+	double n[3], mm[3], unit = 1;
+	int got = unit_of(&unit, r, e) < 0 ? -1 : numbers(r, key[0], 3, n, e);
 
 	if (got == 0)
 		got = cells(r, key, 3, n, mm, e);
@@ -194,6 +185,7 @@ static int volume(struct ct_vol *v, const struct reader *r, struct ct_err *e)
 	for (int a = 0; a < 3; a++) {
 		if (!(mm[a] > 0))
 			return ct_fail(e, CT_EINPUT, "%s: a voxel of %g mm", r->path, mm[a]);
+		mm[a] *= unit;
 		v->n[a] = (size_t)n[a];
 		v->affine[a][a] = mm[a];
 		v->affine[a][3] = -0.5 * mm[a] * (n[a] - 1);
@@ -205,9 +197,11 @@ static int read_scan(
 	struct ct_geometry *s, const struct reader *r, const struct ct_vol *grid, struct ct_err *e)
 {
 	double mm[3] = {0}, box[3], offset[3] = {0}, shift[2] = {0}, views = 0, most = 0, unit = 1;
-	int got;
+	const double least = 3, hair = 0.02; /* mm of a scanner; of a volume */
+	bool assumed = true;                 /* that they are mm */
+	int got, said;
 
-	if (mode(s, r, grid, e))
+	if (mode(s, r, grid, e) || (said = unit_of(&unit, r, e)) < 0)
 		return -1;
 	if (grid)
 		ct_vol_spacing(grid, mm);
@@ -216,13 +210,28 @@ static int read_scan(
 	got = numbers(r, "sVoxel", 3, box, e);
 	if (got < 0)
 		return -1;
-	if (got == 0 && grid)
-		unit = most / fmax(fmax(box[0], box[1]), box[2]);
+	if (got == 0 && grid) {
+		const double largest = fmax(fmax(box[0], box[1]), box[2]);
+
+		if (said == 0 && !(fabs(largest * unit - most) <= hair * most))
+			return ct_fail(e, CT_EINPUT,
+				"%s: sVoxel is %g mm by its unit, but the volume is %g mm large: one "
+				"of the two is wrong",
+				r->path, largest * unit, most);
+		unit = said == 0 ? unit : most / largest;
+		assumed = false;
+	}
 	if (!(unit > 0 && isfinite(unit)))
 		return ct_fail(e, CT_EINPUT, "%s: sVoxel is not positive", r->path);
 	if ((got = numbers(r, "DSO", 1, &s->dso, e)) != 0 ||
 		(got = numbers(r, "DSD", 1, &s->dsd, e)) != 0)
 		return got < 0 ? -1 : ct_fail(e, CT_EINPUT, "%s: no DSO or DSD", r->path);
+	if (assumed && said == 1 && s->beam != CT_PARALLEL && s->dso > 0 && s->dsd > 0 &&
+		fmax(s->dso, s->dsd) < least)
+		return ct_fail(e, CT_EINPUT,
+			"%s: DSO %g and DSD %g are mm, and no scanner is so small; of metres say "
+			"\"unit\": \"m\"",
+			r->path, s->dso, s->dsd);
 	if (numbers(r, "offOrigin", 3, offset, e) < 0 ||
 		numbers(r, "offDetector", 2, shift, e) < 0 ||
 		numbers(r, "totalAngle", 1, &s->arc, e) < 0 ||
