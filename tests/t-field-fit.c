@@ -240,7 +240,6 @@ static void check_block(const struct scene *s)
 	struct ct_field_block b = {0};
 	struct ct_vol hi = {0}, want = {0};
 	float *x, *y, *back, got[LR * LR * (LR + 1)];
-	bool inside = true;
 	double worst = 0;
 
 	must(ct_vol_alloc(&hi, s->fine.n, &err));
@@ -274,14 +273,13 @@ static void check_block(const struct scene *s)
 	ct_separable_apply(&b.adjoint, back, y, NULL);
 	NEAR(dot(b.n[0] * b.n[1] * b.n[2], back, x), dot(12, y, got), 1e-5, "and its adjoint");
 	ct_field_block_free(&b);
-	for (size_t i = 0; i + 2 <= LR; i++) {
-		must(ct_field_block_plan(&b, &op, (const size_t[3]){i, i, i},
-			(const size_t[3]){2, 2, 2}, NULL, &err));
+	for (size_t i = 0; i + m[1] <= LR; i++) {
+		must(ct_field_block_plan(&b, &op, (size_t[]){i + 1, i, i + 1}, m, NULL, &err));
 		for (int a = 0; a < 3; a++)
-			inside = inside && b.first[a] + b.n[a] <= hi.n[a];
+			worst = fmax(worst, (double)(b.first[a] + b.n[a]) - (double)hi.n[a]);
 		ct_field_block_free(&b);
 	}
-	OK(inside, "no block reaches beyond the faces of the volume");
+	OK(worst < 0.02, "no block reaches beyond the faces of the volume");
 	ct_field_operator_free(&op);
 	ct_vol_free(&hi);
 	ct_vol_free(&want);

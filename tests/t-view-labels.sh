@@ -46,7 +46,7 @@ is '(lambda p: p.shape[1] == 37 * 6 + 4 and says(p, "a picture as wide as what i
 ct-view -f -l -z 4 -p axial --names 'a_name_that_is_wider_than_its_column,b' v.nii v.nii wide.png
 is '(lambda p: p.shape[0] == 4 + 20 + 160 and says(p, "a_name_that_is_wider_than_", 2, 2) and says(p, "its_column", 12, 2) and says(p, "b", 2, 166))(pic("wide.png"))' 'a name wider than its column goes on in the next line'
 # SVG: the picture in it is that of the PNG without letters, the words are text
-exits 0 'labels in SVG' ct-view -l -z 4 -p axial -w -1024:1000 --names 'a<b,ü' v.nii v.nii l.svg
+exits 0 'labels are written as text in SVG' ct-view -l -z 4 -p axial -w -1024:1000 --names 'a<b,ü' v.nii v.nii l.svg
 ct-view -f -z 4 -p axial -w -1024:1000 v.nii v.nii plain2.png
 cat >svg.py <<'END'
 import base64, io, sys

@@ -39,7 +39,7 @@ void ct_progress_draw(
 	const struct ct_env *env, const char *what, size_t done, size_t total, size_t likely)
 {
 	struct ct_progress *p = env->ctx;
-	const double share = total ? ct_progress_share(done, total, likely) : 0;
+	const double share = total ? ct_env_share(done, total, likely) : 0;
 	const double t = ct_clock_wall();
 
 	if (!p || p->how == CT_PROGRESS_NONE || total == 0)

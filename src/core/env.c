@@ -31,7 +31,7 @@ void ct_progress_until(
 		env->progress(env, what, done, most, likely);
 }
 
-double ct_progress_share(size_t done, size_t total, size_t likely)
+double ct_env_share(size_t done, size_t total, size_t likely)
 {
 	const size_t end = likely == 0 ? total : likely > done ? likely : done + 1;
 
@@ -42,7 +42,7 @@ static void part_progress(
 	const struct ct_env *env, const char *what, size_t done, size_t most, size_t likely)
 {
 	struct ct_env_part *p = env->ctx;
-	const double share = ct_progress_share(done, most, likely);
+	const double share = ct_env_share(done, most, likely);
 
 	(void)what;
 	if (share > p->done)

@@ -46,7 +46,7 @@ void ct_progress_until(
 #define CT_PROGRESS_WHOLE "%"
 enum { CT_PROGRESS_PARTS = 10000 };
 /* 0 to 1 of a work. */
-double ct_progress_share(size_t done, size_t total, size_t likely);
+double ct_env_share(size_t done, size_t total, size_t likely);
 /* A part of a run: from 0 to 1 of it, by the time that it takes, about. *own is env, but its
  * progress is that of the run, and never falls; *part must outlive it, and may become the next
  * part. */

@@ -171,7 +171,8 @@ int sidecar_refined(json_t *o, const struct ct_vol *v, struct ct_err *e)
 		"SingleCollimationWidth", "ConvolutionKernel"};
 	static const char *const said[][2] = {{"Factor", CT_META_FACTOR}, {"Sigma", CT_META_SIGMA},
 		{"Decimate", CT_META_DECIMATE}, {"Profile", CT_META_PROFILE},
-		{"Method", CT_META_UPSAMPLE}, {"Assumed", CT_META_ASSUMED}, {"Denoised", CT_META_DENOISED}};
+		{"Method", CT_META_UPSAMPLE}, {"Assumed", CT_META_ASSUMED},
+		{"Denoised", CT_META_DENOISED}};
 	json_t *of = json_object();
 	bool bad = !of;
 

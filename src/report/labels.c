@@ -23,18 +23,19 @@ static void put_text(const struct ct_labels *l, const struct ct_canvas *c, ptrdi
 {
 	const double size = 11 * (double)l->scale;
 	const ptrdiff_t room = c->clip[3] - x;
+	FILE *f = l->svg;
 
-	if (!l->svg) {
+	if (!f) {
 		ct_canvas_text(c, y, x, l->scale, s, rim, white);
 		return;
 	}
-	fprintf(l->svg, "<text x=\"%td\" y=\"%td\" font-size=\"%g\"%s", x,
-		y + 8 * (ptrdiff_t)l->scale, size, rim ? " class=\"rim\"" : "");
+	fprintf(f, "<text x=\"%td\" y=\"%td\" font-size=\"%g\"%s", x, y + 8 * (ptrdiff_t)l->scale,
+		size, rim ? " class=\"rim\"" : "");
 	if (room > 0 && (ptrdiff_t)(l->scale * ct_canvas_text_width(s)) > room)
-		fprintf(l->svg, " textLength=\"%td\" lengthAdjust=\"spacingAndGlyphs\"", room);
-	fputc('>', l->svg);
-	ct_page_write_words(l->svg, "%s", s);
-	fputs("</text>\n", l->svg);
+		fprintf(f, " textLength=\"%td\" lengthAdjust=\"spacingAndGlyphs\"", room);
+	fputc('>', f);
+	ct_page_write_words(f, "%s", s);
+	fputs("</text>\n", f);
 }
 
 /* A colour bar: of the first tile that is an error map, or is none. */

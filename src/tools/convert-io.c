@@ -125,8 +125,8 @@ static bool in_planes(const struct convert *p, const struct ct_env *env)
 	const bool nifti = !ct_files_is_dicom(p->out) && !ct_ends_match(p->out, CT_ENDS_HEADED);
 
 	return nifti && !ct_ends_match(p->out, "gz") && is_file(p->out) && !p->reorient &&
-	       !p->crop && !p->grid && isnan(p->iso) && !p->cube && !p->radiograph && !p->skip_damaged &&
-	       env->verbose <= 0;
+	       !p->crop && !p->grid && isnan(p->iso) && !p->cube && !p->radiograph &&
+	       !p->skip_damaged && env->verbose <= 0;
 }
 
 /* Its metadata will be those that it has now but for the hash of its values. */

@@ -18,7 +18,8 @@ enum convert_radiograph { CONVERT_RADIOGRAPH_LIST(CT_WORD_VALUE) };
 struct convert {
 	struct ct_list files; /* the last is OUT */
 	const char *in, *out; /* the first and the last of them, for what reads one */
-	const char *raw, *rescale, *pitch, *orient, *series, *reorient, *scanner, *crop, *template, *grid;
+	const char *raw, *rescale, *pitch, *orient, *series, *reorient, *scanner, *crop, *template,
+		*grid;
 	double slope, inter, iso; /* the first two of rescale */
 	int cube, type, tilt, gaps, units, radiograph;
 	const char *sidecar;
