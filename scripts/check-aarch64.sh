@@ -21,7 +21,7 @@ if [ ! -e "$root/unpacked" ]; then
 		$as_root apt-get update -qq
 	}
 	names=$(apt-get install -s --no-install-recommends libopenexr-dev:arm64 libdnnl-dev:arm64 \
-		libjansson-dev:arm64 zlib1g-dev:arm64 libdeflate-dev:arm64 libxxhash-dev:arm64 |
+		libjansson-dev:arm64 zlib1g-dev:arm64 libdeflate-dev:arm64 libxxhash-dev:arm64 libpng-dev:arm64 |
 		sed -n 's/^Inst \([^ ]*:arm64\) .*/\1/p' | grep -vE '^(libc6|libc6-dev|linux-libc-dev|libcrypt)')
 	# shellcheck disable=SC2086
 	(cd "$root" && apt-get download -qq $names && for d in *.deb; do dpkg -x "$d" . && rm "$d"; done)

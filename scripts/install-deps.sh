@@ -2,7 +2,7 @@
 # Installs with apt what the build needs; with `tests`, also what the tests compare with; with `fuzz`, what
 # make fuzz takes; with `wheel`, what make wheel takes; with `cluster`, what make check-long PARTS=cluster takes.
 set -e
-build='gcc g++ make autoconf automake pkg-config zlib1g-dev libdeflate-dev libxxhash-dev
+build='gcc g++ make autoconf automake pkg-config zlib1g-dev libdeflate-dev libxxhash-dev libpng-dev
 	libjansson-dev libopenexr-dev libdnnl-dev libvtk9-dev libvtk-dicom-dev libarchive-dev
 	libopenimageio-dev xz-utils time'
 tests='mandoc python3-numpy python3-nibabel python3-pydicom python3-skimage python3-pil python3-tifffile nifti-bin

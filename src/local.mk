@@ -47,6 +47,7 @@ ct_phantom_SOURCES = src/tools/ct-phantom.c
 bin_PROGRAMS += ct-ddnm
 ct_ddnm_SOURCES = src/tools/ct-ddnm.c src/tools/ddnm-parts.h src/tools/ddnm-state.c \
 	src/tools/ddnm-input.c
+ct_ddnm_LDADD = $(LDADD) $(PNG_LIBS)
 bin_PROGRAMS += ct-sr
 ct_sr_SOURCES = src/tools/ct-sr.c src/tools/sr-paper.c src/tools/sr-keep.c src/tools/sr-result.c src/tools/sr-words.c src/tools/sr.h \
 	src/tools/ddnm-state.c src/tools/ddnm-parts.h $(PAGE_SOURCES) src/tools/lib/libraries.cc
@@ -59,6 +60,7 @@ ct_info_SOURCES = src/tools/ct-info.c
 ct_info_LDADD = $(DICOM_LDADD)
 bin_PROGRAMS += ct-view
 ct_view_SOURCES = src/tools/ct-view.c
+ct_view_LDADD = $(LDADD) $(PNG_LIBS)
 bin_PROGRAMS += ct-nabgs
 ct_nabgs_SOURCES = src/tools/ct-nabgs.c
 bin_PROGRAMS += ct-field

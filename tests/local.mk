@@ -210,7 +210,7 @@ if HAVE_OIIO
 check_PROGRAMS += tests/t-image
 tests_t_image_SOURCES = tests/t-image.c
 nodist_EXTRA_tests_t_image_SOURCES = tests/link-with-cxx.cc
-tests_t_image_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
+tests_t_image_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(PNG_LIBS) $(CT_LIBS)
 else
 EXTRA_DIST += tests/t-image.c
 endif

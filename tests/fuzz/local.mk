@@ -55,7 +55,7 @@ if HAVE_OIIO
 FUZZ_TARGETS += tests/fuzz/fuzz-image
 tests_fuzz_fuzz_image_SOURCES = tests/fuzz/fuzz-image.c $(FUZZ_DRIVER)
 nodist_EXTRA_tests_fuzz_fuzz_image_SOURCES = tests/link-with-cxx.cc
-tests_fuzz_fuzz_image_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
+tests_fuzz_fuzz_image_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(PNG_LIBS) $(CT_LIBS)
 else
 EXTRA_DIST += tests/fuzz/fuzz-image.c
 endif
