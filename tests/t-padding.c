@@ -372,7 +372,7 @@ static void damps(void)
 
 static void words_of_damping(void)
 {
-	const struct ct_damped none = {0}, some = {.share = 0.0123, .most = 45.4};
+	const struct ct_damped none = {0}, some = {.share = 0.01246, .most = 45.4};
 	char words[200] = "";
 
 	ct_damped_words(words, sizeof words, &none);
