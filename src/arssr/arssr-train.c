@@ -217,8 +217,9 @@ static int go(double *sum, const struct pass *p, size_t pieces, struct ct_err *e
 	return ct_err_first(e, pieces, t->failed, sizeof *t->failed);
 }
 
-int ct_arssr_train_step(struct ct_arssr_train *t, double *loss, struct ct_err *e)
+int ct_arssr_train_step(void *training, double *loss, struct ct_err *e)
 {
+	struct ct_arssr_train *t = training;
 	const struct ct_arssr_train_rule *r = &t->rule;
 	const struct pass p = {t, t->v, t->volumes, t->trainer.steps * r->batch, true};
 	const double scale = 1 / (double)(r->batch * t->side->piece.points);
@@ -357,14 +358,17 @@ double ct_arssr_train_bytes(const struct ct_arssr_train *t)
 			   (double)t->sides * voxels * wide * (8 + (double)s->blocks));
 }
 
-int ct_arssr_train_save(const struct ct_arssr_train *t, struct ct_tensors *w, struct ct_err *e)
+int ct_arssr_train_save(const void *training, struct ct_tensors *w, struct ct_err *e)
 {
+	const struct ct_arssr_train *t = training;
+
 	return ct_arssr_describe(&t->net, &w->meta, e) || ct_trainer_save(&t->trainer, w, e) ? -1
 											     : 0;
 }
 
-int ct_arssr_train_restore(struct ct_arssr_train *t, const struct ct_tensors *w, struct ct_err *e)
+int ct_arssr_train_restore(void *training, const struct ct_tensors *w, struct ct_err *e)
 {
+	struct ct_arssr_train *t = training;
 	struct ct_arssr is = {0};
 
 	if (ct_arssr_described(&is, &w->meta, e))

@@ -78,8 +78,8 @@ void ct_arssr_train_free(struct ct_arssr_train *t);
 /* Bytes that it holds, without the volumes. */
 double ct_arssr_train_bytes(const struct ct_arssr_train *t);
 /* One step; *loss <- the mean. CT_ENUMERIC if it is not finite, CT_ESTOP before it changed
- * anything. */
-int ct_arssr_train_step(struct ct_arssr_train *t, double *loss, struct ct_err *e);
+ * anything. Here and below `training` is a struct ct_arssr_train. */
+int ct_arssr_train_step(void *training, double *loss, struct ct_err *e);
 /* The mean loss of the average of the weights on `pieces` cubes of other volumes, always the same
  * ones. Not while a step runs. */
 int ct_arssr_train_held(struct ct_arssr_train *t, const struct ct_vol *v, size_t n, size_t pieces,
@@ -89,7 +89,7 @@ int ct_arssr_train_piece(struct ct_arssr_train *t, size_t side, const struct ct_
 	double *loss, float *grad, struct ct_err *e);
 /* All that a training which goes on needs (free *w in any case), and back, into one of the same
  * rule and volumes. CT_EINPUT if it is no state of such a training, CT_ENUMERIC. */
-int ct_arssr_train_save(const struct ct_arssr_train *t, struct ct_tensors *w, struct ct_err *e);
-int ct_arssr_train_restore(struct ct_arssr_train *t, const struct ct_tensors *w, struct ct_err *e);
+int ct_arssr_train_save(const void *training, struct ct_tensors *w, struct ct_err *e);
+int ct_arssr_train_restore(void *training, const struct ct_tensors *w, struct ct_err *e);
 
 #endif

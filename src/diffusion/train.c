@@ -166,8 +166,9 @@ double ct_train_bytes(const struct ct_train *t)
 	return bytes + floats * sizeof(float);
 }
 
-int ct_train_step(struct ct_train *t, double *loss, struct ct_err *e)
+int ct_train_step(void *training, double *loss, struct ct_err *e)
 {
+	struct ct_train *t = training;
 	struct pass p = {.t = t, .data = t->data, .count = t->o.batch, .groups = t->trainer.groups};
 
 	if (run_pass(&p, train_group, loss, e) ||
@@ -302,13 +303,15 @@ int ct_train_result(const struct ct_train *t, struct ct_tensors *w, struct ct_er
 		       : 0;
 }
 
-int ct_train_save(const struct ct_train *t, struct ct_tensors *w, struct ct_err *e)
+int ct_train_save(const void *training, struct ct_tensors *w, struct ct_err *e)
 {
-	return ct_trainer_save(&t->trainer, w, e);
+	return ct_trainer_save(&((const struct ct_train *)training)->trainer, w, e);
 }
 
-int ct_train_restore(struct ct_train *t, const struct ct_tensors *w, struct ct_err *e)
+int ct_train_restore(void *training, const struct ct_tensors *w, struct ct_err *e)
 {
+	struct ct_train *t = training;
+
 	if (ct_trainer_restore(&t->trainer, w, e))
 		return -1;
 	t->ema_stale = true;

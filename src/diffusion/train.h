@@ -42,8 +42,9 @@ uint64_t ct_train_steps(const struct ct_train *t); /* done so far */
 double ct_train_bytes(const struct ct_train *t);
 double ct_train_rate(const struct ct_train *t); /* learning rate of the next step */
 /* One step; *loss is its mean over the batch. CT_ENUMERIC naming the step if loss or gradient
- * are not finite, CT_ESTOP if asked to stop: the weights are those before it. */
-int ct_train_step(struct ct_train *t, double *loss, struct ct_err *e);
+ * are not finite, CT_ESTOP if asked to stop: the weights are those before it. Here and below
+ * `training` is a struct ct_train. */
+int ct_train_step(void *training, double *loss, struct ct_err *e);
 /* Mean loss of the averaged weights over `n` pieces of other pictures, the timesteps spread evenly,
  * noise and pieces the same in every call. */
 int ct_train_validate(struct ct_train *t, const struct ct_pictures *data, size_t n, double *loss,
@@ -54,7 +55,7 @@ int ct_train_result(const struct ct_train *t, struct ct_tensors *w, struct ct_er
 /* Everything that a resumed training needs: weights, average, moments, step; *w zero: free it in
  * any case. And back, into one of the same options and data: CT_EINPUT if it is not a state of such
  * a network, CT_ENUMERIC. */
-int ct_train_save(const struct ct_train *t, struct ct_tensors *w, struct ct_err *e);
-int ct_train_restore(struct ct_train *t, const struct ct_tensors *w, struct ct_err *e);
+int ct_train_save(const void *training, struct ct_tensors *w, struct ct_err *e);
+int ct_train_restore(void *training, const struct ct_tensors *w, struct ct_err *e);
 
 #endif

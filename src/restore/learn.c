@@ -301,8 +301,9 @@ static void vectors_of(
 	n[SPREAD] = CT_SPREADS;
 }
 
-int ct_learn_save(const struct ct_learn *l, struct ct_tensors *w, struct ct_err *e)
+int ct_learn_save(const void *training, struct ct_tensors *w, struct ct_err *e)
 {
+	const struct ct_learn *l = training;
 	struct ct_slice_network r = l->r;
 	float *v[VECTORS], shape[SIZES];
 	size_t n[VECTORS];
@@ -314,8 +315,9 @@ int ct_learn_save(const struct ct_learn *l, struct ct_tensors *w, struct ct_err 
 	return ct_trainer_save(&l->trainer, w, e);
 }
 
-int ct_learn_restore(struct ct_learn *l, const struct ct_tensors *w, struct ct_err *e)
+int ct_learn_restore(void *training, const struct ct_tensors *w, struct ct_err *e)
 {
+	struct ct_learn *l = training;
 	float *v[VECTORS], shape[SIZES];
 	const float *from[VECTORS];
 	size_t n[VECTORS];

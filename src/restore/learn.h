@@ -85,9 +85,9 @@ int ct_learn_calibrate(struct ct_slice_network *r, const struct ct_example *pair
 	const struct ct_env *env, struct ct_err *e);
 /* All that a training which goes on needs (free *w in any case), and back, into one of the same
  * rule and examples.
- * CT_EINPUT if it is no state of such a training, CT_ENUMERIC. */
-int ct_learn_save(const struct ct_learn *l, struct ct_tensors *w, struct ct_err *e);
-int ct_learn_restore(struct ct_learn *l, const struct ct_tensors *w, struct ct_err *e);
+ * CT_EINPUT if it is no state of such a training, CT_ENUMERIC. `training` is a struct ct_learn. */
+int ct_learn_save(const void *training, struct ct_tensors *w, struct ct_err *e);
+int ct_learn_restore(void *training, const struct ct_tensors *w, struct ct_err *e);
 
 /* For learn-begin.c. */
 /* A piece of patches of the pairs, their features, targets and weights. */

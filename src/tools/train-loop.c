@@ -190,7 +190,7 @@ static int pack(struct ct_tensors *state, const void *work, struct ct_err *e)
 {
 	const struct train_loop_job *j = work;
 
-	return j->s->save(state, j->s->it, e) || train_best_put(&j->best, state, e) ? -1 : 0;
+	return j->s->save(j->s->training, state, e) || train_best_put(&j->best, state, e) ? -1 : 0;
 }
 
 static int checkpoint(struct train_loop_job *j, struct ct_err *e)
@@ -247,7 +247,7 @@ static int unpack(void *work, const struct ct_tensors *state, struct ct_err *e)
 	struct train_loop_job *j = work;
 	double step = 0;
 
-	if (j->s->restore(j->s->it, state, e) || train_best_get(&j->best, state, e) ||
+	if (j->s->restore(j->s->training, state, e) || train_best_get(&j->best, state, e) ||
 		ct_meta_numbers(&state->meta, CT_META_STEP, 1, &step, e))
 		return -1;
 	j->s->steps = (uint64_t)step;
@@ -311,7 +311,7 @@ static int step(struct train_loop_job *j, struct ct_err *e)
 {
 	double loss;
 
-	if (j->s->step(j->s->it, &loss, e))
+	if (j->s->step(j->s->training, &loss, e))
 		return -1;
 	j->s->steps++;
 	tell(j, loss);
@@ -354,10 +354,10 @@ static int estimate(struct train_loop_job *j, struct ct_err *e)
 	struct ct_cost cost = {0};
 	double loss, t;
 
-	if (j->s->step(j->s->it, &loss, e))
+	if (j->s->step(j->s->training, &loss, e))
 		return -1;
 	t = ct_clock_wall();
-	if (j->s->step(j->s->it, &loss, e))
+	if (j->s->step(j->s->training, &loss, e))
 		return -1;
 	t = ct_clock_wall() - t;
 	cost.seconds = t * j->p->steps;

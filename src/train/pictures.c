@@ -31,26 +31,11 @@ static int read_data(struct train_pictures_job *j, struct train_data *data, stru
 		       : 0;
 }
 
-static int step(void *it, double *loss, struct ct_err *e)
-{
-	return ct_train_step(((struct train_pictures_job *)it)->train, loss, e);
-}
-
 static int held(void *it, double *loss, struct ct_err *e)
 {
 	struct train_pictures_job *j = it;
 
 	return ct_train_validate(j->train, &j->held, j->p->pieces, loss, e);
-}
-
-static int save(struct ct_tensors *w, const void *it, struct ct_err *e)
-{
-	return ct_train_save(((const struct train_pictures_job *)it)->train, w, e);
-}
-
-static int restore(void *it, const struct ct_tensors *w, struct ct_err *e)
-{
-	return ct_train_restore(((struct train_pictures_job *)it)->train, w, e);
 }
 
 static int result(const void *it, struct ct_tensors *w, struct ct_err *e)
@@ -101,15 +86,16 @@ int train_pictures(struct train_subject *s, struct train_data *data,
 	j->p = p;
 	j->env = *env;
 	*s = (struct train_subject){.it = j,
-		.step = step,
+		.step = ct_train_step,
 		.held = p->files.validate ? held : NULL,
-		.save = save,
-		.restore = restore,
+		.save = ct_train_save,
+		.restore = ct_train_restore,
 		.result = result,
 		.cost = cost,
 		.free = done};
-	return read_data(j, data, e) || ct_train_alloc(&j->train, &j->p->arch, &j->p->opts,
-						&j->data, &j->env, e)
-		       ? -1
-		       : 0;
+	if (read_data(j, data, e) ||
+		ct_train_alloc(&j->train, &j->p->arch, &j->p->opts, &j->data, &j->env, e))
+		return -1;
+	s->training = j->train;
+	return 0;
 }

@@ -264,9 +264,9 @@ static int start(struct train_slices_job *j, struct ct_err *e)
 		&j->learn, &j->p->network, &rule, j->data.example, j->data.n, &j->env, e);
 }
 
-static int step(void *it, double *loss, struct ct_err *e)
+static int step(void *training, double *loss, struct ct_err *e)
 {
-	struct ct_learn *l = ((struct train_slices_job *)it)->learn;
+	struct ct_learn *l = training;
 
 	if (l->trainer.steps == 0 && ct_learn_begin(l, e))
 		return -1;
@@ -282,16 +282,6 @@ static int held(void *it, double *loss, struct ct_err *e)
 		return -1;
 	*loss = 1 - gain;
 	return 0;
-}
-
-static int save(struct ct_tensors *w, const void *it, struct ct_err *e)
-{
-	return ct_learn_save(((const struct train_slices_job *)it)->learn, w, e);
-}
-
-static int restore(void *it, const struct ct_tensors *w, struct ct_err *e)
-{
-	return ct_learn_restore(((struct train_slices_job *)it)->learn, w, e);
 }
 
 /* The slice networks that OUT holds besides, except the one in training. */
@@ -395,8 +385,8 @@ int train_slices(struct train_subject *s, struct train_data *data,
 	*s = (struct train_subject){.it = j,
 		.step = step,
 		.held = p->files.validate ? held : NULL,
-		.save = save,
-		.restore = restore,
+		.save = ct_learn_save,
+		.restore = ct_learn_restore,
 		.result = result,
 		.seal = seal,
 		.cost = cost,
@@ -404,10 +394,11 @@ int train_slices(struct train_subject *s, struct train_data *data,
 	j->rule = p->examples;
 	snprintf(j->name, sizeof j->name, "%s%s%zu", p->again ? "again-" : "",
 		p->examples.thick ? "thick-" : "", p->examples.factor);
-	return ct_patch_shape_check(&p->network.shape, e) ||
-			       (p->cache && mkdir(p->cache, 0700) && errno != EEXIST &&
-				       ct_fail_errno(e, CT_EOUTPUT, p->cache)) ||
-			       read_with(j, data, e) || read_data(j, data, e) || start(j, e)
-		       ? -1
-		       : 0;
+	if (ct_patch_shape_check(&p->network.shape, e) ||
+		(p->cache && mkdir(p->cache, 0700) && errno != EEXIST &&
+			ct_fail_errno(e, CT_EOUTPUT, p->cache)) ||
+		read_with(j, data, e) || read_data(j, data, e) || start(j, e))
+		return -1;
+	s->training = j->learn;
+	return 0;
 }

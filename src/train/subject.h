@@ -14,13 +14,13 @@
 
 /* A network in training: pictures.c, slices.c, volumes.c. */
 struct train_subject {
-	void *it;
-	uint64_t steps; /* done; of the loop */
+	void *it, *training; /* the latter with what it learns by: of step, save, restore */
+	uint64_t steps;      /* done; of the loop */
 	/* One step and its loss; CT_ESTOP: it was given up and has changed nothing. */
-	int (*step)(void *it, double *loss, struct ct_err *e);
+	int (*step)(void *training, double *loss, struct ct_err *e);
 	int (*held)(void *it, double *loss, struct ct_err *e); /* on held-out data; may be NULL */
-	int (*save)(struct ct_tensors *state, const void *it, struct ct_err *e);
-	int (*restore)(void *it, const struct ct_tensors *w, struct ct_err *e);
+	int (*save)(const void *training, struct ct_tensors *state, struct ct_err *e);
+	int (*restore)(void *training, const struct ct_tensors *w, struct ct_err *e);
 	/* The weights with their own metadata. */
 	int (*result)(const void *it, struct ct_tensors *w, struct ct_err *e);
 	/* Adds what else the prior needs; `last`: the training has ended. May be NULL. */

@@ -51,26 +51,11 @@ static int read_data(struct train_volumes_job *j, struct train_data *data, struc
 	return 0;
 }
 
-static int step(void *it, double *loss, struct ct_err *e)
-{
-	return ct_arssr_train_step(((struct train_volumes_job *)it)->train, loss, e);
-}
-
 static int held(void *it, double *loss, struct ct_err *e)
 {
 	struct train_volumes_job *j = it;
 
 	return ct_arssr_train_held(j->train, j->held.v, j->held.n, j->p->pieces, loss, e);
-}
-
-static int save(struct ct_tensors *w, const void *it, struct ct_err *e)
-{
-	return ct_arssr_train_save(((const struct train_volumes_job *)it)->train, w, e);
-}
-
-static int restore(void *it, const struct ct_tensors *w, struct ct_err *e)
-{
-	return ct_arssr_train_restore(((struct train_volumes_job *)it)->train, w, e);
 }
 
 static int result(const void *it, struct ct_tensors *w, struct ct_err *e)
@@ -127,15 +112,16 @@ int train_volumes(struct train_subject *s, struct train_data *data,
 	j->p = p;
 	j->env = *env;
 	*s = (struct train_subject){.it = j,
-		.step = step,
+		.step = ct_arssr_train_step,
 		.held = p->files.validate ? held : NULL,
-		.save = save,
-		.restore = restore,
+		.save = ct_arssr_train_save,
+		.restore = ct_arssr_train_restore,
 		.result = result,
 		.cost = cost,
 		.free = done};
-	return read_data(j, data, e) || ct_arssr_train_alloc(&j->train, &p->network, &p->train,
-						j->data.v, j->data.n, &j->env, e)
-		       ? -1
-		       : 0;
+	if (read_data(j, data, e) || ct_arssr_train_alloc(&j->train, &p->network, &p->train,
+					     j->data.v, j->data.n, &j->env, e))
+		return -1;
+	s->training = j->train;
+	return 0;
 }
