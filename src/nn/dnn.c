@@ -80,31 +80,25 @@ int ct_dnn_check(dnnl_status_t s, const char *what, struct ct_err *e)
 		dnnl_status2str(s));
 }
 
+/* A layout by its tag or its strides. */
+#if DNNL_VERSION_MAJOR >= 3
+#define LAYOUT(d, by, ...) dnnl_memory_desc_create_with_##by(d, __VA_ARGS__)
+#else
+#define LAYOUT(d, by, ...)                                                                         \
+	((*(d) = calloc(1, sizeof **(d))) ? dnnl_memory_desc_init_by_##by(*(d), __VA_ARGS__)       \
+					  : dnnl_out_of_memory)
+#endif
+
 int ct_dnn_desc_new(ct_dnn_desc *d, int rank, const dnnl_dims_t dims, dnnl_data_type_t type,
 	dnnl_format_tag_t tag, struct ct_err *e)
 {
-#if DNNL_VERSION_MAJOR >= 3
-	return ct_dnn_check(
-		dnnl_memory_desc_create_with_tag(d, rank, dims, type, tag), "layout", e);
-#else
-	if (ct_alloc0(d, 1, sizeof **d, e))
-		return -1;
-	return ct_dnn_check(dnnl_memory_desc_init_by_tag(*d, rank, dims, type, tag), "layout", e);
-#endif
+	return ct_dnn_check(LAYOUT(d, tag, rank, dims, type, tag), "layout", e);
 }
 
 int ct_dnn_desc_strided(ct_dnn_desc *d, int rank, const dnnl_dims_t dims, const dnnl_dims_t strides,
 	struct ct_err *e)
 {
-#if DNNL_VERSION_MAJOR >= 3
-	return ct_dnn_check(dnnl_memory_desc_create_with_strides(d, rank, dims, dnnl_f32, strides),
-		"layout", e);
-#else
-	if (ct_alloc0(d, 1, sizeof **d, e))
-		return -1;
-	return ct_dnn_check(
-		dnnl_memory_desc_init_by_strides(*d, rank, dims, dnnl_f32, strides), "layout", e);
-#endif
+	return ct_dnn_check(LAYOUT(d, strides, rank, dims, dnnl_f32, strides), "layout", e);
 }
 
 int ct_dnn_desc_copy(ct_dnn_desc *d, ct_dnn_cdesc from, struct ct_err *e)

@@ -22,12 +22,9 @@ void ct_slice_normal(const struct ct_slice *s, double n[3])
 static int by_rank(const void *p, const void *q)
 {
 	const struct ct_slice *a = p, *b = q;
+	const int c = CT_ORDER_OF(a->rank, b->rank), d = CT_ORDER_OF(a->at, b->at);
 
-	if (a->rank != b->rank)
-		return (a->rank > b->rank) - (a->rank < b->rank);
-	if (a->at != b->at)
-		return (a->at > b->at) - (a->at < b->at);
-	return (a->from > b->from) - (a->from < b->from);
+	return c ? c : d ? d : CT_ORDER_OF(a->from, b->from);
 }
 
 void ct_slice_sort(struct ct_slice *s, size_t n)
