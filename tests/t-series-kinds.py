@@ -175,6 +175,23 @@ def make_scales():
         stack("second", at=lambda k: k + .08 * p, first=N * p, hu=9 * p)
     stack("with-scout")
     stack("with-scout", 2, at=lambda k: k + 30, first=N, SeriesInstanceUID="1.9.4", ImageType=["ORIGINAL", "PRIMARY", "LOCALIZER"])
+    stack("no-air", RescaleIntercept=0)
+    for d, lost in ("inner", 3), ("outer", 0):
+        stack("flat-" + d)
+        e = pydicom.dcmread("flat-%s/%02d.dcm" % (d, lost))
+        e.PixelData = bytes(len(e.PixelData))
+        e.save_as(e.filename, write_like_original=False)
+    for d, limit in ("tissue", 300), ("air", -900):
+        stack("padding-" + d, PixelPaddingRangeLimit=limit + 1024, PixelPaddingValue=-2000)
+    for k in range(N):
+        stack("turned", 1, at=lambda j: k, first=k)
+        e = pydicom.dcmread("turned/%02d.dcm" % k)
+        e.PixelData = np.frombuffer(e.PixelData, "<u2").byteswap().tobytes() if k == 2 else e.PixelData
+        e.save_as(e.filename, write_like_original=False)
+    stack("aside")
+    e = pydicom.dcmread("aside/02.dcm")
+    e.ImagePositionPatient = [float(v) + (3 if d == 0 else 0) for d, v in enumerate(e.ImagePositionPatient)]
+    e.save_as(e.filename, write_like_original=False)
     thin = [0, 1, 2, 3, 3.2, 3.4, 3.6, 3.8, 4, 5, 6]
     stack("zone-thin", len(thin), at=lambda k: thin[k])
 

@@ -158,6 +158,21 @@ has err 'RescaleSlope is 0.001: all numbers of 12 bits lie within 4.095 HU' 'the
 exits 0 'a RescaleSlope of a twentieth is read' ct-convert -f slope-twentieth o.nii
 has err 'warning: RescaleSlope is 0.05: all values lie within' 'values of a CT that lie close together give a warning'
 
+# values that no CT shows
+told() { # told FOLDER WORDS NAME
+	exits 0 "$3: the series is read" ct-convert -f "$1" o.nii
+	has err "warning: .*$2" "$3: a warning says so"
+}
+told no-air 'no value lies below' 'an intercept of 0 of numbers that begin there'
+told flat-inner 'flat-inner/03.dcm: all its values are the same' 'a slice of one value between others'
+told padding-tissue 'which tissue has: [0-9]* pixels are taken for padding' 'a range of padding that holds tissue'
+told turned 'turned/02.dcm: a part of its values lies below -4096 or above 16000 HU' 'a slice whose bytes are turned'
+told aside 'slices lie up to 3 mm beside the first' 'a slice that lies aside'
+for c in flat-outer padding-air; do
+	exits 0 "$c: the series is read" ct-convert -f $c o.nii
+	[ ! -s err ]; ok $? "$c: what a CT may show gives no message"
+done
+
 # files without an ending
 cp -r bare cut
 for n in 129 131 132 150 200 300; do

@@ -158,12 +158,9 @@ static int nothing(const struct ct_census *c, const char *path, struct ct_err *e
 	if (c->files == 1 && (f->why[0] || strcmp(f->path, path) == 0))
 		return ct_fail(e, CT_EINPUT, "%s", text);
 	list_states(list, sizeof list, c);
-	return ct_fail(e, CT_EINPUT, "%s: no DICOM pictures among %zu file%s%s%s: %s%s", path,
-		c->files, c->files == 1 ? "" : "s", f->why[0] ? "; " : "", f->why[0] ? text : "",
-		list,
-		f->state == CT_FILE_FOREIGN
-			? "; of another format (NIfTI, MetaImage, NRRD) name the file"
-			: "");
+	return ct_fail(e, CT_EINPUT, "%s: no DICOM pictures among %zu file%s: %s; %s", path,
+		c->files, c->files == 1 ? "" : "s", list,
+		f->why[0] ? text : "of another format (NIfTI, MetaImage, NRRD) name the file");
 }
 
 /* The series of a file that is named: 0; 1 if that is a directory of files, which has no series, or

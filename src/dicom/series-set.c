@@ -148,7 +148,12 @@ static void warn_grid(const struct ct_slice *s, const struct ct_layout *l, const
 	const struct ct_spread *r = &l->spread;
 	double a[3], b[3];
 
-	if (l->moved)
+	if (l->moved && r->side > 2 * r->slip)
+		ct_log(env, CT_WARN,
+			"slices lie up to %.4g mm beside the first: they are moved in their planes, see "
+			"ImagePositionPatient",
+			r->side);
+	else if (l->moved)
 		ct_log(env, CT_WARN,
 			"tilted by %.2f degrees: slices are moved in their planes, %.4g mm over %.4g mm",
 			r->tilt, r->slip, r->length);
@@ -327,6 +332,7 @@ static int assemble(struct ct_vol *v, struct ct_slice *s, size_t n, const struct
 		begin(v, &r, &l, e) ||
 		ct_dicom_source_open(&r.from, s, n, ct_par_threads(env->par), e))
 		goto out;
+	r.scales.nameless = ct_io_rule_of(env).deid;
 	rc = ct_layout_fill(v->data, &l, s, r.none, &from, env, e);
 	if (rc) {
 		*failed = e->code == CT_EINPUT ? r.failed : n;

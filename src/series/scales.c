@@ -4,6 +4,7 @@
 #include "series/scales.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -21,7 +22,6 @@ static bool one_scale(const struct ct_slice *a, const struct ct_slice *b)
 int ct_scales_begin(struct ct_scales *c, const struct ct_slice *s, size_t n, struct ct_err *e)
 {
 	const size_t area = n ? s->columns * s->rows : 0;
-	bool small = false;
 
 	memset(c, 0, sizeof *c);
 	c->s = s;
@@ -29,13 +29,12 @@ int ct_scales_begin(struct ct_scales *c, const struct ct_slice *s, size_t n, str
 	c->least = (double)INFINITY;
 	c->most = -(double)INFINITY;
 	for (size_t k = 0; k < n; k++) {
-		if (!s[k].scaled)
+		if (!s[k].scaled) {
+			c->n = 0; /* nothing is asked */
 			return 0;
+		}
 		c->differ |= !one_scale(&s[k], s);
-		small |= fabs(s[k].slope) < 1;
 	}
-	if (!c->differ && !small)
-		c->n = 0; /* nothing is asked */
 	if (!c->differ)
 		return 0;
 	return ct_alloc(&c->before, area, sizeof *c->before, e) ||
@@ -145,23 +144,69 @@ static void compare(struct ct_scales *c, size_t a, size_t b, const float *now)
 	c->pairs++;
 }
 
+/* Is there but one value? */
+static bool is_flat(const float *x, size_t n)
+{
+	size_t i = 1;
+
+	while (i < n && x[i] == x[0])
+		i++;
+	return i == n;
+}
+
+/* Slice k may be lost: it has one value, and those on either side have more. */
+static void note_flat(struct ct_scales *c, size_t k, bool flat)
+{
+	if (flat && c->varied && !c->flat)
+		c->flat = k + 1;
+	if (flat)
+		return;
+	if (c->flat && !c->lost)
+		c->lost = c->flat;
+	c->varied = true;
+	c->flat = 0;
+}
+
+/* The range of the values of slice k, and how many are none. */
+static void note_range(struct ct_scales *c, size_t k, const float *stored)
+{
+	enum { NOTHING = -4096, METAL = 16000 }; /* HU: between them all that CTs have */
+	enum { PART = 50 };                      /* of a slice that may lie beyond */
+	const struct ct_slice *s = &c->s[k];
+	const size_t area = s->columns * s->rows;
+	const double zero = s->slope * ct_slice_base(s) + s->intercept;
+	double lo = (double)INFINITY, hi = -lo;
+	size_t high = 0, none = 0;
+
+	for (size_t i = 0; i < area; i++) {
+		const double x = s->slope * (double)stored[i] + zero;
+		const bool no = s->padded && is_padding(s, (double)stored[i] + ct_slice_base(s));
+
+		lo = no || lo < x ? lo : x;
+		hi = no || hi > x ? hi : x;
+		high += !no && x > METAL;
+		none += no;
+	}
+	for (size_t i = 0; i < area && lo < NOTHING; i++) { /* but for a value that is padding */
+		const double x = s->slope * (double)stored[i] + zero;
+
+		high += x < NOTHING && x > lo;
+	}
+	c->least = fmin(c->least, lo);
+	c->most = fmax(c->most, hi);
+	c->padded += none;
+	if (high * PART > area && !c->high)
+		c->high = k + 1;
+}
+
 void ct_scales_take(struct ct_scales *c, size_t k, const float *stored)
 {
-	const struct ct_slice *s = &c->s[k];
-	size_t area;
+	const size_t area = c->n ? c->s[k].columns * c->s[k].rows : 0;
 
-	if (c->n == 0)
+	if (area == 0)
 		return;
-	area = s->columns * s->rows;
-	for (size_t i = 0; i < area && !s->floats; i++) {
-		const double v = (double)stored[i] + ct_slice_base(s),
-			     x = s->slope * v + s->intercept;
-
-		if (is_padding(s, v))
-			continue;
-		c->least = fmin(c->least, x);
-		c->most = fmax(c->most, x);
-	}
+	note_flat(c, k, is_flat(stored, area));
+	note_range(c, k, stored);
 	if (!c->differ)
 		return;
 	if (c->last != c->n)
@@ -229,12 +274,72 @@ static void warn_range(const struct ct_scales *c, const struct ct_env *env)
 	for (size_t k = 0; k < c->n; k++)
 		slope = fmax(slope, fabs(c->s[k].slope));
 	/* of how many numbers they are */
-	little = (range < 400 && range >= 1000 * slope) || (range < 50 && range >= 100 * slope);
+	little = (range < 400 && range >= 1000 * slope) || (range < 50 && range >= 50 * slope);
 	if (slope < 1 && little)
 		ct_log(env, CT_WARN,
 			"RescaleSlope is %g: all values lie within %.4g HU, and air and water are 1000 "
 			"apart",
 			slope, range);
+}
+
+/* Tissue that is taken for padding. */
+static void warn_padding(const struct ct_scales *c, const struct ct_env *env)
+{
+	const double air = -850, bone = 2000; /* what lies between is no padding */
+
+	for (size_t k = 0; k < c->n && c->padded; k++) {
+		const struct ct_slice *s = &c->s[k];
+		const double a = s->slope * s->padding[0] + s->intercept,
+			     b = s->slope * s->padding[1] + s->intercept;
+
+		if (!s->padded || fmax(a, b) < air || fmin(a, b) > bone)
+			continue;
+		ct_log(env, CT_WARN,
+			"PixelPaddingValue %g to %g is %g to %g HU, which tissue has: %zu pixels are "
+			"taken for padding",
+			fmin(s->padding[0], s->padding[1]), fmax(s->padding[0], s->padding[1]),
+			fmin(a, b), fmax(a, b), c->padded);
+		return;
+	}
+}
+
+/* What a warning calls slice k. */
+static const char *name_of(char out[CT_SLICE_NAME], const struct ct_scales *c, size_t k)
+{
+	if (!c->nameless)
+		return ct_slice_name(out, &c->s[k]);
+	snprintf(out, CT_SLICE_NAME, "slice %zu of %zu", k + 1, c->n);
+	return out;
+}
+
+static void warn_values(const struct ct_scales *c, const struct ct_env *env)
+{
+	const double air = -1000, water = 0;
+	const struct ct_slice *s = c->s;
+	char name[CT_SLICE_NAME];
+	bool lost = true; /* the intercept */
+
+	for (size_t k = 0; k < c->n; k++)
+		lost = lost && s[k].intercept >= 0;
+	if (lost && c->least >= water && c->most > c->least)
+		ct_log(env, CT_WARN,
+			"no value lies below %g HU, but a CT shows air and fat: is RescaleIntercept (%g) "
+			"right?",
+			c->least, s->intercept);
+	if (c->most < air && c->most > c->least)
+		ct_log(env, CT_WARN,
+			"no value lies above %g HU, but a CT shows water: is RescaleIntercept (%g) right?",
+			c->most, s->intercept);
+	if (c->high)
+		ct_log(env, CT_WARN,
+			"%s: a part of its values lies below -4096 or above 16000 HU: are its bytes "
+			"or its scale wrong?",
+			name_of(name, c, c->high - 1));
+	if (c->lost)
+		ct_log(env, CT_WARN,
+			"%s: all its values are the same, and those of the slices beside it are not: it "
+			"may be lost",
+			name_of(name, c, c->lost - 1));
 }
 
 int ct_scales_check(const struct ct_scales *c, const struct ct_env *env, struct ct_err *e)
@@ -247,7 +352,10 @@ int ct_scales_check(const struct ct_scales *c, const struct ct_env *env, struct 
 		if (!p->one && sum(p->own) > times * sum(p->same) + like + least)
 			return fail(c, p, e);
 	}
-	if (c->n > 0)
-		warn_range(c, env);
+	if (c->n == 0 || !(c->least <= c->most))
+		return 0;
+	warn_range(c, env);
+	warn_padding(c, env);
+	warn_values(c, env);
 	return 0;
 }
