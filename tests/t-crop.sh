@@ -33,7 +33,7 @@ ends=$(awk "BEGIN{printf \"%g:%g\", $x - 1, $x + 79}")
 exits 0 'a box in millimetres up to the ends of the volume is it' ct-convert -q --crop="$ends,:,:mm" v.nii m.nii
 is "$(size m.nii)" 40,32,24 'the box in millimetres of the whole volume has its size'
 for b in "$(awk "BEGIN{print $x - 3}"):,:,:mm" ":,:,:9999mm"; do
-	exits 2 "a box in millimetres beyond the volume is refused: $b" ct-convert -q --crop="$b" v.nii x.nii
+	exits 2 "--crop $b beyond the place of the volume is refused" ct-convert -q --crop="$b" v.nii x.nii
 	has err 'is beyond the volume, which lies at ' "the error of --crop $b gives the place of the volume"
 done
 for b in 1:2 1:2,3:4 a:2,:,: 5:5,:,: 6:5,:,: 1.5:3,:,: 40:50,:,: 1:2,3:4,5:6,7:8 1:2,3:4,5:6cm 900:950,:,:mm; do

@@ -121,13 +121,12 @@ static int mode(
 	return 0;
 }
 
-#define LENGTHS(X) X(LENGTH_MM, "mm") X(LENGTH_CM, "cm") X(LENGTH_M, "m")
-enum { LENGTHS(CT_WORD_VALUE) };
-
-/* Is the length in mm of the unit that the file says: 0; 1 if it says none; -1. */
+#define UNIT_LIST(X) X(MM, "mm") X(CM, "cm") X(M, "m")
+enum unit { UNIT_LIST(CT_WORD_VALUE) };
+/* The length in mm of the unit that the file says: 0; 1 if it says none; -1. */
 static int unit_of(double *mm, const struct reader *r, struct ct_err *e)
 {
-	static const double lengths[] = {[LENGTH_MM] = 1, [LENGTH_CM] = 10, [LENGTH_M] = 1000};
+	static const double lengths[] = {[MM] = 1, [CM] = 10, [M] = 1000};
 	const json_t *v = json_object_get(r->o, "unit");
 	int place;
 
@@ -135,7 +134,7 @@ static int unit_of(double *mm, const struct reader *r, struct ct_err *e)
 		return 1;
 	if (!json_is_string(v))
 		return ct_fail(e, CT_EINPUT, "%s: unit is not a text", r->path);
-	if (ct_words_take(&place, CT_WORDS(LENGTHS), "unit", json_string_value(v), e))
+	if (ct_words_take(&place, CT_WORDS(UNIT_LIST), "unit", json_string_value(v), e))
 		return ct_blame(e, r->path);
 	*mm = lengths[place];
 	return 0;
