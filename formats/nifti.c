@@ -142,6 +142,20 @@ static int read_extensions(
 	return ct_source_skip(s, start, e);
 }
 
+/* As many bytes as a plane has, or more, stand behind the voxels: a dimension may be wrong. */
+static void doubt_size(char doubt[CT_NII_DOUBT], const struct ct_source *s, const struct ct_nii *h,
+	const struct ct_stored *how, const size_t n[static 3])
+{
+	struct ct_err none = {0};
+	size_t bytes;
+
+	if (!*doubt && !s->packed && s->size != UINT64_MAX &&
+		ct_stored_bytes(how, n, &bytes, &none) == 0 &&
+		(double)s->size >= h->start + (double)bytes * (1 + 1 / (double)n[2]))
+		snprintf(doubt, CT_NII_DOUBT, "%.0f more bytes follow %zux%zux%zu voxels",
+			(double)s->size - h->start - (double)bytes, n[0], n[1], n[2]);
+}
+
 int ct_nifti_open(struct ct_nifti_in *in, FILE *f, struct ct_vol *head, struct ct_err *e)
 {
 	struct ct_source *s = &in->source;
@@ -154,11 +168,12 @@ int ct_nifti_open(struct ct_nifti_in *in, FILE *f, struct ct_vol *head, struct c
 		read_extensions(s, &h, &head->meta, e) || ct_nii_dims(&h, head->n, e) ||
 		ct_nii_doubt(doubt, &h, head->n, e))
 		return -1;
+	in->how = (struct ct_stored){(enum ct_voxel)(int)h.type, h.big, h.slope, h.inter};
+	doubt_size(doubt, s, &h, &in->how, head->n);
 	ct_meta_drop(&head->meta, CT_META_NIFTI_CODE);
 	ct_meta_drop(&head->meta, CT_META_NIFTI_DOUBT);
 	if (*doubt && ct_meta_set(&head->meta, CT_META_NIFTI_DOUBT, doubt, e))
 		return -1;
-	in->how = (struct ct_stored){(enum ct_voxel)(int)h.type, h.big, h.slope, h.inter};
 	return code == 1 ? 0 : ct_meta_setf(&head->meta, e, CT_META_NIFTI_CODE, "%d", code);
 }
 

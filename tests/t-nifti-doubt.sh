@@ -28,6 +28,7 @@ told shifted 'qform and sform are up to 9[0-9.]* mm apart; the sform is used$\|q
 told long 'pixdim\[2\] is 100, but voxels are 3 long in the sform, which is used$'
 told none 'pixdim\[1\] is 0, but'; told nan 'pixdim\[1\] is -\{0,1\}nan, but'; told minus 'pixdim\[1\] is -1, but'
 told turned 'qform and sform are up to'
+cat v.nii v.nii >more.nii; told more '[0-9]* more bytes follow 8x9x10 voxels$'
 edit mirrored 76 "$minus"
 for tool in 'ct-convert' 'ct-upsample -m linear -x 2' 'ct-sr -x 2 -Q draft'; do
 	exits 5 "${tool%% *} refuses a qform that mirrors the sform" $tool mirrored.nii no.nii
