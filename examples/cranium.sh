@@ -56,5 +56,5 @@ for m in trilinear cubic ours; do
 	printf '%-10s %9.3f %8.4f %8.1f %9d\n' $m "$(awk '/^psnr/ {print $2}' $m.metrics)" \
 		"$(awk '/^ssim-r2/ {print $2}' $m.metrics)" "$seconds" $((kib / 1024))
 done
-ct-view -f --labels --names truth,trilinear,cubic,ct-sr --zoom 2 --window -200:1400 -o montage.png --error hr.nii.gz trilinear.nii.gz cubic.nii.gz ours.nii.gz
-printf '\npicture (truth, trilinear, cubic, ours; below, the errors): %s\n' "$PWD/montage.png"
+ct-view -f --labels --names truth,trilinear,cubic,ct-sr --zoom 2 --window -200:1400 -o montage.svg --error hr.nii.gz trilinear.nii.gz cubic.nii.gz ours.nii.gz
+printf '\npicture (truth, trilinear, cubic, ours; below, the errors): %s\n' "$PWD/montage.svg"
