@@ -227,10 +227,10 @@ int ct_cli_dims(const char *option, const char *s, size_t n, size_t *v, struct c
 /* "LO:HI", LO < HI. */
 int ct_cli_range(const char *option, const char *s, double v[2], struct ct_err *e);
 /* The option --memory. */
-#define CT_MEMORY(f, ...)                                                                          \
-	CT_TEXT(f, 0, "memory", "SIZE",                                                            \
-		"use at most this much memory, such as 600M or 2G; default: what is free. A CT "   \
-		"that does not fit is refined in slabs",                                           \
+#define CT_MEMORY(f, ...)                                                                           \
+	CT_TEXT(f, 0, "memory", "SIZE",                                                             \
+		"use at most this much memory, such as 600M or 2G; default: the free memory. A CT " \
+		"that does not fit is refined in slabs",                                            \
 		CT_IDLE __VA_OPT__(, ) __VA_ARGS__)
 /* Bytes of its value, "600M", "1.5G": a number and K, M, G or T, powers of 1024; 0 for NULL. */
 int ct_cli_memory(double *bytes, const char *text, struct ct_err *e);

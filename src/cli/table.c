@@ -26,13 +26,14 @@ static const struct {
 	{CT_SEEDED, COMMON(seed, 's', "seed", "N", 0, "seed of the random numbers")},
 	{CT_REPORTS, COMMON(json, 0, "json", NULL, 0, "print the report as JSON")},
 	{CT_TELLS, COMMON(json, 0, "json", NULL, 0, "print the result as JSON")},
-	{DRY_JSON, COMMON(json, 0, "json", NULL, 0, "print what --dry-run tells as JSON")},
+	{DRY_JSON, COMMON(json, 0, "json", NULL, 0, "print the figures of --dry-run as JSON")},
 	{CT_LONG, COMMON(dry_run, 0, "dry-run", NULL, 0,
 			  "print the time, memory and disk expected, and do nothing")},
 	{CT_IN_HU,
 		CT_CHOICE(units, 0, "units", CT_WORDS(CT_UNITS_LIST),
-			"what the values of a CT are: what its file says, and what cannot be HU is "
-			"refused; HU, whatever it says; or others, which are taken as they are",
+			"unit of the values of a CT: auto is that of its file, and values that cannot "
+			"be HU are refused; hu is HU whatever the file says; other values are used as "
+			"they are",
 			.common = true)},
 	{0, COMMON(threads, 't', "threads", "N", 4096,
 		    "use N threads; 0 asks CT_THREADS, OMP_NUM_THREADS, SLURM_CPUS_PER_TASK, then "
@@ -41,7 +42,7 @@ static const struct {
 		    "refuse compressed files that become more than 1 GiB and N times as large; 0 "
 		    "refuses none")},
 	{0, COMMON(force, 'f', "force", NULL, 0,
-		    "overwrite existing output files, as in a rule of make")},
+		    "overwrite existing output files (automatic inside make)")},
 	{0, COMMON(quiet, 'q', "quiet", NULL, 0, "print errors only")},
 	{0, COMMON(verbose, 'v', "verbose", NULL, 0, "print what is being done")},
 	{0, COMMON(help, 'h', "help", NULL, 0, "print this help")},

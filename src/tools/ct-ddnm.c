@@ -55,7 +55,7 @@ static const struct ct_opt opts[] = {
 	CT_ARG_OUT(out, CT_WRITES, "OUT", CT_ENDS_STACK "|" CT_ENDS_PICTURE,
 		"super-resolved projections, EXR, or -; of a picture also FILE.png"),
 	CT_OPT(rule.factor, 'x', "factor", "S", 2, 64,
-		"times finer, along rows and columns; by default what IN says it was coarsened by, "
+		"times finer, along rows and columns; default: the factor recorded in IN, "
 		"else what a network of super-resolution was trained for, else 4"),
 	CT_INPUT(prior, 'p', "prior", "FILE",
 		"diffusion prior, or network of super-resolution, safetensors or PyTorch; by default "

@@ -57,7 +57,7 @@ static const struct ct_opt opts[] = {
 		"instead the grid of this volume; for projections also N voxels along the longest "
 		"side"),
 	CT_TEXT(window, 'w', "window", "LO:HI",
-		"HU of density 0 and 1 (what IN says, or -1024:3071)"),
+		"HU of density 0 and 1 (from IN, else -1024:3071)"),
 	CT_FLAG(resume, 0, "resume", "continue from OUT.state if it is there", CT_IDLE),
 	CT_EXPERT(rule.checkpoint_every, "every", "N", 0, 10000000,
 		"iterations between states in OUT.state; 0 writes one only when stopped", CT_IDLE),

@@ -36,7 +36,7 @@ static const struct ct_opt opts[] = {
 		"reduces to it; its header, or else that of the base, has the operator",
 		CT_WHEN(CT_IF_WORD(rule.mode, CT_BIT(CT_STEP_FIT_RESIDUAL)))),
 	CT_TEXT(files.window, 'w', "window", "LO:HI",
-		"HU of density 0 and 1 (-1024:3071, or what IN says)"),
+		"HU of density 0 and 1 (from IN, else -1024:3071)"),
 	CT_OPT(rule.iterations, 'n', "iterations", "N", 1, 10000000, "steps, of one view each"),
 	CT_EXPERT(rule.tolerance, "tolerance", "E", 0, 1,
 		"end as soon as the error of an epoch, a turn through all views, is at most E of the error "

@@ -29,7 +29,7 @@ static const struct ct_opt opts[] = {
 	CT_ARG_OUT(out, CT_WRITES, "OUT", CT_ENDS_STACK, "projections, EXR, or -"),
 	CT_GEOMETRY_OPTS(scan),
 	CT_TEXT(window, 'w', "window", "LO:HI",
-		"HU that become density 0 and 1, the rest clipped (-1024:3071, or what IN says)"),
+		"HU that become density 0 and 1, the rest clipped (from IN, else -1024:3071)"),
 	CT_FLAG(rule.overshoot, 0, "overshoot",
 		"do not clip a volume that was clipped to the window before its resolution was "
 		"reduced, and says so (metadata clip): what it has beyond is overshoot"),

@@ -40,15 +40,16 @@ static const struct ct_opt opts[] = {
 		"one file",
 		.dicom = CT_DICOM_OWN),
 	SAID_OPTS(said,
-		"refine every axis S times, or the axes X, Y, Z times, from 1 to 16; default: what IN "
-		"says, else thick slices to the voxel size in plane, else 2; of projections 4",
+		"refine every axis S times, or the axes X, Y, Z times, from 1 to 16; default: the factor "
+		"recorded in IN, else thick slices become as thin as the voxels in plane, else 2; with "
+		"--paper or --release, 4",
 		CT_WHEN(VOLUMES, CT_UNLESS(said.factor)), CT_WHEN(VOLUMES), CT_WHEN(VOLUMES)),
 	CT_CHOICE(quality, 'Q', "quality", CT_WORDS(QUALITIES),
-		"draft inverts blur and sampling; fast adds predicted detail across one axis, balanced "
-		"across all, and looks twice where it added much",
+		"draft inverts blur and sampling; fast also adds the detail that a network predicts "
+		"across one axis; balanced across all axes, in two passes from 4x on",
 		CT_WHEN(VOLUMES)),
 	CT_TEXT(series, 0, "series", "UID|N", "use this series of a DICOM folder"),
-	CT_FLAG(deid, 0, "deid", "remove what tells who the patient is from DICOM of OUT"),
+	CT_FLAG(deid, 0, "deid", "remove the identity of the patient from DICOM of OUT"),
 	CT_OUTPUT_OWN(report, 0, "report", "FILE", CT_ENDS_PAGE,
 		"also write an HTML page: before and after, measurements, what not to trust",
 		CT_WHEN(CT_IF_FILE(out))),
@@ -68,8 +69,8 @@ static const struct ct_opt opts[] = {
 		"follow its authors' programs where they differ from the paper",
 		CT_WHEN(CT_UNLESS(paper))),
 	CT_TEXT(keep, 'k', "keep", "DIR",
-		"keep the files between the steps, and commands.sh that makes them, in DIR; go on with "
-		"the run that it holds",
+		"keep the files between the steps in DIR, with commands.sh that makes them; a run that "
+		"DIR holds goes on",
 		CT_WHEN(PROJECTS)),
 	CT_EXPERT(views, "views", "N", 0, 10000, "number of projections; 0: 100, as published",
 		CT_WHEN(PROJECTS)),

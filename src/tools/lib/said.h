@@ -17,32 +17,31 @@ struct said_opts {
 	}
 
 /* Their rows, and CT_WHEN of --spacing beside that of -x, of --sigma and --decimate, of --noise. */
-#define SAID_OPTS(f, help_of_factor, spacing_when, when, noise_when)                                      \
-	CT_TEXT(f.factor, 'x', "factor", "S|X,Y,Z", help_of_factor),                                      \
-		CT_TEXT(f.spacing, 0, "spacing", "MM|X,Y,Z",                                              \
-			"refine to voxels of this size instead; an axis that is as fine stays",           \
-			spacing_when),                                                                    \
-		CT_TEXT(f.sigma, 0, "sigma", "V|X,Y,Z",                                                   \
-			"standard deviation of the Gaussian blur of IN, in voxels of OUT; one "           \
-			"number is for the axes that are refined; default: what IN says or is estimated", \
-			when),                                                                            \
-		CT_CHOICE(f.decimate, 0, "decimate", CT_WORDS(CT_DECIMATE_LIST),                          \
-			"how IN was sampled: band-limited (sinc), point-sampled, or averaged over "       \
-			"cells (mean); default: what IN says or is estimated, else sinc",                 \
-			when),                                                                            \
-		CT_TEXT(f.profile, 0, "profile", "SHAPE|FILE",                                            \
-			"slice profile: gaussian, box, triangle, trapezoid, or a file (ct-degrade)",      \
-			when),                                                                            \
-		CT_OPT(f.thickness, 0, "slice-thickness", "MM", 0, 1e6,                                   \
-			"thickness of the slices, a Gaussian without --profile; default: spacing",        \
-			when),                                                                            \
-		CT_OPT_ALONE(f.denoise, "denoise", "SHARE", 0, 1, "1",                                    \
-			"take off the noise of IN, or a share of it; default: it stays, and is not "      \
-			"sharpened",                                                                      \
-			noise_when),                                                                      \
-		CT_OPT(f.noise, 0, "noise", "HU", 0, 1e6,                                                 \
-			"standard deviation of the noise of IN; default: what IN says, else it "          \
-			"is measured",                                                                    \
+#define SAID_OPTS(f, help_of_factor, spacing_when, when, noise_when)                                 \
+	CT_TEXT(f.factor, 'x', "factor", "S|X,Y,Z", help_of_factor),                                 \
+		CT_TEXT(f.spacing, 0, "spacing", "MM|X,Y,Z",                                         \
+			"refine to voxels of this size instead; an axis that is as fine stays",      \
+			spacing_when),                                                               \
+		CT_TEXT(f.sigma, 0, "sigma", "V|X,Y,Z",                                              \
+			"standard deviation of the Gaussian blur of IN, in voxels of OUT; one "      \
+			"number is for the axes that are refined; default: from IN, else estimated", \
+			when),                                                                       \
+		CT_CHOICE(f.decimate, 0, "decimate", CT_WORDS(CT_DECIMATE_LIST),                     \
+			"how IN was sampled: band-limited (sinc), point-sampled, or averaged over "  \
+			"cells (mean); default: from IN, else estimated, else sinc",                 \
+			when),                                                                       \
+		CT_TEXT(f.profile, 0, "profile", "SHAPE|FILE",                                       \
+			"slice profile: gaussian, box, triangle, trapezoid, or a file (ct-degrade)", \
+			when),                                                                       \
+		CT_OPT(f.thickness, 0, "slice-thickness", "MM", 0, 1e6,                              \
+			"thickness of the slices, a Gaussian without --profile; default: spacing",   \
+			when),                                                                       \
+		CT_OPT_ALONE(f.denoise, "denoise", "SHARE", 0, 1, "1",                               \
+			"take off the noise of IN, or a share of it; default: it stays, and is not " \
+			"sharpened",                                                                 \
+			noise_when),                                                                 \
+		CT_OPT(f.noise, 0, "noise", "HU", 0, 1e6,                                            \
+			"standard deviation of the noise of IN; default: from IN, else measured",    \
 			noise_when)
 
 /* What --profile and --slice-thickness say. CT_EUSAGE, and of a file CT_EINPUT. */
