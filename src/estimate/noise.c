@@ -405,12 +405,11 @@ void ct_noise_words(char to[static CT_NOISE_WORDS], const struct ct_noise *is)
 	const size_t n = CT_NOISE_WORDS;
 
 	if (is->sure > 0)
-		snprintf(to, n, "%.3g HU or texture; %.3g HU is noise for certain and is removed",
-			is->common, is->sure);
+		snprintf(to, n, "%.3g HU or texture; %.3g HU is taken for noise", is->common,
+			is->sure);
 	else if (is->common < in_parts)
-		snprintf(to, n, "%.3g HU or texture; below %g HU nothing is removed", is->common,
-			in_parts);
+		snprintf(to, n, "%.3g HU or texture; below %g HU none is taken for noise",
+			is->common, in_parts);
 	else
-		snprintf(to, n, "%.3g HU or texture; none is noise for certain, nothing is removed",
-			is->common);
+		snprintf(to, n, "%.3g HU or texture; none is taken for noise", is->common);
 }

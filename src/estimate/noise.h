@@ -47,7 +47,7 @@ struct ct_noise {
 	double sure;     /* 0 if none is */
 	double alike[3]; /* rho, 0 to CT_NOISE_ALIKE; 0 if nothing is sure */
 };
-/* What was measured, and what is done with it: "1.7 HU or texture; below 4 HU nothing is removed".
+/* What was measured, and how sure it is: "1.7 HU or texture; below 4 HU none is taken for noise".
  */
 enum { CT_NOISE_WORDS = 120 };
 void ct_noise_words(char to[static CT_NOISE_WORDS], const struct ct_noise *is);

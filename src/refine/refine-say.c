@@ -26,8 +26,12 @@ static void put_operator(FILE *f, const struct ct_operator *is)
 			CT_WORD(CT_SOURCE_LIST, is->from));
 	} else
 		fputs("; blur not known", f);
-	fprintf(f, "; noise %.3g HU%s (%s)", is->noise, is->correlated ? ", correlated" : "",
-		CT_WORD(CT_SOURCE_LIST, is->noise_from));
+	if (is->noise_from == CT_BY_MEASURE && !(is->noise > 0))
+		fputs("; no certain noise (measured)", f);
+	else
+		fprintf(f, "; noise %.3g HU%s (%s)", is->noise,
+			is->correlated ? ", correlated" : "",
+			CT_WORD(CT_SOURCE_LIST, is->noise_from));
 }
 
 static void put_method(FILE *f, const struct ct_refine *r)

@@ -116,6 +116,7 @@ static void put_scan(FILE *f, const struct ct_page *p)
 	const double *s = p->by.sigma;
 	char noise[CT_NOISE_WORDS];
 	const char *assumed = ct_meta_get(&p->hr.vol.meta, CT_META_ASSUMED);
+	const char *denoised = ct_meta_get(&p->hr.vol.meta, CT_META_DENOISED);
 
 	begin(f, "scan", "How the scan was made");
 	fprintf(f, "<table><tbody>\n");
@@ -138,6 +139,8 @@ static void put_scan(FILE *f, const struct ct_page *p)
 		ROW(f, "Noise", "%s", noise);
 	} else
 		ROW(f, "Noise", "none known");
+	if (denoised)
+		ROW(f, "Noise in the result", "%s", denoised);
 	fputs(TABLE_END, f);
 	put_scan_edges(f, p);
 	end(f, NULL);
@@ -155,8 +158,8 @@ static void put_agreement(FILE *f, const struct ct_page *p)
 	ROW(f, "Voxels of the scan", "%zu", p->agrees.voxels);
 	fputs(TABLE_END, f);
 	end(f, "The result, made as coarse as the scan was, less the scan. Near zero nothing that the scan "
-	       "saw was changed; that what was added is true it does not say. A noisy scan is "
-	       "followed only up to its noise.");
+	       "saw was changed; that what was added is true it does not say. Noise "
+	       "is not sharpened: where the scan was blurred, it counts as a residual.");
 }
 
 static void put_tissues(FILE *f, const struct ct_page *p)

@@ -37,8 +37,7 @@ struct said_opts {
 			"thickness of the slices, a Gaussian without --profile; default: spacing",   \
 			when),                                                                       \
 		CT_OPT_ALONE(f.denoise, "denoise", "SHARE", 0, 1, "1",                               \
-			"take off the noise of IN, or a share of it; default: it stays, and is not " \
-			"sharpened",                                                                 \
+			"take off the noise, or a share of it; else it stays, not sharpened",        \
 			noise_when),                                                                 \
 		CT_OPT(f.noise, 0, "noise", "HU", 0, 1e6,                                            \
 			"standard deviation of the noise of IN; default: from IN, else measured",    \
