@@ -115,7 +115,7 @@ static int degrade(
 	rule.decimate = (int)by.decimate;
 	return ctsr_check_hu(in, rule.name, e) || ctsr_check_volume(in, e) ||
 			       ct_step_degrade_plan(&plan, &rule, &bare, e) ||
-			       ct_step_degrade_run(out, &plan, &k->env, e) ||
+			       ct_step_degrade_run(out, NULL, &plan, &k->env, e) ||
 			       ctsr_note_history(k, &out->meta, 1, from)
 		       ? -1
 		       : 0;

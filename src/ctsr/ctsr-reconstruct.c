@@ -61,7 +61,7 @@ static int reconstruct(struct ct_vol *v, const ctsr_projections *p, const ctsr_v
 	return rule_of(&rule, o, &k->err) ||
 			       ct_step_reconstruct_plan(
 				       &plan, &rule, &p->s, like ? &like->v : NULL, &k->err) ||
-			       ct_step_reconstruct_run(v, &plan, &k->env, &k->err) ||
+			       ct_step_reconstruct_run(v, NULL, &plan, &k->env, &k->err) ||
 			       ctsr_note_history(k, &v->meta, 1, from)
 		       ? -1
 		       : 0;

@@ -50,29 +50,29 @@ static int make_projector(struct ct_projector *g, const struct ct_vol *grid,
 	return ct_projector_reserve(g, e);
 }
 
-static int iterate(struct ct_vol *out, const struct ct_stack *in,
-	const struct ct_reconstruct_rule *how, const struct ct_env *env, struct ct_err *e)
+static int iterate(struct ct_vol *out, struct ct_iterative_report *report,
+	const struct ct_stack *in, const struct ct_reconstruct_rule *how, const struct ct_env *env,
+	struct ct_err *e)
 {
 	struct ct_projector g = {0};
 	struct ct_linear a;
-	struct ct_iterative_report report;
 	int rc;
 
 	if (make_projector(&g, out, in, how, e))
 		return -1;
 	a = ct_project_linear(&g);
-	rc = ct_iterative_solve(out->data, out->n, &a, in->data, &how->rule, &report, env, e);
-	if (rc == 0)
-		ct_log(env, CT_INFO, "%zu iterations, residual %.5f", report.iterations,
-			report.residual);
+	rc = ct_iterative_solve(out->data, out->n, &a, in->data, &how->rule, report, env, e);
 	ct_projector_free(&g);
 	return rc;
 }
 
-int ct_reconstruct(struct ct_vol *out, const struct ct_stack *in,
-	const struct ct_reconstruct_rule *how, const struct ct_env *env, struct ct_err *e)
+int ct_reconstruct(struct ct_vol *out, struct ct_iterative_report *report,
+	const struct ct_stack *in, const struct ct_reconstruct_rule *how, const struct ct_env *env,
+	struct ct_err *e)
 {
-	return how->iterate ? iterate(out, in, how, env, e) : back_project(out, in, how, env, e);
+	*report = (struct ct_iterative_report){0};
+	return how->iterate ? iterate(out, report, in, how, env, e)
+			    : back_project(out, in, how, env, e);
 }
 
 /* The middle of the grid, at most 64 voxels each way. */

@@ -18,10 +18,11 @@ struct ct_reconstruct_rule {
 	struct ct_iterative_rule rule; /* and how */
 };
 
-/* Density into the zeroed out->data, on its grid, from the stack. Codes of ct_fdk_alloc or
- * ct_iterative_solve. */
-int ct_reconstruct(struct ct_vol *out, const struct ct_stack *in,
-	const struct ct_reconstruct_rule *how, const struct ct_env *env, struct ct_err *e);
+/* Density into the zeroed out->data, on its grid, from the stack; *report is zero of what does not
+ * iterate. Codes of ct_fdk_alloc or ct_iterative_solve. */
+int ct_reconstruct(struct ct_vol *out, struct ct_iterative_report *report,
+	const struct ct_stack *in, const struct ct_reconstruct_rule *how, const struct ct_env *env,
+	struct ct_err *e);
 /* What that takes, timed on a few views; grid has no data. */
 int ct_reconstruct_cost(struct ct_cost *cost, const struct ct_vol *grid, const struct ct_stack *in,
 	const struct ct_reconstruct_rule *how, const struct ct_env *env, struct ct_err *e);

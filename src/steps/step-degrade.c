@@ -90,15 +90,16 @@ int ct_step_degrade_plan(struct ct_step_degrade *p, const struct ct_step_degrade
 		       : 0;
 }
 
-int ct_step_degrade_run(struct ct_vol *out, const struct ct_step_degrade *p,
-	const struct ct_env *env, struct ct_err *e)
+int ct_step_degrade_run(struct ct_vol *out, struct ct_step_degrade_report *r,
+	const struct ct_step_degrade *p, const struct ct_env *env, struct ct_err *e)
 {
-	const size_t *n = p->in->n, *m = out->n;
-	const double *sigma = p->by.sigma;
-
 	if (ct_degrade_volume(out, p->in, &p->by, p->noise, env->seed, env->par, e))
 		return ct_blame(e, p->rule.name);
-	ct_log(env, CT_INFO, "%zux%zux%zu to %zux%zux%zu, sigma %g,%g,%g", n[0], n[1], n[2], m[0],
-		m[1], m[2], sigma[0], sigma[1], sigma[2]);
+	if (r) {
+		*r = (struct ct_step_degrade_report){.noise = p->noise};
+		memcpy(r->from, p->in->n, sizeof r->from);
+		memcpy(r->to, out->n, sizeof r->to);
+		memcpy(r->sigma, p->by.sigma, sizeof r->sigma);
+	}
 	return ct_check_stop(env, e);
 }

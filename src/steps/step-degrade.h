@@ -56,9 +56,15 @@ struct ct_step_degrade {
  * said twice, and for a protocol of which nothing is left. */
 int ct_step_degrade_plan(struct ct_step_degrade *p, const struct ct_step_degrade_rule *r,
 	struct ct_vol *in, struct ct_err *e);
-/* out (zeroed struct) <- the CT, whose metadata name the operator. CT_EGEOM for an axis that is
- * shorter than its factor, naming the volume; CT_ENOMEM; CT_ESTOP. */
-int ct_step_degrade_run(struct ct_vol *out, const struct ct_step_degrade *p,
-	const struct ct_env *env, struct ct_err *e);
+/* What was done. */
+struct ct_step_degrade_report {
+	size_t from[3], to[3]; /* voxels */
+	double sigma[3], noise;
+};
+
+/* out (zeroed struct) <- the CT, whose metadata name the operator; r may be NULL. CT_EGEOM for an
+ * axis that is shorter than its factor, naming the volume; CT_ENOMEM; CT_ESTOP. */
+int ct_step_degrade_run(struct ct_vol *out, struct ct_step_degrade_report *r,
+	const struct ct_step_degrade *p, const struct ct_env *env, struct ct_err *e);
 
 #endif

@@ -175,6 +175,20 @@ int ct_step_field_plan(struct ct_step_field *p, const struct ct_step_field_rule 
 				 r->in);
 }
 
+int ct_step_field_run(struct ct_field_fit *f, struct ct_step_field_report *r,
+	const struct ct_step_field *p, const struct ct_env *env, struct ct_err *e)
+{
+	if (ct_field_fit_run(f, &p->data, env, e))
+		return -1;
+	if (r)
+		*r = (struct ct_step_field_report){
+			.weights = f->pass[0].field->count * ct_samples_passes(&f->rule.samples),
+			.iterations = f->step,
+			.first_loss = f->first,
+			.last_loss = f->last};
+	return 0;
+}
+
 int ct_step_field_volume(struct ct_vol *out, const struct ct_field_fit *f,
 	const struct ct_step_field *p, const struct ct_env *env, struct ct_err *e)
 {

@@ -3,7 +3,7 @@
  * said in their place, operator, window and grids.
  *
  *     ct_step_field_plan, ct_field_fit_init of p->how and p->data, [ct_field_fit_unpack,]
- *     ct_field_fit_run, ct_step_field_volume
+ *     ct_step_field_run, ct_step_field_volume
  *
  * The plan is const while a fit runs. HU. The same bytes for any number of threads. */
 #ifndef CT_STEPS_STEP_FIELD_H
@@ -72,6 +72,15 @@ struct ct_step_field {
  * it; CT_EGEOM. Naming the data. */
 int ct_step_field_plan(struct ct_step_field *p, const struct ct_step_field_rule *r,
 	const struct ct_step_field_data *d, const struct ct_env *env, struct ct_err *e);
+/* What was done. */
+struct ct_step_field_report {
+	size_t weights, iterations;
+	double first_loss, last_loss;
+};
+
+/* To the end; r may be NULL. Codes of ct_field_fit_run. */
+int ct_step_field_run(struct ct_field_fit *f, struct ct_step_field_report *r,
+	const struct ct_step_field *p, const struct ct_env *env, struct ct_err *e);
 /* out (zeroed struct) <- the CT that the fitted field says, HU, and its metadata. Codes of
  * ct_field_fit_volume. */
 int ct_step_field_volume(struct ct_vol *out, const struct ct_field_fit *f,

@@ -3,9 +3,22 @@
 #include "steps/step-fuse.h"
 #include "xray/window.h"
 
-int ct_step_fuse_begin(struct ct_fuse *f, const struct ct_step_fuse_rule *r, struct ct_evidence *d,
-	const struct ct_env *env, struct ct_err *e)
+int ct_step_fuse_plan(struct ct_step_fuse *p, const struct ct_step_fuse_rule *r,
+	struct ct_evidence *d, struct ct_err *e)
 {
+	if (!(r->lambda >= 0) || r->iterations < 1 || r->checkpoint_every < 0)
+		return ct_fail(e, CT_EUSAGE,
+			"a weight not below 0, at least 1 iteration and a state every 0 or more are "
+			"expected");
+	*p = (struct ct_step_fuse){*r, d};
+	return 0;
+}
+
+int ct_step_fuse_begin(
+	struct ct_fuse *f, const struct ct_step_fuse *p, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_evidence *d = p->of;
+
 	f->base = &d->base;
 	f->lack = &d->lr;
 	f->by = d->by;
@@ -14,9 +27,9 @@ int ct_step_fuse_begin(struct ct_fuse *f, const struct ct_step_fuse_rule *r, str
 	f->weight = &d->weight;
 	f->window[0] = d->window[0];
 	f->window[1] = d->window[1];
-	f->lambda = r->lambda;
-	f->iterations = (size_t)r->iterations;
-	f->joint.rule.every = (size_t)r->checkpoint_every;
+	f->lambda = p->rule.lambda;
+	f->iterations = (size_t)p->rule.iterations;
+	f->joint.rule.every = (size_t)p->rule.checkpoint_every;
 	return ct_fuse_alloc(f, env, e);
 }
 
@@ -31,10 +44,11 @@ int ct_step_fuse_run(struct ct_fuse *f, struct ct_fuse_report *report, struct ct
 	return 0;
 }
 
-int ct_step_fuse_compose(struct ct_vol *added, const struct ct_fuse *f, struct ct_evidence *d,
-	const struct ct_env *env, struct ct_err *e)
+int ct_step_fuse_compose(struct ct_vol *added, const struct ct_fuse *f,
+	const struct ct_step_fuse *p, const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_vol *base = &d->base;
+	const struct ct_evidence *d = p->of;
+	struct ct_vol *base = &p->of->base;
 
 	*added = *base;
 	added->meta = (struct ct_meta){0};

@@ -1,10 +1,11 @@
 /* step-fuse.h: a base volume, the low-resolution CT that it was made of and projections, made one
  * CT (recon/fuse.h), all decisions once.
  *
- *     ct_evidence_check, ct_step_fuse_begin, ct_fuse_begin, [ct_fuse_unpack,] ct_step_fuse_run,
- *     ct_step_fuse_compose
+ *     ct_evidence_check, ct_step_fuse_plan, ct_step_fuse_begin, ct_fuse_begin, [ct_fuse_unpack,]
+ *     ct_step_fuse_run, ct_step_fuse_compose
  *
- * HU. The same bytes for any number of threads. */
+ * The plan is const while the solver runs, which is a struct ct_fuse. HU. The same bytes for any
+ * number of threads. */
 #ifndef CT_STEPS_STEP_FUSE_H
 #define CT_STEPS_STEP_FUSE_H
 #include "recon/fuse.h"
@@ -16,15 +17,23 @@ struct ct_step_fuse_rule {
 	int iterations, checkpoint_every; /* of all views each; 0: never */
 };
 
-/* *f (zeroed struct but for joint.save and its context) <- the solver of these data, which must
- * outlive it. Codes of ct_fuse_alloc. */
-int ct_step_fuse_begin(struct ct_fuse *f, const struct ct_step_fuse_rule *r, struct ct_evidence *d,
-	const struct ct_env *env, struct ct_err *e);
+/* What was decided. */
+struct ct_step_fuse {
+	struct ct_step_fuse_rule rule;
+	struct ct_evidence *of; /* borrowed: the solver changes its projections */
+};
+
+/* *p <- the solver of these data, which must outlive it. CT_EUSAGE for a rule that is none. */
+int ct_step_fuse_plan(struct ct_step_fuse *p, const struct ct_step_fuse_rule *r,
+	struct ct_evidence *d, struct ct_err *e);
+/* *f (zeroed struct but for joint.save and its context) begins. Codes of ct_fuse_alloc. */
+int ct_step_fuse_begin(struct ct_fuse *f, const struct ct_step_fuse *p, const struct ct_env *env,
+	struct ct_err *e);
 /* To the end. A warning if the projections are not trusted. Codes of ct_fuse_run. */
 int ct_step_fuse_run(struct ct_fuse *f, struct ct_fuse_report *report, struct ct_err *e);
-/* added (zeroed struct) <- what is added to the base, HU, its data borrowed of f; the base becomes
- * the CT. */
-int ct_step_fuse_compose(struct ct_vol *added, const struct ct_fuse *f, struct ct_evidence *d,
-	const struct ct_env *env, struct ct_err *e);
+/* added (zeroed struct) <- what is added to the base of the data, HU, its own data borrowed of f;
+ * that base becomes the CT. */
+int ct_step_fuse_compose(struct ct_vol *added, const struct ct_fuse *f,
+	const struct ct_step_fuse *p, const struct ct_env *env, struct ct_err *e);
 
 #endif

@@ -76,13 +76,17 @@ int ct_step_reconstruct_plan(struct ct_step_reconstruct *p,
 		       : 0;
 }
 
-int ct_step_reconstruct_run(struct ct_vol *out, const struct ct_step_reconstruct *p,
-	const struct ct_env *env, struct ct_err *e)
+int ct_step_reconstruct_run(struct ct_vol *out, struct ct_step_reconstruct_report *r,
+	const struct ct_step_reconstruct *p, const struct ct_env *env, struct ct_err *e)
 {
+	struct ct_step_reconstruct_report did;
+
 	if (ct_vol_like(out, &p->grid, e))
 		return -1;
 	memset(out->data, 0, ct_vol_count(out) * sizeof *out->data);
-	if (ct_reconstruct(out, p->in, &p->how, env, e))
+	if (ct_reconstruct(out, &did.solver, p->in, &p->how, env, e))
 		return e->code == CT_ESTOP ? -1 : ct_blame(e, p->rule.name);
+	if (r)
+		*r = did;
 	return ct_window_rule_reconstructed(out, p->in, &p->rule.window, p->rule.density, e);
 }

@@ -53,9 +53,14 @@ int ct_step_reconstruct_plan(struct ct_step_reconstruct *p,
  * NULL those of ct_scan_grid. Errors name `like`, which `name` is. */
 int ct_step_reconstruct_grid(struct ct_vol *grid, const struct ct_vol *like, const char *name,
 	size_t voxels, const struct ct_stack *scan, struct ct_err *e);
-/* out (zeroed struct) <- the volume and its metadata. Codes of ct_reconstruct, naming the
- * projections. */
-int ct_step_reconstruct_run(struct ct_vol *out, const struct ct_step_reconstruct *p,
-	const struct ct_env *env, struct ct_err *e);
+/* What was done. */
+struct ct_step_reconstruct_report {
+	struct ct_iterative_report solver; /* zero of what does not iterate */
+};
+
+/* out (zeroed struct) <- the volume and its metadata; r may be NULL. Codes of ct_reconstruct,
+ * naming the projections. */
+int ct_step_reconstruct_run(struct ct_vol *out, struct ct_step_reconstruct_report *r,
+	const struct ct_step_reconstruct *p, const struct ct_env *env, struct ct_err *e);
 
 #endif

@@ -68,6 +68,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct params *p = params;
 	struct ct_step_degrade_rule rule;
+	struct ct_step_degrade_report did;
 	struct ct_step_degrade plan;
 	struct ct_vol in = {0}, out = {0};
 	int rc = -1;
@@ -80,9 +81,13 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		ct_fail(e, CT_EUSAGE, "--seed: needs --noise, or a protocol with noise");
 		goto out;
 	}
-	if (ct_step_degrade_run(&out, &plan, env, e) == 0 &&
+	if (ct_step_degrade_run(&out, &did, &plan, env, e) == 0 &&
 		ct_meta_step(&out.meta, env, 1, (const struct ct_meta *const[]){&in.meta}, e) == 0)
 		rc = ct_vol_write(p->out, &out, env, e);
+	if (rc == 0)
+		ct_log(env, CT_INFO, "%zux%zux%zu to %zux%zux%zu, sigma %g,%g,%g", did.from[0],
+			did.from[1], did.from[2], did.to[0], did.to[1], did.to[2], did.sigma[0],
+			did.sigma[1], did.sigma[2]);
 out:
 	ct_vol_free(&in);
 	ct_vol_free(&out);

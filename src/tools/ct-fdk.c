@@ -94,6 +94,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct params *p = params;
 	struct ct_step_reconstruct_rule rule;
+	struct ct_step_reconstruct_report did = {0};
 	struct ct_step_reconstruct plan = {0};
 	struct ct_stack in = {0};
 	struct ct_vol like = {0}, out = {0};
@@ -108,8 +109,11 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 			ct_blame(e, rule.name);
 		rc = rc || ct_cost_print(&cost, env, e);
 	} else if (rc == 0)
-		rc = ct_step_reconstruct_run(&out, &plan, env, e) ||
+		rc = ct_step_reconstruct_run(&out, &did, &plan, env, e) ||
 		     keep(&out, &in, p->out, env, e);
+	if (rc == 0 && did.solver.iterations)
+		ct_log(env, CT_INFO, "%zu iterations, residual %.5f", did.solver.iterations,
+			did.solver.residual);
 	ct_stack_free(&in);
 	ct_vol_free(&out);
 	return rc ? -1 : 0;

@@ -183,13 +183,11 @@ static int save_state(void *run, const struct ct_field_fit *f, struct ct_err *e)
 	return ct_resume_save(run, ct_field_fit_pack, f, e);
 }
 
-static int report(const struct ct_field_fit *f, bool json, struct ct_err *e)
+static int report(const struct ct_step_field_report *r, bool json, struct ct_err *e)
 {
-	const size_t weights = f->pass[0].field->count * ct_samples_passes(&f->rule.samples);
-
-	return ct_json_report(
-		json_pack("{sI sI sf sf}", "weights", (json_int_t)weights, "iterations",
-			(json_int_t)f->step, "first-loss", f->first, "last-loss", f->last),
+	return ct_json_report(json_pack("{sI sI sf sf}", "weights", (json_int_t)r->weights,
+				      "iterations", (json_int_t)r->iterations, "first-loss",
+				      r->first_loss, "last-loss", r->last_loss),
 		json, e);
 }
 
@@ -215,6 +213,7 @@ static int fit(struct field_job *j, struct ct_field_fit *f, struct ct_err *e)
 	const bool kept = j->resume.path != NULL;
 	struct ct_env_part part = {.env = j->env, .to = FITS};
 	struct ct_env own;
+	struct ct_step_field_report did;
 	int rc;
 
 	ct_env_part(&own, &part);
@@ -229,7 +228,7 @@ static int fit(struct field_job *j, struct ct_field_fit *f, struct ct_err *e)
 			ct_log(j->env, CT_INFO, "%s: continuing after iteration %zu",
 				j->resume.path, f->step);
 	}
-	if (ct_field_fit_run(f, &j->plan.data, &own, e))
+	if (ct_step_field_run(f, &did, &j->plan, &own, e))
 		return -1;
 	if (evaluate(j, f, e)) {
 		struct ct_err other;
@@ -243,7 +242,7 @@ static int fit(struct field_job *j, struct ct_field_fit *f, struct ct_err *e)
 		return ct_resume_rescue(&j->resume, ct_field_fit_pack, f, e);
 	ct_resume_done(&j->resume);
 	return j->env->command->json || (kept && j->env->verbose >= 0)
-		       ? report(f, j->env->command->json, e)
+		       ? report(&did, j->env->command->json, e)
 		       : 0;
 }
 

@@ -55,6 +55,7 @@ struct fuse_job {
 	const struct params *p;
 	const struct ct_env *env;
 	struct ct_evidence data;
+	struct ct_step_fuse plan;
 	struct ct_fuse fuse;
 	struct ct_resume resume;
 };
@@ -102,8 +103,10 @@ static int prepare(struct fuse_job *j, struct ct_err *e)
 {
 	j->fuse.joint.save = save_state;
 	j->fuse.joint.ctx = j;
-	return name_run(j, e) || ct_step_fuse_begin(&j->fuse, &j->p->rule, &j->data, j->env, e) ? -1
-												: 0;
+	return name_run(j, e) || ct_step_fuse_plan(&j->plan, &j->p->rule, &j->data, e) ||
+			       ct_step_fuse_begin(&j->fuse, &j->plan, j->env, e)
+		       ? -1
+		       : 0;
 }
 
 static int estimate(struct fuse_job *j, struct ct_err *e)
@@ -135,7 +138,7 @@ static int write_all(struct fuse_job *j, struct ct_err *e)
 
 	rule.together = p->residual ? &both : NULL;
 	own.files = &rule;
-	rc = ct_step_fuse_compose(&added, &j->fuse, d, j->env, e) ||
+	rc = ct_step_fuse_compose(&added, &j->fuse, &j->plan, j->env, e) ||
 			     (p->residual && (ct_meta_step(&added.meta, &own, n, in, e) ||
 						     ct_vol_write(p->residual, &added, &own, e))) ||
 			     ct_meta_step(&d->base.meta, j->env, n, in, e) ||
