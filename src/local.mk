@@ -124,7 +124,6 @@ libct_a_SOURCES += src/cli/modes.c src/cli/modes.h
 libct_a_SOURCES += src/cli/progress.c src/cli/progress.h
 libct_a_SOURCES += src/cli/stop.c src/cli/stop.h
 libct_a_SOURCES += src/cli/kept.c src/cli/kept.h
-libct_a_SOURCES += src/cli/commands.c src/cli/commands.h
 libct_a_SOURCES += src/cli/cost-report.c src/cli/cost-report.h
 
 # src/solve
@@ -395,7 +394,7 @@ include_HEADERS = src/ctsr/ctsr.h
 libctsr_a_SOURCES = src/ctsr/ctsr-call.c src/ctsr/ctsr-impl.h src/ctsr/ctsr-volume.c src/ctsr/ctsr-file.c \
 	src/ctsr/ctsr-formats.c src/ctsr/ctsr-nifti.c src/ctsr/ctsr-nrrd.c src/ctsr/ctsr-metaimage.c \
 	src/ctsr/ctsr-operator.c src/ctsr/ctsr-superres.c src/ctsr/ctsr-projections.c src/ctsr/ctsr-gaussians.c src/ctsr/ctsr-compose.c src/ctsr/ctsr-ddnm.c \
-	src/ctsr/ctsr-metrics.c src/ctsr/ctsr-reconstruct.c
+	src/ctsr/ctsr-metrics.c src/ctsr/ctsr-reconstruct.c src/ctsr/ctsr-paper.c
 CTSR_INTERNAL = $(filter-out src/cli/% src/report/% src/shim/% src/tools/%,$(libct_a_OBJECTS)) $(libct_a_LIBADD)
 libctsr_a_LIBADD = $(CTSR_INTERNAL)
 libctsr_a_DEPENDENCIES = $(CTSR_INTERNAL)

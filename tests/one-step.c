@@ -126,8 +126,40 @@ static int degrade(ctsr_volume *in, const char *out)
 
 	three(o.factor, "factor");
 	three(o.sigma, "sigma");
+	o.protocol = value("protocol");
+	o.profile = value("profile");
+	o.thickness = number("thickness", 0);
+	if (value("clip"))
+		sscanf(value("clip"), "%lf:%lf", &o.clip[0], &o.clip[1]);
 	rc = ctsr_degrade(&v, in, &o, NULL, &e) ||
 	     ctsr_volume_write(v, out, ctsr_nifti(), NULL, &e);
+	ctsr_volume_free(v);
+	return rc;
+}
+
+/* With stop= the first report of progress cancels it. */
+static int cancel(void *user, const char *what, size_t done, size_t total)
+{
+	(void)user;
+	(void)what;
+	(void)total;
+	return done > 0;
+}
+
+static int paper(ctsr_volume *in, const char *out)
+{
+	const ctsr_paper_options o = {.size = sizeof o,
+		.factor = (size_t)number("factor", 0),
+		.views = (size_t)number("views", 0),
+		.iterations = (size_t)number("iterations", 0),
+		.gaussians = (size_t)number("gaussians", 0),
+		.prior_file = value("prior"),
+		.release = (int)number("release", 0)};
+	const ctsr_context c = {.size = sizeof c, .progress = value("stop") ? cancel : NULL};
+	ctsr_volume *v = NULL;
+	const int rc = ctsr_paper(&v, in, &o, &c, &e) ||
+		       ctsr_volume_write(v, out, ctsr_nifti(), NULL, &e);
+
 	ctsr_volume_free(v);
 	return rc;
 }
@@ -289,6 +321,8 @@ int main(int argc, char **argv)
 		rc = refine(v, argv[3]);
 	else if (rc == 0 && strcmp(argv[1], "degrade") == 0)
 		rc = degrade(v, argv[3]);
+	else if (rc == 0 && strcmp(argv[1], "paper") == 0)
+		rc = paper(v, argv[3]);
 	ctsr_volume_free(v);
 	if (rc)
 		fprintf(stderr, "%s\n", e.message);

@@ -1,10 +1,8 @@
-/* Commands as words, and the folder that keeps what a run makes: what is done again, what is not
+/* The folder that keeps what a run makes: what is done again, what is not
  * ours, a script that was edited. */
 #include "config.h"
-#include "cli/commands.h"
 #include "cli/keep.h"
 #include "cli/kept.h"
-#include "capture.h"
 #include "core/clock.h"
 #include "formats/temp.h"
 #include "scratch.h"
@@ -14,7 +12,6 @@
 #include <sys/wait.h>
 
 static struct ct_err e;
-static struct capture shown;
 static char said[4000]; /* through the log */
 
 static void note(const struct ct_env *env, enum ct_level level, const char *text)
@@ -25,96 +22,6 @@ static void note(const struct ct_env *env, enum ct_level level, const char *text
 
 static struct ct_io_rule files;
 static struct ct_env env = {.tool = "ct-t", .files = &files, .log = note};
-
-static void test_words(void)
-{
-	struct ct_commands c = {.n = 0};
-
-	ct_commands_add(&c, "one", "t");
-	ct_commands_words(&c, "src", "--a=more", "", NULL);
-	ct_commands_add(&c, "two", "it's");
-	ct_commands_words(&c, "one", "a b", "'", "--b=one", "$x", "A_z.09,/@%:-+=", NULL);
-	capture_begin(&shown);
-	ct_commands_print(&c, "", stdout);
-	capture_end(&shown);
-	OK(is_text(shown.out, "t src --a=more ''\n"
-			      "'it'\\''s' one 'a b' ''\\''' --b=one '$x' A_z.09,/@%:-+=\n"),
-		"words are printed as a shell reads them");
-	ct_commands_free(&c);
-	OK(!c.n, "commands that are freed are none");
-}
-
-static const char *hide(const void *ctx, const char *name)
-{
-	return strcmp(name, ctx) == 0 ? "IN" : NULL;
-}
-
-static void test_history(void)
-{
-	struct ct_commands c = {.n = 0};
-	char *text;
-
-	ct_commands_add(&c, "o", "t");
-	ct_commands_words(&c, "a/b", "--x=c/d", "--expand=7", "-n3", "a b/c d", "d/", NULL);
-	OK(ct_commands_history(&text, &c, 0, NULL, NULL, &e) == 0 &&
-			is_text(text, "t " PACKAGE_VERSION " b --x=d -n3 'c d' d/"),
-		"a history has files by their last names, and nothing that only says how to work");
-	free(text);
-	OK(ct_commands_history(&text, &c, 0, hide, "c/d", &e) == 0 &&
-			is_text(text, "t " PACKAGE_VERSION " b --x=IN -n3 'c d' d/"),
-		"a history hides the file that it is told to hide");
-	free(text);
-	ct_commands_free(&c);
-}
-
-/* The line of the script that goes to where it was made. */
-static bool goes(const char *folder, const char *where)
-{
-	char want[400];
-	struct ct_commands c = {.n = 0};
-	FILE *f = fopen("../script", "w");
-	int rc;
-
-	if (!f)
-		exit(99);
-	snprintf(want, sizeof want, "#!/bin/sh\nset -e\n%s\nt a --force\n", where);
-	ct_commands_add(&c, "b", "t");
-	ct_commands_words(&c, "a", NULL);
-	rc = ct_commands_script(&c, folder, f, &e);
-	fclose(f);
-	ct_commands_free(&c);
-	return rc == 0 && is_text(text_of("../script"), want);
-}
-
-static void test_script(void)
-{
-	char here[200], cd[300];
-
-	if (mkdir("w w", 0777) || chdir("w w") || mkdir("d", 0777) || mkdir("d/e", 0777) ||
-		!getcwd(here, sizeof here))
-		exit(99);
-	snprintf(cd, sizeof cd, "cd -- '%s'", here);
-	OK(goes("d/e", "CDPATH= cd -P -- \"$(dirname -- \"$0\")/../..\""),
-		"the script of a folder below goes upwards");
-	OK(goes(".", cd), "the script of this folder goes to it by its name");
-	if (chdir("..") || rename("w w", "w1") || chdir("w1") || !getcwd(here, sizeof here))
-		exit(99);
-	snprintf(cd, sizeof cd, "cd -- %s", here);
-	if (symlink("w12", "../ww") || mkdir("../w12", 0777))
-		exit(99);
-	OK(goes("../ww", cd),
-		"a folder beside, whose name begins like this one, is gone to by name");
-	if (mkdir("../gone", 0777) || chdir("../gone") || rmdir("../gone"))
-		exit(99);
-	{
-		struct ct_commands c = {.n = 0};
-
-		OK(ct_commands_script(&c, "../ww", stderr, &e) == -1 && e.code == CT_EOUTPUT,
-			"a script that has no folder to go to is an error");
-	}
-	if (chdir(scratch_path))
-		exit(99);
-}
 
 static const char *const outputs[] = {"k/a", "k/b", "elsewhere"};
 
@@ -367,9 +274,6 @@ int main(void)
 {
 	alarm(60);
 	scratch_begin();
-	test_words();
-	test_history();
-	test_script();
 	test_done();
 	test_own();
 	test_versions();

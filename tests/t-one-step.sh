@@ -110,6 +110,12 @@ step 'by a factor an axis, blurred' nii degrade fine.nii 'factor=2,3,1 sigma=1,0
 step 'by means of cells, with noise' nii degrade fine.nii 'factor=1.5 sampling=2 noise=20' ct-degrade -q -x 1.5 --sigma 0 --decimate mean --noise 20 fine.nii
 step 'a CT that was clipped' nii degrade clipped.nii 'factor=2 sampling=1' ct-degrade -q -x 2 --sigma 0 --decimate point clipped.nii
 step 'another quantity is degraded' nii degrade mu.nii 'factor=2' ct-degrade -q -x 2 --sigma 0 mu.nii
+step 'by a protocol with noise' nii degrade fine.nii 'factor=2 protocol=P1n' ct-degrade -q -x 2 -p P1n fine.nii
+step 'by a protocol, its blur another' nii degrade fine.nii 'factor=2 protocol=P3 sigma=0.7' ct-degrade -q -x 2 -p P3 --sigma 0.7 fine.nii
+step 'clipped first' nii degrade fine.nii 'factor=2 protocol=P2 clip=-512:300' ct-degrade -q -x 2 -p P2 --clip=-512:300 fine.nii
+step 'by slices of a profile' nii degrade fine.nii 'factor=1,1,4 profile=trapezoid thickness=9' ct-degrade -q -x 1,1,4 --profile trapezoid --slice-thickness 9 fine.nii
+step 'by slices of a profile, on a protocol' nii degrade fine.nii 'factor=2,2,4 protocol=P2 profile=box thickness=9' ct-degrade -q -x 2,2,4 -p P2 --profile box --slice-thickness 9 fine.nii
+refused 'a protocol of which nothing is left' 2 nii degrade fine.nii 'factor=2 protocol=P1 sigma=1 sampling=1' ct-degrade -q -x 2 -p P1 --sigma 1 --decimate point fine.nii
 refused 'a factor longer than an axis' 5 nii degrade fine.nii 'factor=2,2,30' ct-degrade -q -x 2,2,30 --sigma 0 fine.nii
 refused 'no HU is not degraded' 3 nii degrade grey.nii 'factor=2' ct-degrade -q -x 2 --sigma 0 grey.nii
 
@@ -159,6 +165,21 @@ figures 'with a range' compare 'fine.exr up.exr' 'range=30' --range 30
 figures 'with overshoots' compare 'over.exr open.exr' ''
 refused 'other views' 5 csv compare 'fine.exr five.exr' '' ct-metrics -q fine.exr five.exr --per-slice
 refused 'projections and a CT' 3 csv compare 'fine.exr fine.nii' '' ct-metrics -q fine.exr fine.nii --per-slice
+
+# The published method in one call.
+some="views=3 iterations=4 gaussians=30"; expert='views=3,iterations=4,gaussians=30'
+ct-phantom -q -w -512:3071 --size 24x24x24 --spacing 4 marks open.nii && ct-degrade -q -x 4 -p P2 open.nii small.nii && ct-degrade -q -x 4,4,2 fine.nii uneven.nii; ok $? 'scans for the paper'
+step 'the paper' nii paper small.nii "$some prior=$prior" ct-sr -q --paper --prior "$prior" --expert $expert small.nii
+step 'the release' nii paper small.nii "$some prior=$prior release=1" ct-sr -q --release --prior "$prior" --expert $expert small.nii
+refused 'a factor that contradicts the scan of the paper' 2 nii paper small.nii "$some prior=$prior factor=3" ct-sr -q --paper -x 3 --prior "$prior" --expert $expert small.nii
+refused 'a factor an axis is not for the paper' 2 nii paper uneven.nii "$some prior=$prior" ct-sr -q --paper --prior "$prior" --expert $expert uneven.nii
+refused 'a factor that is too large for the paper' 2 nii paper lr.nii "$some prior=$prior factor=17" ct-sr -q --paper -x 17 --prior "$prior" --expert $expert lr.nii
+refused 'too many Gaussians for the paper' 2 nii paper lr.nii "gaussians=600000 prior=$prior" ct-sr -q --paper --prior "$prior" --expert gaussians=600000 lr.nii
+refused 'another quantity is not for the paper' 3 nii paper mu.nii "$some prior=$prior factor=2" ct-sr -q --paper -x 2 --prior "$prior" --expert $expert mu.nii
+refused 'no HU is not for the paper' 3 nii paper grey.nii "$some prior=$prior factor=2" ct-sr -q --paper -x 2 --prior "$prior" --expert $expert grey.nii
+refused 'Gaussians for the prior of the paper' 3 nii paper small.nii "$some prior=$g1" ct-sr -q --paper --prior "$g1" --expert $expert small.nii
+exits 75 'the paper is cancelled by its progress' c paper small.nii no.nii $some "prior=$prior" stop=1
+[ ! -e no.nii ]; ok $? 'the paper that is cancelled makes nothing'
 
 # The paper: the examples, and the commands one after the other.
 ct-project -q -n 4 lr.nii p.exr && ct-ddnm -q -x 2 -n 2 -p "$prior" p.exr p4.exr && ct-upsample -q -x 2 -m linear lr.nii p.nii &&

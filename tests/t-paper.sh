@@ -39,4 +39,12 @@ ct-project -n 2 -w -512:3071 --overshoot plain.nii plain.exr 2>err; has err 'doe
 [ "$(figure min plain.exr)" = 0 ]; ok $? 'and clipped'
 exits 2 'what is density has no overshoot' sh -c \
 	'ct-fdk -q --quantity density p/lr-proj.exr d.nii 2>/dev/null; ct-project --overshoot d.nii no.exr'
+# the scanner in a sidecar, as ct-sr reads it
+cp lr.nii side.nii && printf '{"Modality": "CT", "Manufacturer": "ACME", "SliceThickness": 5, "ConvolutionKernel": "B30f"}' >side.json
+exits 0 'a scan with a sidecar' ct-sr -q --paper --expert views=2,iterations=2,gaussians=20 --keep side side.nii side-sr.nii
+ct-info side-sr.nii >out; has out 'ACME' 'the result of a scan with a sidecar names the scanner'
+cp side-sr.nii side-1.nii; sh side/commands.sh >/dev/null 2>&1; cmp -s side-sr.nii side-1.nii; ok $? 'the commands read the sidecar likewise'
+printf '{"Modality": "CT", "Manufacturer": "OTHER", "SliceThickness": 5}' >side.json
+exits 0 'a sidecar that was changed is read again' ct-sr -q --paper --expert views=2,iterations=2,gaussians=20 --keep side side.nii side-sr.nii
+ct-info side-sr.nii >out; has out 'OTHER' 'the result is that of the new sidecar'
 done_testing

@@ -132,11 +132,14 @@ for f in lr.nii up.nii up-proj.exr lr-proj.exr sr-proj.exr residual.ply; do
 done
 ct-sr -q --release -x 4 --expert views=3,iterations=30,gaussians=60 -s 7 --keep rel marks.nii rel.mha; ok $? 'a release with a seed is kept'
 cp rel.mha rel1.mha; sh rel/commands.sh >/dev/null 2>&1; cmp -s rel.mha rel1.mha; ok $? 'the script of a release makes the same MetaImage'
+ct-upsample -q -f -x 4 -m cubic marks.nii rel/sr.nii; ct-convert -q rel/sr.nii mine.mha
+exits 0 "one's own result is converted" ct-sr -q --release -x 4 --expert views=3,iterations=30,gaussians=60 -s 7 --keep rel marks.nii rel.mha
+ct-metrics -q --json rel.mha mine.mha >out; has out '"max-hu": 0.0' "the MetaImage is that of one's own result"
 rm moved/to/bal.nii && printf junk >moved/to/marks.nii
 sh moved/to/bal/commands.sh >/dev/null 2>&1; [ $? -eq 3 ] && [ ! -e moved/to/bal.nii ]; ok $? 'commands.sh ends at the first error'
 mkdir aside
-exits 0 'a folder elsewhere and names with a dash are kept' ct-sr -q -x 4 $few --keep "$dir_/aside/-k k" -- ./marks.nii -o.nii
-rm -f ./-o.nii && (cd / && sh "$dir_/aside/-k k/commands.sh") >/dev/null 2>&1 && [ -s ./-o.nii ]; ok $? 'the script of a folder elsewhere makes an output that begins with a dash'
+exits 0 'a folder elsewhere and names with a dash are kept' ct-sr -q -x 4 $few --keep "$dir_/aside/-k \$k'k" -- ./marks.nii -o.nii
+rm -f ./-o.nii && (cd / && sh "$dir_/aside/-k \$k'k/commands.sh") >/dev/null 2>&1 && [ -s ./-o.nii ]; ok $? 'the script of a folder elsewhere makes an output that begins with a dash'
 cp marks.nii ./-marks.nii
 exits 0 'a dash may be before all names' ct-sr -q -x 4 $few --keep=-k -- -marks.nii -p.nii
 [ -s ./-k/lr.nii ] && [ -s ./-p.nii ]; ok $? 'files in a folder named -k are made'

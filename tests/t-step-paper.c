@@ -11,31 +11,31 @@ static struct ct_err e;
 
 static void test_plan(void)
 {
-	struct ct_step_paper_rule rule = {.in = "a", .prior = "p", .factor = 4};
+	struct ct_step_paper_rule rule = {.in = "a", .prior = "p", .factor = {4, 4, 4}};
 	struct ct_step_paper p;
 
-	OK(ct_step_paper_plan(&p, &rule, &e) == 0 && p.rule.views == 100 && p.calls == 50 &&
+	OK(ct_step_paper_plan(&p, &rule, NULL, &e) == 0 && p.rule.views == 100 && p.calls == 50 &&
 			p.rule.iterations == 5000 && p.rule.gaussians == 50000 &&
 			p.sigma_y == 0.0015 && p.window[0] == -512 && p.window[1] == 3071,
 		"the paper has its constants");
 	rule.release = true;
-	OK(ct_step_paper_plan(&p, &rule, &e) == 0 && p.sigma_y == 0.001,
+	OK(ct_step_paper_plan(&p, &rule, NULL, &e) == 0 && p.sigma_y == 0.001,
 		"the release has another sigma_y up to 4 times");
-	rule.factor = 5;
-	OK(ct_step_paper_plan(&p, &rule, &e) == 0 && p.sigma_y == 0.0025,
+	rule.factor[0] = rule.factor[1] = rule.factor[2] = 5;
+	OK(ct_step_paper_plan(&p, &rule, NULL, &e) == 0 && p.sigma_y == 0.0025,
 		"the release has another sigma_y above 4 times");
-	rule.factor = 1;
-	OK(ct_step_paper_plan(&p, &rule, &e) == -1 && e.code == CT_EUSAGE,
+	rule.factor[0] = rule.factor[1] = rule.factor[2] = 1;
+	OK(ct_step_paper_plan(&p, &rule, NULL, &e) == -1 && e.code == CT_EUSAGE,
 		"a factor of 1 is refused");
-	rule.factor = 17;
-	OK(ct_step_paper_plan(&p, &rule, &e) == -1 && e.code == CT_EUSAGE,
+	rule.factor[0] = rule.factor[1] = rule.factor[2] = 17;
+	OK(ct_step_paper_plan(&p, &rule, NULL, &e) == -1 && e.code == CT_EUSAGE,
 		"a factor of 17 is refused");
-	rule.factor = 2;
+	rule.factor[0] = rule.factor[1] = rule.factor[2] = 2;
 	rule.gaussians = 500001;
-	OK(ct_step_paper_plan(&p, &rule, &e) == -1 && e.code == CT_EUSAGE,
+	OK(ct_step_paper_plan(&p, &rule, NULL, &e) == -1 && e.code == CT_EUSAGE,
 		"more Gaussians than a fit may have are refused");
 	rule.gaussians = 0;
-	must(ct_step_paper_plan(&p, &rule, &err));
+	must(ct_step_paper_plan(&p, &rule, NULL, &err));
 	OK(ct_step_paper_bytes(&p, (const size_t[3]){100, 100, 100}) == 4e6 * (1 + 2 * 8 + 4),
 		"two large volumes and the views are the least that is needed");
 }
@@ -130,7 +130,7 @@ static int run(struct ct_vol *out, const struct ct_step_paper_keeper *keeper, si
 {
 	const struct ct_step_paper_rule rule = {.in = "scan.nii",
 		.prior = "prior",
-		.factor = 2,
+		.factor = {2, 2, 2},
 		.views = 2,
 		.iterations = 3,
 		.gaussians = 10};
@@ -147,7 +147,7 @@ static int run(struct ct_vol *out, const struct ct_step_paper_keeper *keeper, si
 	*out = (struct ct_vol){.n = {0}};
 	make_scan(&lr);
 	must(ct_par_alloc(&env.par, threads, &err));
-	must(ct_step_paper_plan(&p, &rule, &err));
+	must(ct_step_paper_plan(&p, &rule, NULL, &err));
 	rc = ct_step_paper_run(out, &did, &p, &lr, keeper, &env, &e);
 	if (rc == 0)
 		OK(did.iterations == 3 && did.gaussians == 10, "the report is that of the fit");

@@ -33,7 +33,7 @@ from . import _abi as abi
 
 __version__ = '0.1.0'
 __all__ = ['Error', 'Image', 'Operator', 'Projections', 'version', 'read', 'write', 'degrade', 'estimate_operator',
-           'superres', 'upsample', 'project', 'ddnm', 'read_projections', 'write_projections', 'backproject', 'reconstruct', 'fdk', 'Gaussians',
+           'superres', 'upsample', 'paper', 'project', 'ddnm', 'read_projections', 'write_projections', 'backproject', 'reconstruct', 'fdk', 'Gaussians',
            'fit', 'read_gaussians', 'write_gaussians', 'compose', 'metrics', 'consistency']
 _lib = abi.load()
 _SAMPLING = ('sinc', 'point', 'mean')
@@ -310,10 +310,21 @@ def write(image, path, overwrite=False, threads=0) -> None:
 
 
 def degrade(image, factor: Axes, sigma: Axes = 0, decimate='sinc', noise=0., seed=0, threads=0,
-            progress: Optional[Progress] = None, history: Optional[str] = None) -> Image:
-    """The low-resolution CT, as ct-degrade: a Gaussian of `sigma` fine voxels, then the sampling, then `noise` HU."""
+            progress: Optional[Progress] = None, history: Optional[str] = None, protocol: Optional[str] = None,
+            profile=None, slice_thickness: float = 0, clip: Optional[Sequence[float]] = None) -> Image:
+    """The low-resolution CT, as ct-degrade: a Gaussian of `sigma` fine voxels, then the sampling, then `noise` HU.
+
+    protocol  P1, P2, P3, P1n, P3n or release, in whose place are sigma, decimate and noise that are said
+    profile   of slices: gaussian, box, triangle, trapezoid, or pairs of mm and weight. slice_thickness: of slices, mm
+    clip      LO, HI in HU, first"""
     out, h = abi.H(), Image.of(image)._handle()
     o = _operator(factor, sigma, decimate, noise)
+    o.protocol = _text(protocol, 'protocol') if protocol is not None else None
+    if profile is not None:
+        o.profile = _text(profile if isinstance(profile, str) else ''.join('%r %r\n' % (float(a), float(b)) for a, b in profile), 'profile')
+    o.thickness = slice_thickness
+    if clip is not None:
+        o.clip = (c.c_double * 2)(*clip)
     _Call(threads, progress, seed=seed, history=history).run(_lib.ctsr_degrade, c.byref(out), h, c.byref(o), made=[out])
     return Image._own(out)
 
@@ -532,6 +543,21 @@ def reconstruct(p: Projections, like=None, method='auto', filter='ram-lak', cuto
 def fdk(p: Projections, like=None, threads=0, progress: Optional[Progress] = None, log=None) -> Image:
     """Filtered backprojection, HU: reconstruct with its defaults."""
     return reconstruct(p, like, threads=threads, progress=progress, log=log)
+
+
+def paper(image, factor=0, views=0, iterations=0, gaussians=0, prior=None, release=False, seed=0, threads=0,
+          progress: Optional[Progress] = None, log=None, history: Optional[str] = None) -> Image:
+    """The published method, as ct-sr --paper, or with `release` as its authors' programs. 0 stands for what is published.
+
+    factor    times finer along each axis; 0: what the metadata say, else 4
+    views     projections. iterations, gaussians: of the fit
+    prior     file of a diffusion prior of projections; default: the installed one"""
+    o, out, h = abi.Paper(c.sizeof(abi.Paper)), abi.H(), Image.of(image)._handle()
+    o.factor, o.views = _whole(factor, 31, 'factor'), _whole(views, 31, 'views')
+    o.iterations, o.gaussians = _whole(iterations, 31, 'iterations'), _whole(gaussians, 31, 'gaussians')
+    o.prior_file, o.release = _path(prior) if prior is not None else None, bool(release)
+    _Call(threads, progress, log, seed, history=history).run(_lib.ctsr_paper, c.byref(out), h, c.byref(o), made=[out])
+    return Image._own(out)
 
 
 class Gaussians:

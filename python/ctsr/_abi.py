@@ -14,7 +14,10 @@ def _struct(name, *fields):
 
 Context = _struct('Context', ('threads', c.c_uint), ('overwrite', c.c_int), ('seed', c.c_uint64), ('verbose', c.c_int),
                   ('progress', PROGRESS), ('log', LOG), ('user', c.c_void_p), ('history', c.c_char_p))
-Operator = _struct('Operator', ('factor', D3), ('sigma', D3), ('sampling', c.c_int), ('noise', c.c_double))
+Operator = _struct('Operator', ('factor', D3), ('sigma', D3), ('sampling', c.c_int), ('noise', c.c_double),
+                   ('protocol', c.c_char_p), ('profile', c.c_char_p), ('thickness', c.c_double), ('clip', c.c_double * 2))
+Paper = _struct('Paper', ('factor', c.c_size_t), ('views', c.c_size_t), ('iterations', c.c_size_t), ('gaussians', c.c_size_t),
+                ('prior_file', c.c_char_p), ('release', c.c_int))
 Options = _struct('Options', ('method', c.c_int), ('preset', c.c_int), ('factor', D3), ('spacing', D3), ('sigma', D3),
                   ('sampling', c.c_int), ('noise', c.c_double), ('estimate', c.c_int), ('prior_file', c.c_char_p),
                   ('memory', c.c_double), ('iterations', c.c_int), ('tolerance', c.c_double), ('start', c.c_void_p),
@@ -81,6 +84,7 @@ _SIGNATURES = {  # result, arguments
     'fdk': (c.c_int, P(H), H, H, _C, _E),
     'ddnm_options_init': (None, P(Ddnm), c.c_size_t),
     'ddnm': (c.c_int, P(H), P(H), H, P(Ddnm), _C, _E),
+    'paper': (c.c_int, P(H), H, P(Paper), _C, _E),
     'upsample_options_init': (None, P(Options), c.c_size_t),
     'upsample': (c.c_int, P(H), P(H), P(Report), H, P(Options), _C, _E),
     'gaussians_fit': (c.c_int, P(H), H, H, P(Fit), _C, _E),

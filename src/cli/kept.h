@@ -16,7 +16,7 @@
 
 #include <stdbool.h>
 
-enum { CT_KEPT_SCRIPT = 11, CT_KEPT_PLACES };
+enum { CT_KEPT_SCRIPT = 15, CT_KEPT_PLACES };
 enum ct_kept_is { CT_KEPT_MISSING, CT_KEPT_BEGUN, CT_KEPT_DONE, CT_KEPT_OWN };
 
 /* As run.state has it; its name is NULL if nothing is noted. */

@@ -72,7 +72,8 @@ int ctsr_note_history(
 	struct ctsr_call *k, struct ct_meta *m, size_t n, const struct ct_meta *const *in);
 /* v (zeroed struct) <- zeros on the grid of `like`. */
 int ctsr_zeros_like(struct ct_vol *v, const ctsr_volume *like, struct ct_err *e);
-/* The operator of the options and its noise, HU, their numbers checked. */
+/* The operator of the options and its noise, HU, their numbers checked; nothing of ctsr_degrade
+ * alone. */
 int ctsr_degrade_of(struct ct_degrade *d, double *noise, const ctsr_operator *o, struct ct_err *e);
 /* Values that can be HU, or say what they are, all finite: the message begins with `name`. As
  * ct_vol_read_hu for the commands. */

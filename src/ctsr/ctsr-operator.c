@@ -12,7 +12,8 @@ _Static_assert((int)CTSR_SINC == CT_DECIMATE_SINC && (int)CTSR_POINT == CT_DECIM
 	"the kinds of sampling are the same");
 
 /* Written so that NaN is refused. */
-int ctsr_degrade_of(struct ct_degrade *d, double *noise, const ctsr_operator *o, struct ct_err *e)
+static int take(
+	struct ct_degrade *d, ctsr_operator *taken, const ctsr_operator *o, struct ct_err *e)
 {
 	ctsr_operator mine = {0};
 
@@ -35,8 +36,26 @@ int ctsr_degrade_of(struct ct_degrade *d, double *noise, const ctsr_operator *o,
 	if (!(mine.noise >= 0 && mine.noise <= 1e6))
 		return ct_fail(e, CT_EUSAGE, "the noise %g HU is outside [0, 1e6]", mine.noise);
 	d->decimate = (enum ct_decimate)mine.sampling;
-	*noise = mine.noise;
+	*taken = mine;
 	return 0;
+}
+
+static bool is_more(const ctsr_operator *o)
+{
+	return o->protocol || o->profile || o->thickness != 0 || o->clip[0] != 0 || o->clip[1] != 0;
+}
+
+int ctsr_degrade_of(struct ct_degrade *d, double *noise, const ctsr_operator *o, struct ct_err *e)
+{
+	ctsr_operator mine;
+
+	if (take(d, &mine, o, e))
+		return -1;
+	*noise = mine.noise;
+	return is_more(&mine)
+		       ? ct_fail(e, CT_EUSAGE,
+				 "protocol, profile, thickness and clip are of ctsr_degrade alone")
+		       : 0;
 }
 
 static int give(ctsr_operator *o, const struct ct_degrade *d, double noise, struct ct_err *e)
@@ -98,27 +117,71 @@ int ctsr_estimate_operator(
 	return ctsr_call_end(&k, rc, e);
 }
 
+/* A shape, or samples. */
+static int take_profile(struct ct_slice_profile_said *to, const ctsr_operator *o, struct ct_err *e)
+{
+	const bool shape = o->profile && !strpbrk(o->profile, "0123456789");
+
+	if (o->thickness > 0)
+		to->mm = o->thickness;
+	if (!(o->thickness >= 0 && o->thickness <= 1e6))
+		return ct_fail(
+			e, CT_EUSAGE, "the thickness %g mm is outside [0, 1e6]", o->thickness);
+	if (!o->profile)
+		return 0;
+	if (!shape && o->thickness > 0)
+		return ct_fail(e, CT_EUSAGE, "the thickness: the samples of the profile say it");
+	if (!shape)
+		return ct_slice_profile_parse(&to->samples, o->profile, strlen(o->profile), e);
+	return ct_words_take(&to->shape, CT_WORDS(CT_SLICE_SHAPE_LIST), "profile", o->profile, e);
+}
+
+/* As ct-degrade asks: without a protocol all is said, with one what is not 0. */
+static int rule_of(struct ct_step_degrade_rule *r, const ctsr_operator *o, struct ct_err *e)
+{
+	const bool all = !o->protocol;
+	struct ct_degrade by;
+	ctsr_operator mine;
+
+	if (take(&by, &mine, o, e))
+		return -1;
+	memcpy(r->factor, by.factor, sizeof r->factor);
+	if (mine.protocol && ct_words_take(&r->protocol, CT_WORDS(CT_STEP_DEGRADE_PROTOCOLS),
+				     "protocol", mine.protocol, e)) {
+		e->code = CT_EUSAGE;
+		return -1;
+	}
+	r->insists = mine.protocol != NULL;
+	for (int a = 0; a < 3; a++)
+		if (all || by.sigma[0] > 0 || by.sigma[1] > 0 || by.sigma[2] > 0)
+			r->sigma[a] = by.sigma[a];
+	r->decimate = mine.sampling ? (int)by.decimate : -1; /* of no protocol it is sinc */
+	r->noise = all || mine.noise > 0 ? mine.noise : r->noise;
+	if (mine.clip[0] != 0 || mine.clip[1] != 0)
+		memcpy(r->clip, mine.clip, sizeof r->clip);
+	if (!isnan(r->clip[0]) && !(r->clip[0] < r->clip[1]))
+		return ct_fail(e, CT_EUSAGE, "the clip %g to %g is none", r->clip[0], r->clip[1]);
+	return take_profile(&r->slice, &mine, e);
+}
+
 static int degrade(
 	struct ct_vol *out, const ctsr_volume *in, const ctsr_operator *o, struct ctsr_call *k)
 {
 	const struct ct_meta *const from[] = {&in->v.meta};
 	struct ct_step_degrade_rule rule = CT_STEP_DEGRADE_DEFAULTS;
-	struct ct_vol bare = in->v; /* is not clipped */
 	struct ct_step_degrade plan;
 	struct ct_err *e = &k->err;
-	struct ct_degrade by;
+	struct ct_vol v = {0}, bare = in->v; /* which is not clipped */
+	int rc = -1;
 
-	if (ctsr_degrade_of(&by, &rule.noise, o, e))
-		return -1;
-	memcpy(rule.factor, by.factor, sizeof rule.factor);
-	memcpy(rule.sigma, by.sigma, sizeof rule.sigma);
-	rule.decimate = (int)by.decimate;
-	return ctsr_check_hu(in, rule.name, e) || ctsr_check_volume(in, e) ||
-			       ct_step_degrade_plan(&plan, &rule, &bare, e) ||
-			       ct_step_degrade_run(out, NULL, &plan, &k->env, e) ||
-			       ctsr_note_history(k, &out->meta, 1, from)
-		       ? -1
-		       : 0;
+	if (rule_of(&rule, o, e) == 0 && ctsr_check_hu(in, rule.name, e) == 0 &&
+		ctsr_check_volume(in, e) == 0 &&
+		(isnan(rule.clip[0]) || ctsr_copy_volume(&v, in, e) == 0) &&
+		ct_step_degrade_plan(&plan, &rule, v.data ? &v : &bare, e) == 0 &&
+		ct_step_degrade_run(out, NULL, &plan, &k->env, e) == 0)
+		rc = ctsr_note_history(k, &out->meta, 1, from);
+	ct_vol_free(&v);
+	return rc;
 }
 
 int ctsr_degrade(ctsr_volume **out, const ctsr_volume *in, const ctsr_operator *o,

@@ -2,10 +2,9 @@
  *
  * libctsr refines a CT scan to a finer grid: it inverts the blur and the sampling of the scanner,
  * and can then add the detail that a network, trained on slices of other CTs, predicts. Blurred and
- * sampled again, the result gives the scan. The library also runs the steps of the paper: it
- * projects volumes, super-resolves the projections, fits Gaussians to them and composes these with
- * a volume. The commands of ctsr call the same functions, and give the same voxels, pixels and
- * Gaussians, and the same errors. A first program stands in ctsr(3), with how it is compiled.
+ * sampled again, the result gives the scan. It also runs the steps of the paper: it projects
+ * volumes, super-resolves the projections, fits Gaussians to them and composes these with a volume.
+ * The commands call the same functions, with the same results and errors. ctsr(3) has a program.
  *
  * UNITS AND AXES
  *
@@ -23,18 +22,16 @@
  *
  * THREADS
  *
- * Threads may call at the same time if no two of them change the same object. The only global state
- * is the level of the processor's vectors, found once, and a list of the temporary files that are
- * being written. A call starts its own threads (ctsr_context.threads) and joins them before it
- * returns. The result has the same bytes for any number of threads.
+ * Threads may call at the same time if no two of them change the same object. Global are only the
+ * level of the processor's vectors, and a list of the temporary files that are being written. A
+ * call joins its own threads before it returns. Any number of threads gives the same bytes.
  *
  * VERSIONS
  *
  * The library follows semantic versioning. Objects are opaque. Structs that a caller fills begin
  * with their size; the other members are 0 by default: ctsr_context c = {.size = sizeof c}. Where
- * that is not so there is a function that sets the defaults and the size, ctsr_..._init. Later
- * versions add members at the end, and a default that keeps the old behaviour: a program that was
- * built for libctsr.so.0 runs with every libctsr.so.0.
+ * that is not so ctsr_..._init sets the defaults and the size. Later versions add members at the
+ * end, whose default keeps the old behaviour: what was built for a libctsr.so.0 runs with every.
  */
 #ifndef CTSR_H
 #define CTSR_H
@@ -93,8 +90,7 @@ typedef struct ctsr_context {
 	/* One line of text. level: 0 warning, 1 information, 2 detail. Default NULL. */
 	void (*log)(void *user, int level, const char *text);
 	void *user;          /* handed to the callbacks */
-	const char *history; /* line that is added to the metadata key "history" of results, as
-			      * the commands do: "program 1.0 arguments"; NULL (default): none */
+	const char *history; /* a line for the metadata key "history"; NULL (default): none */
 } ctsr_context;
 
 /* ------------------------------------------------------------------------------------ volumes */
@@ -102,10 +98,9 @@ typedef struct ctsr_context {
 typedef struct ctsr_volume ctsr_volume;
 
 /* New volume of size[0] x size[1] x size[2] voxels. data NULL: all zero. Else the voxels are memory
- * of the caller, which stays the caller's and must live as long as *v. The library reads it; it
- * writes only to volumes that it made. affine NULL: 1 mm voxels from the origin. CTSR_USAGE for a
- * size of 0; CTSR_INPUT for one that overflows; CTSR_GEOMETRY for an affine that is not finite, has
- * no extent or is sheared; CTSR_MEMORY. */
+ * of the caller, only read here, which must live as long as *v. affine NULL: 1 mm voxels from the
+ * origin. CTSR_USAGE for a size of 0; CTSR_INPUT for one that overflows; CTSR_GEOMETRY for an
+ * affine that is not finite, has no extent or is sheared; CTSR_MEMORY. */
 CTSR_API int ctsr_volume_new(ctsr_volume **v, const size_t size[3], const double affine[3][4],
 	float *data, ctsr_error *e);
 /* A volume of int16 numbers: a copy, slope*data + intercept. DICOM's rescale values. */
@@ -117,11 +112,9 @@ CTSR_API void ctsr_volume_free(ctsr_volume *v);
 /* The voxels, valid until v is freed. The caller may change them. size, affine (or NULL) <- number
  * of voxels along each axis, and the affine. */
 CTSR_API float *ctsr_volume_data(const ctsr_volume *v, size_t size[3], double affine[3][4]);
-/* data[n0*n1*n2] <- voxels, rounded to the nearest, ties to even. CTSR_NUMBER if one does not fit.
- */
+/* data[n0*n1*n2] <- voxels, rounded, ties to even. CTSR_NUMBER if one does not fit. */
 CTSR_API int ctsr_volume_to_int16(const ctsr_volume *v, int16_t *data, ctsr_error *e);
-/* Metadata. Value of a key, valid until the metadata change; NULL: no such key. ct-formats(5)
- * lists the keys that the library knows, such as "factor", "noise" and "history". */
+/* Value of a metadata key (ct-formats(5)), valid until they change; NULL: no such key. */
 CTSR_API const char *ctsr_volume_get(const ctsr_volume *v, const char *key);
 /* Key number i, from 0 on, or NULL behind the last. */
 CTSR_API const char *ctsr_volume_key(const ctsr_volume *v, size_t i);
@@ -135,14 +128,11 @@ CTSR_API int ctsr_volume_sample(
 /* ---------------------------------------------------------------------------- files of volumes */
 /* A file format. A static link holds only the formats that a program names. */
 typedef struct ctsr_format ctsr_format;
-
 CTSR_API const ctsr_format *ctsr_nifti(void);     /* NIfTI-1, NIfTI-2; .nii, .nii.gz */
 CTSR_API const ctsr_format *ctsr_nrrd(void);      /* NRRD; .nrrd, .nhdr */
 CTSR_API const ctsr_format *ctsr_metaimage(void); /* MetaImage; .mha, .mhd */
-/* All formats that the library reads, as a list that ends with NULL. A list of one's own is
- * const ctsr_format *const list[] = {ctsr_nifti(), NULL}. */
+/* All that the library reads; a list of one's own ends with NULL, too. */
 CTSR_API const ctsr_format *const *ctsr_formats_all(void);
-
 /* Read a file of one of these formats. The content decides which one it is, not the name. "-" is
  * standard input. CTSR_INPUT; CTSR_GEOMETRY for a grid that is refused; CTSR_MEMORY. */
 CTSR_API int ctsr_volume_read(
@@ -154,7 +144,7 @@ CTSR_API int ctsr_volume_write(const ctsr_volume *v, const char *path, const cts
 	const ctsr_context *c, ctsr_error *e);
 
 /* ----------------------------------------------------------------------------------- operators */
-/* How a low-resolution CT is made of a high-resolution one: Gaussian blur, sampling, noise. */
+/* How a low-resolution CT is made: Gaussian blur, sampling, noise. */
 enum ctsr_sampling {
 	CTSR_SINC = 0,  /* band-limited, then sampled */
 	CTSR_POINT = 1, /* sampled at points */
@@ -167,20 +157,23 @@ typedef struct ctsr_operator {
 	double sigma[3];  /* of the blur, in fine voxels, 0 to 1000; default 0 */
 	int sampling;     /* of enum ctsr_sampling; default CTSR_SINC */
 	double noise;     /* standard deviation of white noise, HU, of the coarse CT; default 0 */
+	/* Of ctsr_degrade alone, as ct-degrade(1) has them; elsewhere they are CTSR_USAGE. */
+	const char *protocol; /* in whose place are sigma, sampling, noise that are not 0 */
+	const char *profile;  /* of slices: a shape, or lines "MM WEIGHT" */
+	double thickness;     /* of slices, mm; 0 (default): the spacing of the coarse CT */
+	double clip[2];       /* HU, first; 0, 0 (default): not */
 } ctsr_operator;
 
-/* *o, its size set, <- the operator that the metadata of a volume name. CTSR_INPUT if there is
- * none, or it is wrong. */
+/* *o, its size set, <- the operator that the metadata name. CTSR_INPUT for none, or a wrong one. */
 CTSR_API int ctsr_operator_get(ctsr_operator *o, const ctsr_volume *v, ctsr_error *e);
 /* Measure the operator of a low-resolution CT: blur on its edges, noise where it is flat. Where one
  * axis alone is refined that has too few, slices count as thick as far apart. Size and factor of
- * *o must be set. CTSR_NUMBER for voxels that are not finite; CTSR_INPUT for too
- * few edges; CTSR_CANCELLED. */
+ * *o must be set. CTSR_NUMBER; CTSR_INPUT for too few edges; CTSR_CANCELLED. */
 CTSR_API int ctsr_estimate_operator(
 	ctsr_operator *o, const ctsr_volume *v, const ctsr_context *c, ctsr_error *e);
 /* *out <- low-resolution CT. Its metadata name the operator. Noise is drawn from the context's
- * seed. CTSR_USAGE for a number out of range; CTSR_GEOMETRY for an axis shorter than its factor;
- * CTSR_NUMBER; CTSR_MEMORY. As ct-degrade(1). */
+ * seed. CTSR_USAGE for a number out of range, CTSR_INPUT for a profile; CTSR_GEOMETRY for an axis
+ * shorter than its factor; CTSR_NUMBER; CTSR_MEMORY. As ct-degrade(1). */
 CTSR_API int ctsr_degrade(ctsr_volume **out, const ctsr_volume *in, const ctsr_operator *o,
 	const ctsr_context *c, ctsr_error *e);
 
@@ -257,7 +250,7 @@ CTSR_API int ctsr_superres(ctsr_volume **out, ctsr_volume **error, ctsr_superres
 	const ctsr_volume *in, const ctsr_superres_options *o, const ctsr_context *c,
 	ctsr_error *e);
 
-/* The same, with the defaults of ct-upsample(1): CTSR_AUTO, and nothing is measured. */
+/* With the defaults of ct-upsample(1): CTSR_AUTO, and nothing is measured. */
 CTSR_API void ctsr_upsample_options_init(ctsr_superres_options *o, size_t size);
 CTSR_API int ctsr_upsample(ctsr_volume **out, ctsr_volume **error, ctsr_superres_report *report,
 	const ctsr_volume *in, const ctsr_superres_options *o, const ctsr_context *c,
@@ -276,8 +269,7 @@ enum ctsr_pixel { CTSR_PIXEL_POINT = 0, CTSR_PIXEL_MEAN = 1, CTSR_PIXEL_SINC = 2
 /* Rays through boxes of constant density, exact, or through slices, linear. */
 enum ctsr_integral { CTSR_SIDDON = 0, CTSR_JOSEPH = 1 };
 
-/* A circular scan about world +z through the isocentre. View i is at start + i*arc/views degrees;
- * at 0 degrees the source is at +x. */
+/* A circle about world +z. View i is at start + i*arc/views degrees, at 0 the source at +x. */
 typedef struct ctsr_geometry {
 	size_t size;
 	int beam; /* of enum ctsr_beam; default CTSR_CONE */
@@ -306,8 +298,7 @@ typedef struct ctsr_view {
 /* Defaults for a volume: the published geometry, scaled to its size; 100 views. */
 CTSR_API int ctsr_geometry_init(
 	ctsr_geometry *g, size_t size, const ctsr_volume *around, ctsr_error *e);
-/* Projections of a detector that moved in any way, all pixels zero. CTSR_GEOMETRY naming the view
- * that makes no sense; CTSR_USAGE; CTSR_MEMORY. */
+/* Projections of any detector, all pixels zero. CTSR_GEOMETRY naming a view; CTSR_USAGE. */
 CTSR_API int ctsr_projections_new(ctsr_projections **p, int beam, size_t views, size_t rows,
 	size_t columns, const ctsr_view *view, ctsr_error *e);
 CTSR_API void ctsr_projections_free(ctsr_projections *p);
@@ -320,14 +311,12 @@ CTSR_API float *ctsr_projections_data(const ctsr_projections *p, size_t size[3])
 /* Geometry of view i. CTSR_USAGE if there is none. */
 CTSR_API int ctsr_projections_view(
 	ctsr_view *view, const ctsr_projections *p, size_t i, ctsr_error *e);
-/* *p <- line integrals of a volume in HU, or of density if its metadata say so. As ct-project(1),
- * and the same pixels. CTSR_USAGE, also for a window other than the one that the metadata name;
- * CTSR_INPUT for another quantity and for values that cannot be HU; CTSR_GEOMETRY if the source is
- * within the volume; CTSR_NUMBER; CTSR_CANCELLED. */
+/* *p <- line integrals of a volume in HU, or of density if its metadata say so. As ct-project(1).
+ * CTSR_USAGE, also for a window other than the one that the metadata name; CTSR_INPUT for another
+ * quantity and for values that cannot be HU; CTSR_GEOMETRY if the source is within the volume. */
 CTSR_API int ctsr_project(ctsr_projections **p, const ctsr_volume *v, const ctsr_geometry *g,
 	const ctsr_context *c, ctsr_error *e);
-/* *v <- adjoint of ctsr_project on the grid of `like`, no window: sums of weight x pixel. For
- * solvers of one's own. CTSR_GEOMETRY; CTSR_NUMBER; CTSR_CANCELLED; CTSR_MEMORY. */
+/* *v <- adjoint of ctsr_project on the grid of `like`, no window, for solvers of one's own. */
 CTSR_API int ctsr_backproject(ctsr_volume **v, const ctsr_projections *p, const ctsr_volume *like,
 	const ctsr_context *c, ctsr_error *e);
 
@@ -347,9 +336,9 @@ typedef struct ctsr_reconstruct_options {
 } ctsr_reconstruct_options;
 CTSR_API void ctsr_reconstruct_options_init(ctsr_reconstruct_options *o, size_t size);
 /* *v <- a volume, HU, on the grid of `like`, or with NULL on that of the projected volume, or the
- * cube that all views see. As ct-fdk(1), and the same voxels. CTSR_USAGE for what contradicts the
- * projections; CTSR_INPUT for another quantity; CTSR_GEOMETRY for a grid beside the scan, and a
- * scan that cannot be inverted so; CTSR_NUMBER; CTSR_CANCELLED; CTSR_MEMORY. */
+ * cube that all views see. As ct-fdk(1). CTSR_USAGE for what contradicts the projections;
+ * CTSR_INPUT for another quantity; CTSR_GEOMETRY for a grid beside the scan, and a scan that cannot
+ * be inverted so; CTSR_NUMBER. */
 CTSR_API int ctsr_reconstruct(ctsr_volume **v, const ctsr_projections *p, const ctsr_volume *like,
 	const ctsr_reconstruct_options *o, const ctsr_context *c, ctsr_error *e);
 /* The same with all defaults: FDK for cones (Feldkamp et al. 1984), FBP for parallel rays. */
@@ -424,12 +413,11 @@ typedef struct ctsr_fit_options {
 CTSR_API int ctsr_gaussians_fit(ctsr_gaussians **g, const ctsr_projections *p,
 	const ctsr_volume *base, const ctsr_fit_options *o, const ctsr_context *c, ctsr_error *e);
 CTSR_API void ctsr_gaussians_free(ctsr_gaussians *g);
-/* PLY as viewers of 3-D Gaussian splatting read it. CTSR_INPUT; CTSR_OUTPUT; CTSR_MEMORY. */
+/* PLY as viewers of 3-D Gaussian splatting read it. */
 CTSR_API int ctsr_gaussians_read(ctsr_gaussians **g, const char *path, ctsr_error *e);
 CTSR_API int ctsr_gaussians_write(
 	const ctsr_gaussians *g, const char *path, const ctsr_context *c, ctsr_error *e);
-/* Number of Gaussians. out[n] <- those from number `first` on, or as many as there are; out may be
- * NULL if n is 0. */
+/* How many. out[n] <- those from `first` on, or as many as there are; NULL is legal if n is 0. */
 CTSR_API size_t ctsr_gaussians_get(
 	ctsr_gaussian *out, const ctsr_gaussians *g, size_t first, size_t n);
 /* *v <- their density on the grid of `like`. CTSR_GEOMETRY; CTSR_MEMORY; CTSR_CANCELLED. */
@@ -459,6 +447,19 @@ CTSR_API int ctsr_compose(ctsr_volume **out, ctsr_volume **added, const ctsr_vol
 	const ctsr_gaussians *g, const ctsr_compose_options *o, const ctsr_context *c,
 	ctsr_error *e);
 
+/* ----------------------------------------------------------------------------------- the paper */
+typedef struct ctsr_paper_options {
+	size_t size;
+	size_t factor; /* of all axes, 2 to 16; 0 (default): what the metadata say, else 4 */
+	size_t views, iterations, gaussians; /* 0 (default): as published */
+	const char *prior_file;              /* of projections; NULL (default): the installed one */
+	int release; /* 1: as its authors' programs; 0 (default): as the paper */
+} ctsr_paper_options;
+/* *out <- the CT by the published method, in HU of -512 to 3071: all its steps in one call. As
+ * ct-sr --paper, and the same voxels. o NULL: all defaults. Codes of the steps. */
+CTSR_API int ctsr_paper(ctsr_volume **out, const ctsr_volume *in, const ctsr_paper_options *o,
+	const ctsr_context *c, ctsr_error *e);
+
 /* ------------------------------------------------------------------------------------- metrics */
 /* The caller sets size = sizeof, the library fills in as much as fits. */
 typedef struct ctsr_metrics {
@@ -475,10 +476,9 @@ typedef struct ctsr_consistency {
 	double max, p95, rms, mean; /* of D(fine) - coarse, HU */
 } ctsr_consistency;
 
-/* Compare a volume with a reference on the same grid. window: LO, HI in HU of PSNR and SSIM; NULL:
- * -512 to 3071. mask, or NULL: only where it is not 0. As ct-metrics(1), and the same figures.
- * CTSR_USAGE; CTSR_INPUT for quantities that differ, and without a window for values that cannot be
- * HU; CTSR_GEOMETRY; CTSR_NUMBER. */
+/* Compare a volume with a reference on the same grid, as ct-metrics(1). window: LO, HI in HU of
+ * PSNR and SSIM; NULL: -512 to 3071. mask, or NULL: only where it is not 0. CTSR_INPUT for
+ * quantities that differ, and without a window for values that cannot be HU; CTSR_GEOMETRY. */
 CTSR_API int ctsr_compare(ctsr_metrics *m, const ctsr_volume *reference, const ctsr_volume *test,
 	const ctsr_volume *mask, const double window[2], const ctsr_context *c, ctsr_error *e);
 /* Compare projections with a reference of the same geometry: errors in density mm, not clipped,

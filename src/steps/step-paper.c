@@ -11,19 +11,48 @@
 #include <string.h>
 
 /* As published. */
-enum { FACTOR_MOST = 16, VIEWS = 100, CALLS = 50, ITERATIONS = 5000, GAUSSIANS = 50000 };
+enum {
+	FACTOR = 4,
+	FACTOR_MOST = 16,
+	VIEWS = 100,
+	CALLS = 50,
+	ITERATIONS = 5000,
+	GAUSSIANS = 50000
+};
 
-int ct_step_paper_plan(
-	struct ct_step_paper *p, const struct ct_step_paper_rule *r, struct ct_err *e)
+/* Of all axes the same. */
+static int choose_factor(struct ct_step_paper *p, const struct ct_meta *m, struct ct_err *e)
+{
+	double *x = p->rule.factor;
+	struct ct_degrade d;
+	struct ct_err why;
+	char words[100];
+
+	if (x[0] == 0) {
+		x[0] = x[1] = x[2] = FACTOR;
+		if (m && !ct_meta_get(m, CT_META_UPSAMPLE) && ct_degrade_get(m, &d, &why) == 0)
+			memcpy(x, d.factor, sizeof p->rule.factor);
+	}
+	p->factor = x[0] >= 2 && x[0] <= FACTOR_MOST ? (int)x[0] : 0;
+	if (x[0] == x[1] && x[0] == x[2] && x[0] == p->factor)
+		return 0;
+	snprintf(words, sizeof words, x[0] == x[1] && x[0] == x[2] ? "%.9g" : "%.9g,%.9g,%.9g",
+		x[0], x[1], x[2]);
+	return ct_fail(e, CT_EUSAGE,
+		"%s %s: projections take one whole number from 2 to %d for all axes",
+		p->rule.of_factor, words, FACTOR_MOST);
+}
+
+int ct_step_paper_plan(struct ct_step_paper *p, const struct ct_step_paper_rule *r,
+	const struct ct_meta *m, struct ct_err *e)
 {
 	const struct ct_step_fit_rule fit = CT_STEP_FIT_DEFAULTS;
 
 	*p = (struct ct_step_paper){.rule = *r, .calls = CALLS, .window = {-512, 3071}};
 	if (!r->of_factor)
 		p->rule.of_factor = "factor";
-	if (r->factor < 2 || r->factor > FACTOR_MOST)
-		return ct_fail(e, CT_EUSAGE, "%s %d: projections take 2 to %d", p->rule.of_factor,
-			r->factor, FACTOR_MOST);
+	if (choose_factor(p, m, e))
+		return -1;
 	if (r->gaussians > fit.max_gaussians)
 		return ct_fail(e, CT_EUSAGE, "gaussians: %d is above the most of a fit, %d",
 			r->gaussians, fit.max_gaussians);
@@ -31,7 +60,7 @@ int ct_step_paper_plan(
 	p->rule.iterations = r->iterations ? r->iterations : ITERATIONS;
 	p->rule.gaussians = r->gaussians ? r->gaussians : GAUSSIANS;
 	/* the release gives one for each factor that it was made for */
-	p->sigma_y = !r->release ? 0.0015 : r->factor <= 4 ? 0.001 : 0.0025;
+	p->sigma_y = !r->release ? 0.0015 : p->factor <= 4 ? 0.001 : 0.0025;
 	return 0;
 }
 
@@ -43,8 +72,8 @@ double ct_step_paper_bytes(const struct ct_step_paper *p, const size_t n[static 
 		lr *= (double)n[a];
 		side = (double)n[a] > side ? (double)n[a] : side;
 	}
-	side *= p->rule.factor;
-	up = lr * p->rule.factor * p->rule.factor * p->rule.factor;
+	side *= p->factor;
+	up = lr * p->factor * p->factor * p->factor;
 	views = 4 * side * side * p->rule.views;
 	return lr + (views > up ? up + 2 * views : 2 * up + views); /* the fit, or the first step */
 }
@@ -98,7 +127,7 @@ static int make_up(struct run *r, const struct ct_env *env, struct ct_err *e)
 		return -1;
 	rule.method = CT_UPSAMPLE_CUBIC;
 	for (int a = 0; a < 3; a++)
-		rule.said.factor[a] = r->p->rule.factor;
+		rule.said.factor[a] = r->p->factor;
 	return ct_refine_plan(&plan, &rule, r->lr, env, e) ||
 			       ct_refine_run(&plan, &r->up, NULL, r->lr, env, e) ||
 			       ct_meta_step(&r->up.meta, env, 1,
@@ -203,7 +232,7 @@ static int make_sr_proj(struct run *r, const struct ct_env *env, struct ct_err *
 
 	rule.in = called(r, CT_STEP_PAPER_LR_PROJ);
 	rule.prior = r->p->rule.prior;
-	rule.factor = r->p->rule.factor;
+	rule.factor = r->p->factor;
 	rule.steps = r->p->calls;
 	rule.sigma_y = r->p->sigma_y;
 	if (need(r, CT_STEP_PAPER_LR_PROJ, &r->lr_proj, r->lr_proj.data, e) == 0 &&
@@ -239,7 +268,7 @@ static int fit(struct run *r, struct ct_evidence *d, const struct ct_env *env, s
 
 	rule.iterations = r->p->rule.iterations;
 	rule.gaussians = r->p->rule.gaussians;
-	rule.factor = r->p->rule.factor;
+	rule.factor = r->p->factor;
 	rule.factor_word = r->p->rule.of_factor;
 	rule.paper = !r->p->rule.release;
 	rule.compat = r->p->rule.release;

@@ -35,7 +35,7 @@ enum ct_step_paper_made { CT_STEP_PAPER_LIST(CT_WORD_VALUE) CT_STEP_PAPER_STEPS 
 struct ct_step_paper_rule {
 	const char *in, *prior; /* what messages call the CT, and the network */
 	const char *of_factor;  /* and the factor; NULL: "factor" */
-	int factor;             /* of all axes, 2 to 16 */
+	double factor[3];       /* one whole number, 2 to 16; 0: what the metadata say, else 4 */
 	int views, iterations, gaussians;
 	bool release; /* as the authors' programs where they differ from the paper */
 };
@@ -43,13 +43,15 @@ struct ct_step_paper_rule {
 /* What was decided. */
 struct ct_step_paper {
 	struct ct_step_paper_rule rule; /* with what is published */
-	int calls;                      /* of the network, a view */
-	double sigma_y, window[2];      /* HU */
+	int factor;
+	int calls;                 /* of the network, a view */
+	double sigma_y, window[2]; /* HU */
 };
 
-/* CT_EUSAGE for a factor, or a number of Gaussians, that is not possible. */
-int ct_step_paper_plan(
-	struct ct_step_paper *p, const struct ct_step_paper_rule *r, struct ct_err *e);
+/* Of a CT with these metadata, or NULL. CT_EUSAGE for a factor, or a number of Gaussians, that is
+ * not possible. */
+int ct_step_paper_plan(struct ct_step_paper *p, const struct ct_step_paper_rule *r,
+	const struct ct_meta *m, struct ct_err *e);
 /* Bytes that a CT of n voxels needs at the least, the program and the network not counted. */
 double ct_step_paper_bytes(const struct ct_step_paper *p, const size_t n[static 3]);
 

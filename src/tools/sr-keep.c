@@ -12,48 +12,24 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The name that a history with --deid has for a file, or a series. */
-static const char *hidden(const void *ctx, const char *name)
-{
-	const struct sr_words *w = ctx;
-
-	if (strcmp(name, w->file[SR_IN]) == 0 || strcmp(name, w->result) == 0)
-		return "IN";
-	if (strcmp(name, w->file[SR_OUT]) == 0)
-		return "OUT";
-	return w->p->series && strchr(w->p->series, '.') && strcmp(name, w->p->series) == 0 ? "UID"
-											    : NULL;
-}
-
-/* Which file a word of a command names, "--option=" before it or not: SR_FILES: none. */
-static size_t file_of(const struct sr_words *w, const char *word)
-{
-	const char *equals = strncmp(word, "--", 2) == 0 ? strchr(word, '=') : NULL;
-	size_t f = 0;
-
-	while (f < SR_FILES && strcmp(equals ? equals + 1 : word, w->file[f]) != 0)
-		f++;
-	return f;
-}
-
 /* Of the words of step i, with what its inputs hold for their names; s->of_own. */
 static int make_key(struct sr_steps *s, size_t i, struct ct_err *e)
 {
-	const struct ct_commands_line *c = &s->w.c.step[i];
+	const struct sr_command *c = &s->w.step[i];
 	char *text;
-	size_t n, f;
+	size_t n;
 	FILE *to;
 
 	if (ct_stream_open(&to, &text, &n, e))
 		return -1;
 	s->of_own = false;
-	for (size_t k = 0; k < c->argc; k++) {
-		const char *word = c->argv[k];
+	for (size_t k = 0; k < c->n; k++) {
+		const enum sr_file f = c->file[k];
 
-		f = file_of(&s->w, word);
 		s->of_own |= f < SR_FILES && s->own[f];
-		if (strcmp(word, c->output) != 0)
-			fprintf(to, "%s\n", f < SR_FILES ? s->content[f] : word);
+		if (f != c->output)
+			fprintf(to, "%s\n",
+				f < SR_FILES && *s->content[f] ? s->content[f] : c->word[k]);
 	}
 	if (ct_stream_close(to, &text, e))
 		return -1;
@@ -84,12 +60,10 @@ int sr_steps_source(struct sr_steps *s, const struct ct_meta *in, struct ct_err 
 
 int sr_steps_begin(struct sr_steps *s, size_t i, struct ct_env *own, struct ct_err *e)
 {
-	const char *output = s->w.c.step[i].output;
-	const bool hides = s->w.p->deid && i >= CT_STEP_PAPER_STEPS;
+	const enum sr_file f = s->w.step[i].output;
 	enum ct_kept_is is;
 
-	if (ct_check_stop(s->env, e) ||
-		ct_commands_history(&s->history[i], &s->w.c, i, hides ? hidden : NULL, &s->w, e))
+	if (ct_check_stop(s->env, e) || sr_words_history(&s->history[i], &s->w, i, e))
 		return -1;
 	own->history = s->history[i];
 	s->files = ct_io_rule_of(s->env);
@@ -99,29 +73,27 @@ int sr_steps_begin(struct sr_steps *s, size_t i, struct ct_env *own, struct ct_e
 	s->cpu = ct_clock_cpu();
 	if (!s->kept.folder)
 		return 0;
-	s->place = file_of(&s->w, output);
-	if (s->place == SR_FILES) /* the page, in the place of its log */
-		s->place = SR_LOG;
-	if (make_key(s, i, e) || ct_kept_look(&is, s->content[s->place], &s->kept, s->place, output,
-					 s->key, s->of_own, s->env, e))
+	s->own[f] = false;
+	if (make_key(s, i, e) || ct_kept_look(&is, s->content[f], &s->kept, f, s->w.file[f], s->key,
+					 s->of_own, s->env, e))
 		return -1;
 	s->begun = is == CT_KEPT_BEGUN;
-	s->own[s->place] = is == CT_KEPT_OWN;
+	s->own[f] = is == CT_KEPT_OWN;
 	if (is == CT_KEPT_MISSING || is == CT_KEPT_BEGUN)
-		return ct_kept_note(&s->kept, s->place, output, s->key, "-", e);
+		return ct_kept_note(&s->kept, f, s->w.file[f], s->key, "-", e);
 	s->left_out++;
 	return 1;
 }
 
 int sr_steps_end(struct sr_steps *s, size_t i, struct ct_err *e)
 {
-	const char *output = s->w.c.step[i].output;
-	const char *made = i < CT_STEP_PAPER_STEPS               ? CT_WORD(CT_STEP_PAPER_LIST, i)
-			   : i + 1 == s->w.c.n && s->w.p->report ? "the page"
-								 : "the file";
+	const enum sr_file f = s->w.step[i].output;
+	const char *made = i < CT_STEP_PAPER_STEPS ? CT_WORD(CT_STEP_PAPER_LIST, i)
+			   : f == SR_PAGE          ? "the page"
+						   : "the file";
 	const double wall = ct_clock_wall() - s->began;
 	struct ct_env own = *s->env;
-	char *holds = s->content[s->place];
+	char *holds = s->content[f];
 
 	own.stop = NULL; /* what is done is noted */
 	ct_log(s->env, CT_INFO, "%s took %.1f s", made, wall);
@@ -131,8 +103,8 @@ int sr_steps_end(struct sr_steps *s, size_t i, struct ct_err *e)
 			wall, ct_clock_cpu() - s->cpu, ct_memory_held() / 0x1p20);
 	if (!s->kept.folder)
 		return 0;
-	return ct_hash_file(holds, output, &own,
-		       e) || (*holds && ct_kept_note(&s->kept, s->place, output, s->key, holds, e))
+	return ct_hash_file(holds, s->w.file[f], &own, e) ||
+			       (*holds && ct_kept_note(&s->kept, f, s->w.file[f], s->key, holds, e))
 		       ? -1
 		       : 0;
 }
@@ -149,7 +121,7 @@ void sr_steps_writer(struct ct_env *own, struct sr_writer *of, const struct sr_s
 	*of = (struct sr_writer){s->env, ct_io_rule_of(s->env)};
 	of->files.force = true;
 	*own = *s->env;
-	own->tool = s->w.c.step[i].argv[0];
+	own->tool = s->w.step[i].word[0];
 	own->history = s->history[i];
 	own->files = &of->files;
 	own->ctx = of;
@@ -178,7 +150,7 @@ static int before(void *ctx, enum ct_step_paper_made k, struct ct_env *env, stru
 static int fetch(void *ctx, enum ct_step_paper_made k, void *made, struct ct_err *e)
 {
 	const struct sr_steps *s = ctx;
-	const char *path = s->w.c.step[k].output;
+	const char *path = sr_words_output(&s->w, k);
 	const struct ct_io_rule rule = {.units = CT_UNITS_AUTO};
 	struct ct_env own = *s->env;
 
@@ -190,12 +162,12 @@ static int fetch(void *ctx, enum ct_step_paper_made k, void *made, struct ct_err
 
 static int write_made(struct sr_steps *s, enum ct_step_paper_made k, void *made, struct ct_err *e)
 {
-	const char *path = s->w.c.step[k].output;
+	const char *path = sr_words_output(&s->w, k);
 	struct sr_writer of;
 	struct ct_env own;
 
 	sr_steps_writer(&own, &of, s, k);
-	if (k == CT_STEP_PAPER_RESULT && !s->w.converts)
+	if (k == CT_STEP_PAPER_RESULT && s->w.result == SR_OUT)
 		return ct_keep_vol(path, made, &own, e);
 	if (!s->kept.folder)
 		return 0;
@@ -236,7 +208,7 @@ static int after(void *ctx, enum ct_step_paper_made k, void *made, bool again, s
 		rc = write_made(s, k, made, e) || sr_steps_end(s, k, e) ? -1 : 0;
 		end_state(s, rc == 0);
 	}
-	return rc ? -1 : as_read(k, s->w.c.step[k].output, made, e);
+	return rc ? -1 : as_read(k, sr_words_output(&s->w, k), made, e);
 }
 
 /* The state of step k, from which it goes on if it had begun. */
@@ -248,8 +220,8 @@ static int open_state(struct sr_steps *s, enum ct_step_paper_made k, struct ct_e
 
 	rule.force = true;
 	own.files = &rule;
-	return ct_resume_open(&s->resume, s->w.c.step[k].output, s->begun, none, NULL, &own, e) ||
-			       ct_resume_value(&s->resume, e, "step", "%s", s->key)
+	return ct_resume_open(&s->resume, sr_words_output(&s->w, k), s->begun, none, NULL, &own,
+		       e) || ct_resume_value(&s->resume, e, "step", "%s", s->key)
 		       ? -1
 		       : 0;
 }
@@ -311,7 +283,7 @@ struct ct_step_paper_keeper sr_steps_keeper(struct sr_steps *s)
 		.fit = kept ? keep_fit : NULL};
 
 	for (size_t k = 0; k < CT_STEP_PAPER_STEPS && kept; k++)
-		keeper.name[k] = s->w.c.step[k].output;
+		keeper.name[k] = sr_words_output(&s->w, k);
 	return keeper;
 }
 
@@ -320,7 +292,7 @@ void sr_steps_free(struct sr_steps *s)
 	ddnm_state_close(&s->views);
 	ct_resume_close(&s->resume);
 	ct_kept_close(&s->kept);
-	for (size_t i = 0; i < CT_COMMANDS_MOST; i++)
+	for (size_t i = 0; i < SR_STEPS; i++)
 		free(s->history[i]);
 	sr_words_free(&s->w);
 }

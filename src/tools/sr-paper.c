@@ -69,7 +69,7 @@ static int describe(
 static int check_room(const struct paper *j, struct ct_err *e)
 {
 	const struct sr_words *w = &j->s.w;
-	const double free = ct_memory_free(""), times = pow(w->plan.rule.factor, 3);
+	const double free = ct_memory_free(""), times = pow(w->plan.factor, 3);
 	const double need = CT_MEMORY_BASE + ct_step_paper_bytes(&w->plan, j->lr.n);
 	const double up = 4 * times * (double)ct_vol_count(&j->lr);
 
@@ -106,7 +106,7 @@ static int make_lr(struct paper *j, const struct ct_step_paper_keeper *keeper, s
 /* The result, where it is needed beyond its step. */
 static int need_out(struct paper *j, struct ct_err *e)
 {
-	return j->out.data ? 0 : ct_vol_read(j->s.w.result, &j->out, e);
+	return j->out.data ? 0 : ct_vol_read(j->s.w.file[j->s.w.result], &j->out, e);
 }
 
 /* To DICOM, MetaImage or NRRD, as ct-convert writes it. */
@@ -214,11 +214,11 @@ static void say(const struct paper *j)
 	const struct sr_words *w = &j->s.w;
 
 	if (j->s.left_out)
-		ct_log(&j->env, CT_INFO, "%zu of %zu steps were done", j->s.left_out, w->c.n);
+		ct_log(&j->env, CT_INFO, "%zu of %zu steps were done", j->s.left_out, w->n);
 	if (j->env.verbose < 0)
 		return;
 	fprintf(stderr, "%s: %d times finer, by the published method (%s); ", j->env.tool,
-		w->plan.rule.factor, w->plan.rule.release ? "release" : "paper");
+		w->plan.factor, w->plan.rule.release ? "release" : "paper");
 	if (fit->iterations)
 		fprintf(stderr,
 			"%d views, %zu Gaussians, %zu of them negative, after %zu iterations; error %.3g; ",
@@ -242,7 +242,7 @@ static int work(struct paper *j, struct ct_err *e)
 		return -1;
 	if (!w->p->report)
 		ct_vol_free(&j->lr);
-	if ((w->converts && write_out(j, i++, e)) || (w->p->report && write_page(j, i, e)))
+	if ((w->result != SR_OUT && write_out(j, i++, e)) || (w->p->report && write_page(j, i, e)))
 		return -1;
 	say(j);
 	return j->env.command->json ? put_json(j, e) : 0;
@@ -257,7 +257,7 @@ static int check_out(const struct sr_steps *s, const struct ct_env *env, struct 
 
 	over.files = &rule;
 	rule.force |= p->keep && ct_kept_owns(&s->kept, SR_OUT, s->w.file[SR_OUT]);
-	if (p->keep && p->report && !ct_kept_owns(&s->kept, SR_LOG, p->report) &&
+	if (p->keep && p->report && !ct_kept_owns(&s->kept, SR_PAGE, p->report) &&
 		ct_out_check(p->report, env, e))
 		return -1;
 	if (ct_out_folder_named(p->out))
@@ -274,7 +274,7 @@ static int write_script(struct sr_steps *s, const struct ct_env *env, struct ct_
 
 	if (ct_stream_open(&f, &text, &n, e))
 		return -1;
-	rc = ct_commands_script(&s->w.c, s->w.folder, f, e);
+	rc = sr_words_script(&s->w, f, e);
 	rc = ct_stream_close(f, &text, e) || rc ? -1 : ct_kept_script(&s->kept, text, n, env, e);
 	free(text);
 	return rc;
@@ -287,7 +287,7 @@ static int run(struct paper *j, const struct sr *p, const struct ct_env *env, st
 	if (sr_words_make(&s->w, p, env, e))
 		return -1;
 	if (env->command->dry_run) {
-		ct_commands_print(&s->w.c, "", stdout);
+		sr_words_print(&s->w, "", stdout);
 		return 0;
 	}
 	if ((p->keep && ct_kept_open(&s->kept, s->w.folder, SR_LOG - SR_LR,

@@ -1,7 +1,7 @@
 /* sr.h: the parts of ct-sr. */
 #ifndef CT_TOOLS_SR_H
 #define CT_TOOLS_SR_H
-#include "cli/commands.h"
+#include "cli/cli.h"
 #include "cli/kept.h"
 #include "refine/refine.h"
 #include "steps/step-paper.h"
@@ -24,8 +24,6 @@ struct sr {
 	bool paper, release, deid;
 };
 
-/* Of projections, where nothing says a factor. */
-#define SR_FACTOR "4"
 /* HU RMS, of the inversion. */
 #define SR_TOLERANCE 0.1
 
@@ -43,38 +41,58 @@ enum sr_file {
 	SR_RESIDUAL,
 	SR_SUM,
 	SR_LOG,
+	SR_PAGE,
+	SR_SERIES, /* is none, but named by a word of its own likewise */
 	SR_FILES
 };
 
+/* One command: words, word[0] being its name, and which file each names, SR_FILES: none. */
+enum { SR_STEPS = CT_STEP_PAPER_STEPS + 2, SR_WORDS = 16 };
+struct sr_command {
+	enum sr_file output;
+	size_t n;
+	char *word[SR_WORDS]; /* owned */
+	enum sr_file file[SR_WORDS];
+};
+
 /* The published method as words (sr-words.c): one command a step; behind those of enum
- * ct_step_paper_made ct-convert, if `converts`, and ct-report. */
+ * ct_step_paper_made ct-convert, if OUT is not NIfTI, and ct-report. */
 struct sr_words {
 	const struct sr *p;
 	struct ct_step_paper_rule rule;
 	struct ct_step_paper plan;
-	struct ct_commands c;
+	size_t n;
+	struct sr_command step[SR_STEPS];
 	char *folder, *file[SR_FILES]; /* owned */
-	const char *result;            /* what ct-compose makes: OUT if that is NIfTI */
+	enum sr_file result;           /* what ct-compose makes: OUT if that is NIfTI */
 	char factor[96];               /* in words */
-	bool converts, of_study;       /* OUT is MetaImage, NRRD or DICOM; of the study of IN */
+	bool of_study, no_memory;      /* OUT is DICOM of the study of IN */
 };
 /* *s is to be freed in any case. CT_EUSAGE, CT_EINPUT, CT_EOUTPUT, CT_ENOMEM. */
 int sr_words_make(
 	struct sr_words *s, const struct sr *p, const struct ct_env *env, struct ct_err *e);
+/* The name of what command i makes. */
+const char *sr_words_output(const struct sr_words *s, size_t i);
+/* All to f as a shell reads them, a line each, with `last` at its end. */
+void sr_words_print(const struct sr_words *s, const char *last, FILE *f);
+/* A script of them to f, which runs from wherever it is called if it lies in the folder.
+ * CT_EOUTPUT. */
+int sr_words_script(const struct sr_words *s, FILE *f, struct ct_err *e);
+/* Command i as env->history has it, to be freed. CT_ENOMEM. */
+int sr_words_history(char **text, const struct sr_words *s, size_t i, struct ct_err *e);
 void sr_words_free(struct sr_words *s);
 
 /* The steps of a run, command i of the words being step i (sr-keep.c). */
 struct sr_steps {
 	struct sr_words w;
 	const struct ct_env *env; /* of all of it; of a step: with its history */
-	char *history[CT_COMMANDS_MOST];
+	char *history[SR_STEPS];
 	struct ct_kept kept;                 /* of --keep; without it folder is NULL */
 	size_t left_out;                     /* steps that were done before */
 	char content[SR_FILES][CT_HASH_HEX]; /* what the files hold, of those that are known */
 	bool own[SR_FILES];                  /* a person's, not what a run made */
 	/* of the step under way */
 	struct ct_io_rule files;
-	size_t place;
 	char key[CT_HASH_HEX];
 	bool of_own, begun; /* it is made of a person's own; it had begun before */
 	double began, cpu;
