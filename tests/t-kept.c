@@ -3,7 +3,9 @@
 #include "config.h"
 #include "cli/keep.h"
 #include "cli/kept.h"
+#include "capture.h"
 #include "core/clock.h"
+#include "formats/io.h"
 #include "formats/temp.h"
 #include "scratch.h"
 
