@@ -157,8 +157,8 @@ static int paper(ctsr_volume *in, const char *out)
 		.release = (int)number("release", 0)};
 	const ctsr_context c = {.size = sizeof c, .progress = value("stop") ? cancel : NULL};
 	ctsr_volume *v = NULL;
-	const int rc = ctsr_paper(&v, in, &o, &c, &e) ||
-		       ctsr_volume_write(v, out, ctsr_nifti(), NULL, &e);
+	const int rc =
+		ctsr_paper(&v, in, &o, &c, &e) || ctsr_volume_write(v, out, ctsr_nifti(), NULL, &e);
 
 	ctsr_volume_free(v);
 	return rc;
