@@ -128,7 +128,7 @@ static int degrade(ctsr_volume *in, const char *out)
 	three(o.sigma, "sigma");
 	o.protocol = value("protocol");
 	o.profile = value("profile");
-	o.thickness = number("thickness", 0);
+	o.slice_thickness = number("slice_thickness", 0);
 	if (value("clip"))
 		sscanf(value("clip"), "%lf:%lf", &o.clip[0], &o.clip[1]);
 	rc = ctsr_degrade(&v, in, &o, NULL, &e) ||

@@ -90,7 +90,7 @@ def main(step, *words):
                                     **whole(o, 'iterations', 'parker', 'density', 'nonnegative', 'voxels')), files[1])
     elif step == 'degrade':
         ctsr.write(ctsr.degrade(files[0], three(o['factor']), three(o.get('sigma', '0')), SAMPLING[int(o.get('sampling', 0))],
-                                **real(o, 'noise', 'thickness'), protocol=o.get('protocol'), profile=o.get('profile'),
+                                **real(o, 'noise', 'slice_thickness'), protocol=o.get('protocol'), profile=o.get('profile'),
                                 clip=[float(x) for x in o['clip'].split(':')] if 'clip' in o else None), files[1])
     elif step == 'paper':
         ctsr.write(ctsr.paper(files[0], prior=o.get('prior'), **whole(o, 'factor', 'views', 'iterations', 'gaussians', 'release')),

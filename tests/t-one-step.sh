@@ -113,8 +113,8 @@ step 'another quantity is degraded' nii degrade mu.nii 'factor=2' ct-degrade -q 
 step 'by a protocol with noise' nii degrade fine.nii 'factor=2 protocol=P1n' ct-degrade -q -x 2 -p P1n fine.nii
 step 'by a protocol, its blur another' nii degrade fine.nii 'factor=2 protocol=P3 sigma=0.7' ct-degrade -q -x 2 -p P3 --sigma 0.7 fine.nii
 step 'clipped first' nii degrade fine.nii 'factor=2 protocol=P2 clip=-512:300' ct-degrade -q -x 2 -p P2 --clip=-512:300 fine.nii
-step 'by slices of a profile' nii degrade fine.nii 'factor=1,1,4 profile=trapezoid thickness=9' ct-degrade -q -x 1,1,4 --profile trapezoid --slice-thickness 9 fine.nii
-step 'by slices of a profile, on a protocol' nii degrade fine.nii 'factor=2,2,4 protocol=P2 profile=box thickness=9' ct-degrade -q -x 2,2,4 -p P2 --profile box --slice-thickness 9 fine.nii
+step 'by slices of a profile' nii degrade fine.nii 'factor=1,1,4 profile=trapezoid slice_thickness=9' ct-degrade -q -x 1,1,4 --profile trapezoid --slice-thickness 9 fine.nii
+step 'by slices of a profile, on a protocol' nii degrade fine.nii 'factor=2,2,4 protocol=P2 profile=box slice_thickness=9' ct-degrade -q -x 2,2,4 -p P2 --profile box --slice-thickness 9 fine.nii
 refused 'a protocol of which nothing is left' 2 nii degrade fine.nii 'factor=2 protocol=P1 sigma=1 sampling=1' ct-degrade -q -x 2 -p P1 --sigma 1 --decimate point fine.nii
 refused 'a factor longer than an axis' 5 nii degrade fine.nii 'factor=2,2,30' ct-degrade -q -x 2,2,30 --sigma 0 fine.nii
 refused 'no HU is not degraded' 3 nii degrade grey.nii 'factor=2' ct-degrade -q -x 2 --sigma 0 grey.nii

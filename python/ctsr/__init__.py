@@ -322,7 +322,7 @@ def degrade(image, factor: Axes, sigma: Axes = 0, decimate='sinc', noise=0., see
     o.protocol = _text(protocol, 'protocol') if protocol is not None else None
     if profile is not None:
         o.profile = _text(profile if isinstance(profile, str) else ''.join('%r %r\n' % (float(a), float(b)) for a, b in profile), 'profile')
-    o.thickness = slice_thickness
+    o.slice_thickness = slice_thickness
     if clip is not None:
         o.clip = (c.c_double * 2)(*clip)
     _Call(threads, progress, seed=seed, history=history).run(_lib.ctsr_degrade, c.byref(out), h, c.byref(o), made=[out])

@@ -42,7 +42,8 @@ static int take(
 
 static bool is_more(const ctsr_operator *o)
 {
-	return o->protocol || o->profile || o->thickness != 0 || o->clip[0] != 0 || o->clip[1] != 0;
+	return o->protocol || o->profile || o->slice_thickness != 0 || o->clip[0] != 0 ||
+	       o->clip[1] != 0;
 }
 
 int ctsr_degrade_of(struct ct_degrade *d, double *noise, const ctsr_operator *o, struct ct_err *e)
@@ -54,7 +55,7 @@ int ctsr_degrade_of(struct ct_degrade *d, double *noise, const ctsr_operator *o,
 	*noise = mine.noise;
 	return is_more(&mine)
 		       ? ct_fail(e, CT_EUSAGE,
-				 "protocol, profile, thickness and clip are of ctsr_degrade alone")
+				 "protocol, profile, slice_thickness and clip are of ctsr_degrade alone")
 		       : 0;
 }
 
@@ -122,14 +123,14 @@ static int take_profile(struct ct_slice_profile_said *to, const ctsr_operator *o
 {
 	const bool shape = o->profile && !strpbrk(o->profile, "0123456789");
 
-	if (o->thickness > 0)
-		to->mm = o->thickness;
-	if (!(o->thickness >= 0 && o->thickness <= 1e6))
-		return ct_fail(
-			e, CT_EUSAGE, "the thickness %g mm is outside [0, 1e6]", o->thickness);
+	if (o->slice_thickness > 0)
+		to->mm = o->slice_thickness;
+	if (!(o->slice_thickness >= 0 && o->slice_thickness <= 1e6))
+		return ct_fail(e, CT_EUSAGE, "the thickness %g mm is outside [0, 1e6]",
+			o->slice_thickness);
 	if (!o->profile)
 		return 0;
-	if (!shape && o->thickness > 0)
+	if (!shape && o->slice_thickness > 0)
 		return ct_fail(e, CT_EUSAGE, "the thickness: the samples of the profile say it");
 	if (!shape)
 		return ct_slice_profile_parse(&to->samples, o->profile, strlen(o->profile), e);

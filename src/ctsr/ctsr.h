@@ -158,10 +158,10 @@ typedef struct ctsr_operator {
 	int sampling;     /* of enum ctsr_sampling; default CTSR_SINC */
 	double noise;     /* standard deviation of white noise, HU, of the coarse CT; default 0 */
 	/* Of ctsr_degrade alone, as ct-degrade(1) has them; elsewhere they are CTSR_USAGE. */
-	const char *protocol; /* in whose place are sigma, sampling, noise that are not 0 */
-	const char *profile;  /* of slices: a shape, or lines "MM WEIGHT" */
-	double thickness;     /* of slices, mm; 0 (default): the spacing of the coarse CT */
-	double clip[2];       /* HU, first; 0, 0 (default): not */
+	const char *protocol;   /* in whose place are sigma, sampling, noise that are not 0 */
+	const char *profile;    /* of slices: a shape, or lines "MM WEIGHT" */
+	double slice_thickness; /* of slices, mm; 0 (default): the spacing of the coarse CT */
+	double clip[2];         /* HU, first; 0, 0 (default): not */
 } ctsr_operator;
 
 /* *o, its size set, <- the operator that the metadata name. CTSR_INPUT for none, or a wrong one. */

@@ -134,7 +134,8 @@ static const char *sampling_of(const struct ct_operator *is)
 
 	switch (is->operator.decimate) {
 	case CT_DECIMATE_SINC: return "band-limited";
-	case CT_DECIMATE_POINT: return "point-sampled";
+	case CT_DECIMATE_POINT:
+	case CT_DECIMATE_FIRST: return "point-sampled";
 	case CT_DECIMATE_MEAN: break;
 	}
 	return sigma[0] > 0 || sigma[1] > 0 || sigma[2] > 0 ? "a Gaussian averaged over a voxel"

@@ -193,7 +193,7 @@ static int put_json(const struct paper *j, struct ct_err *e)
 	const struct ct_step_fit_report *fit = &j->did;
 	const struct sr_words *w = &j->s.w;
 	json_t *o = json_pack("{ss sb sf si}", "method", w->plan.rule.release ? "release" : "paper",
-		"resumed", j->s.left_out > 0, "factor", (double)w->plan.rule.factor, "views",
+		"resumed", j->s.left_out > 0, "factor", (double)w->plan.factor, "views",
 		(int)w->plan.rule.views);
 
 	if (fit->iterations &&
