@@ -128,7 +128,7 @@ exits 2 'the release takes no other sampling' ct-degrade -x 3 -p release --decim
 exits 2 'the release takes no slice profile' ct-degrade -x 1,1,3 -p release --profile box hr.nii no.nii
 if command -v ct-convert >/dev/null 2>&1; then
 	make -s -f "$srcdir/examples/release.mk" PYTHON="$PY" VOLUMES=hr.nii FACTORS=2 OUT=o MOST=24 >table 2>err
-	awk 'NR == 2 && NF == 10 && $7 > $3 + .5 && $7 > $5 + .5 {good = 1} END {exit !good}' table
+	awk '$1 == "hr" && NF == 10 && $7 > $3 + .5 && $7 > $5 + .5 {good = 1} END {exit !good}' table
 	ok $? 'release.mk shows that interpolation is better where the samples are'
 	cat table err | sed 's/^/# /'
 	ct-convert hr.nii - | ct-degrade -x 4 - - | ct-upsample -x 4 -m cubic - conv.nii.gz

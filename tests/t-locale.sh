@@ -148,7 +148,7 @@ if python_with numpy; then
 	locale.setlocale(locale.LC_ALL, sys.argv[1])
 	import ctsr
 	v = ctsr.Image(np.arange(4096, dtype=np.float32).reshape(16, 16, 16) % 41, np.diag([.75, 1.25, 2.5, 1]))
-	lo = ctsr.degrade(v, (1, 1, 2.5), sigma=(0, 0, 1.125), sampling='mean', noise=3.5, threads=2)
+	lo = ctsr.degrade(v, (1, 1, 2.5), sigma=(0, 0, 1.125), decimate='mean', noise=3.5, threads=2)
 	for i, end in enumerate(('nii', 'nii.gz', 'mha', 'mhd', 'nrrd', 'nhdr')):
 	    path = os.path.join(sys.argv[2], 'py%d.%s' % (i, end))
 	    ctsr.write(lo, path)

@@ -61,8 +61,7 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(CT_IF_WORD(rule.method, SOLVER(CT_SIRT) | SOLVER(CT_TV)))),
 	CT_OPT(rule.tv, 0, "tv", "HU", 0, 1e6, "weight of the total variation",
 		CT_WHEN(CT_IF_WORD(rule.method, SOLVER(CT_TV)))),
-	CT_TEXT(window, 'w', "window", "LO:HI",
-		"HU of density 0 and 1 (from IN, else -1024:3071)"),
+	CT_TEXT(window, 'w', "window", "LO:HI", "HU of density 0 and 1 (from IN, else -1024:3071)"),
 	CT_CHOICE(quantity, 0, "quantity", CT_WORDS(QUANTITIES), "what OUT holds"),
 	CT_OPT_END,
 };

@@ -56,8 +56,7 @@ static const struct ct_opt opts[] = {
 	CT_INPUT(grid, 0, "grid", "FILE|N",
 		"instead the grid of this volume; for projections also N voxels along the longest "
 		"side"),
-	CT_TEXT(window, 'w', "window", "LO:HI",
-		"HU of density 0 and 1 (from IN, else -1024:3071)"),
+	CT_TEXT(window, 'w', "window", "LO:HI", "HU of density 0 and 1 (from IN, else -1024:3071)"),
 	CT_FLAG(resume, 0, "resume", "continue from OUT.state if it is there", CT_IDLE),
 	CT_EXPERT(rule.checkpoint_every, "every", "N", 0, 10000000,
 		"iterations between states in OUT.state; 0 writes one only when stopped", CT_IDLE),
