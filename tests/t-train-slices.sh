@@ -19,6 +19,7 @@ run known; ok $? 'ct-train --kind slices trains on a folder'
 run same -p 12 --expert=batch=1024,lr=1e-3,decay=0.01,depth=3,ema=0.999 -x 4
 same known same; ok $? 'a training with its defaults stated gives the same weights'
 ct-info -v known.safetensors >out; has out '^  *4.shape' 'a prior of slices has networks for both axes'
+has out '^  *dataset  *scans xxh3:[0-9a-f]\{32\}$' 'a prior of slices records its scans with a checksum'
 small="$small -x 2 --expert=depth=1"
 run plain
 for o in '-p 8' --expert=batch=512 --expert=lr=2e-3 '--expert=decay=10' --expert=ema=0.1 '--expert=noise=30' '--expert=thick=yes' '--expert=cubes=3' '--expert=cube=26' --expert=slices=2,depth=4 \
