@@ -90,6 +90,7 @@ run t11.exr --expert travel=1,1; run t23.exr --expert travel=2,3; run again.exr 
 is 'flat("t11.exr") == flat("same.exr")' '--travel 1,1 goes nowhere'
 is 'rms(flat("t23.exr"), flat("same.exr")) > 1e-3 * NORM and flat("t23.exr") == flat("again.exr")' \
 	'--travel 2,3 does, the same way each time'
+exits 2 'more than a thousand returns of a step are refused' ct-ddnm -n 1 --expert travel=1,1001 slab.exr no.exr
 run k1.exr; run k2.exr --samples 2 --std s2.exr; run k3.exr --samples 3 --std s3.exr
 is 'max(abs(s - math.sqrt(2) * abs(a - m)) for a, m, s in zip(*map(flat, ("k1.exr", "k2.exr", "s2.exr")))) < 1e-4 * NORM' \
 	'--std of two samples is that of the two'

@@ -58,6 +58,19 @@ cmp part.safetensors.state three.safetensors.state; ok $? 'training that was int
 judged part -n 12 --patience 3 --resume
 is 'held("part") == [] and weights("part") == weights("three")' 'resumed at its end, it stays there'
 cmp part.safetensors.state three.safetensors.state; ok $? 'training resumed at its end has the same state'
+cp part.safetensors.state whole.state
+python3 - <<'END'
+import json, re, struct
+b = open('whole.state', 'rb').read()
+n = 8 + struct.unpack('<Q', b[:8])[0]
+h = json.loads(b[8:n])
+h['__metadata__']['best'] = re.sub('^([^ ,]*[ ,]+)[0-9]+', r'\1-1', h['__metadata__']['best'])
+h = json.dumps(h).encode()
+open('part.safetensors.state', 'wb').write(struct.pack('<Q', len(h)) + h + b[n:])
+END
+exits 3 'a state whose best step is negative is refused' judged part -n 12 --patience 3 --resume
+has part.log '"best": -1' 'the error of a negative best step repeats it'
+mv whole.state part.safetensors.state
 judged part -n 12 --patience 1000 --resume
 is 'held("three") + held("part") == held("long") and weights("part") == weights("long")' 'with more patience it goes on'
 judged slow -n 5 --patience 9 --expert=validate-pieces=3000

@@ -68,6 +68,7 @@ is 'np.asarray(Image.open("e.png"))[74:].max() == 0' 'errors are of what is show
 exits 2 'a place of all' ct-view --mip max --slice 0.2 v.nii no.png
 has err '^ct-view: --slice: with --mip it needs --thickness$' 'the error of --slice with --mip names --thickness'
 exits 2 '--slices with --mip of all is refused' ct-view --mip max --slices 2 v.nii no.png
+exits 2 'a slab thinner than a thousandth of a millimetre is refused' ct-view --mip max --thickness 0.0005 --slice 1 v.nii no.png
 exits 5 'a slab beside the volume is refused' ct-view --mip max --thickness 5 --slice 90mm v.nii no.png
 ct-project -q -n 2 --det 8 v.nii p.exr; exits 2 '--mip of projections is refused' ct-view --mip max p.exr no.png
 done_testing
