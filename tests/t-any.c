@@ -175,7 +175,7 @@ static void refused(const char *path, const char *words)
 {
 	const char *const ways[] = {path, "-"};
 	struct ct_any a = {0};
-	char want[160];
+	char want[400];
 
 	if (!freopen(path, "rb", stdin))
 		exit(99);
@@ -199,7 +199,7 @@ static void test_refusals(void)
 		"not a NIfTI, MetaImage, NRRD, EXR, PLY, safetensors or PyTorch file, but DICOM, of which ct-convert makes a volume");
 	save("x", "\x89PNG\r\n", 6);
 	refused("x",
-		"not a NIfTI, MetaImage, NRRD, EXR, PLY, safetensors or PyTorch file, but a picture (PNG)");
+		"not a NIfTI, MetaImage, NRRD, EXR, PLY, safetensors or PyTorch file, but a picture (PNG): ct-convert --radiograph makes a stack of it");
 	save("x", "hello", 5);
 	refused("x", "not a NIfTI, MetaImage, NRRD, EXR, PLY, safetensors or PyTorch file");
 	save("x", "", 0);

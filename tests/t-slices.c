@@ -368,15 +368,15 @@ static void test_drift(void)
 			       : passes(s));
 	}
 	OK(cover, "slices are even within 5 %%");
-	for (int i = 0; i < 2; i++) {
+	for (int i = 0; i < 4; i++) {
 		ordered(s, 2);
-		s[4].position[2] = s[3].position[2] + (i ? 0.22 : 0.09);
-		cover = cover && refuses(s, CT_EGEOM, i ? "uneven" : "one place: s3 and s4");
+		s[4].position[2] = s[3].position[2] + ((const double[]){0.09, 0.22, 0.48, 0.54})[i];
+		cover = cover && refuses(s, CT_EGEOM, i == 3 ? "uneven" : "one place: s3 and s4");
 	}
 	ordered(s, 2);
 	s[5].position[2] = s[6].position[2];
 	OK(cover && refuses(s, CT_EGEOM, "one place: s5 and s6"),
-		"and a twentieth of their distance apart at least");
+		"and a quarter of their distance apart at least");
 }
 
 /* All behind slice 2 are moved away, by what makes its gap `gap`. */
