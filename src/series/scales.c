@@ -167,17 +167,46 @@ static void note_flat(struct ct_scales *c, size_t k, bool flat)
 	c->flat = 0;
 }
 
+enum { NOTHING = -4096, METAL = 16000 }; /* HU: between them all that CTs have */
+
+/* Of a slice without padding: the range of its values, if that is one that CTs have. */
+static bool quick_range(double range[2], const struct ct_slice *s, const float *stored)
+{
+	const double zero = s->slope * ct_slice_base(s) + s->intercept;
+	const size_t n = s->columns * s->rows;
+	float lo = stored[0], hi = lo;
+	double a, b;
+
+	if (s->padded)
+		return false;
+	_Pragma("omp simd reduction(min : lo) reduction(max : hi)") for (size_t i = 0; i < n; i++)
+	{
+		lo = stored[i] < lo ? stored[i] : lo;
+		hi = stored[i] > hi ? stored[i] : hi;
+	}
+	a = s->slope * (double)lo + zero;
+	b = s->slope * (double)hi + zero;
+	range[0] = fmin(a, b);
+	range[1] = fmax(a, b);
+	return range[0] >= NOTHING && range[1] <= METAL;
+}
+
 /* The range of the values of slice k, and how many are none. */
 static void note_range(struct ct_scales *c, size_t k, const float *stored)
 {
-	enum { NOTHING = -4096, METAL = 16000 }; /* HU: between them all that CTs have */
-	enum { PART = 50 };                      /* of a slice that may lie beyond */
+	enum { PART = 50 }; /* of a slice that may lie beyond */
 	const struct ct_slice *s = &c->s[k];
 	const size_t area = s->columns * s->rows;
 	const double zero = s->slope * ct_slice_base(s) + s->intercept;
 	double lo = (double)INFINITY, hi = -lo;
 	size_t high = 0, none = 0;
+	double range[2];
 
+	if (quick_range(range, s, stored)) {
+		c->least = fmin(c->least, range[0]);
+		c->most = fmax(c->most, range[1]);
+		return;
+	}
 	for (size_t i = 0; i < area; i++) {
 		const double x = s->slope * (double)stored[i] + zero;
 		const bool no = s->padded && is_padding(s, (double)stored[i] + ct_slice_base(s));

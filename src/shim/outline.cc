@@ -263,10 +263,10 @@ class Walk
 			(!level.empty() && !(level.back().item && level.back().counts)))
 			return;
 		std::string text(x.vr, x.vr + 2);
+		if (x.length != NO_LENGTH && at + x.length > file.size)
+			return;
 		if (x.length > LONGEST_SAID)
 			text += std::to_string(at); /* not compared: its place tells them apart */
-		else if (at + x.length > file.size)
-			return;
 		else
 			text.append(
 				reinterpret_cast<const char *>(file.get(at, x.length)), x.length);
