@@ -49,7 +49,7 @@ ct_ddnm_SOURCES = src/tools/ct-ddnm.c src/tools/ddnm-parts.h src/tools/ddnm-stat
 	src/tools/ddnm-input.c
 ct_ddnm_LDADD = $(LDADD) $(PNG_LIBS)
 bin_PROGRAMS += ct-sr
-ct_sr_SOURCES = src/tools/ct-sr.c src/tools/sr-paper.c src/tools/sr-keep.c src/tools/sr-result.c src/tools/sr-words.c src/tools/sr.h \
+ct_sr_SOURCES = src/tools/ct-sr.c src/tools/sr-paper.c src/tools/sr-ahead.c src/tools/sr-keep.c src/tools/sr-result.c src/tools/sr-words.c src/tools/sr.h \
 	src/tools/ddnm-state.c src/tools/ddnm-parts.h $(PAGE_SOURCES) src/tools/lib/libraries.cc
 ct_sr_LDADD = $(DICOM_LDADD)
 bin_PROGRAMS += ct-profile

@@ -216,7 +216,7 @@ static void end(
 	const struct ct_env *env, const char *what, size_t done, size_t total, size_t likely)
 {
 	(void)env, (void)done, (void)total, (void)likely;
-	stop = stop || strncmp(what, "rehearsal 1 of 2, ", 18) == 0;
+	stop = stop || strcmp(what, CT_PROGRESS_WHOLE) == 0;
 }
 
 /* A texture to which the prior adds what is not there. */

@@ -16,8 +16,8 @@ enum { PAD = 4, BAR = 12, LINES = 5, LETTERS = 256 };
 static const unsigned char white[3] = {255, 255, 255};
 
 /* Where what is written begins, and the pixels that it may take: the clip of the canvas. In SVG it
- * is set in the reader's own type, about as wide as the bitmap font, and squeezed where it would
- * be cut. */
+ * is set in the reader's own type, up to a sixth wider than the bitmap font, and squeezed where it
+ * would be cut. */
 static void put_text(const struct ct_labels *l, const struct ct_canvas *c, ptrdiff_t y, ptrdiff_t x,
 	const char *s, bool rim)
 {
@@ -31,7 +31,7 @@ static void put_text(const struct ct_labels *l, const struct ct_canvas *c, ptrdi
 	}
 	fprintf(f, "<text x=\"%td\" y=\"%td\" font-size=\"%g\"%s", x, y + 8 * (ptrdiff_t)l->scale,
 		size, rim ? " class=\"rim\"" : "");
-	if (room > 0 && (ptrdiff_t)(l->scale * ct_canvas_text_width(s)) > room)
+	if (room > 0 && (ptrdiff_t)(l->scale * ct_canvas_text_width(s)) * 7 / 6 > room)
 		fprintf(f, " textLength=\"%td\" lengthAdjust=\"spacingAndGlyphs\"", room);
 	fputc('>', f);
 	ct_page_write_words(f, "%s", s);

@@ -1,5 +1,6 @@
 /* sr-paper.c: the published method, by way of projections, in one process; see sr.h. */
 #include "config.h"
+#include "cli/cost-report.h"
 #include "cli/files.h"
 #include "core/clock.h"
 #include "core/memory.h"
@@ -280,16 +281,49 @@ static int write_script(struct sr_steps *s, const struct ct_env *env, struct ct_
 	return rc;
 }
 
+/* The commands, and in a comment behind them about how long all of it takes; only that as JSON. Of
+ * a scan that cannot be read, or is a stream, it is not known. */
+static int ahead(struct paper *j, struct ct_err *e)
+{
+	const struct ct_step_paper_keeper keeper = sr_steps_keeper(&j->s);
+	const struct sr_words *w = &j->s.w;
+	struct ct_cost cost = {.work = "the published method"};
+	struct ct_env own = j->env;
+	struct ct_err why;
+
+	if (!own.command->json)
+		ct_commands_print(&w->c, "", stdout);
+	own.log = NULL;
+	if (strcmp(w->p->in, "-") == 0 || read_in(&j->lr, w->p, &own, &why))
+		return own.command->json ? ct_fail(e, CT_EINPUT,
+						   "%s: --json: a scan that can be read is "
+						   "needed to estimate the time",
+						   w->p->in)
+					 : 0;
+	cost.memory = ct_step_paper_bytes(&w->plan, j->lr.n);
+	cost.disk = 4 * pow(w->plan.rule.factor, 3) * (double)ct_vol_count(&j->lr);
+	if (describe(&j->lr, (enum ct_units)ct_io_rule_of(&j->env).units, &own, e) ||
+		sr_paper_seconds(&cost.seconds, &w->plan, &j->lr, &keeper, &own, e))
+		return -1;
+	cost.seconds /= (double)ct_par_threads(own.par);
+	if (own.command->json)
+		return ct_cost_print(&cost, &j->env, e);
+	printf("# about %.*f %s on %zu threads, %.0f MiB of memory at least\n",
+		cost.seconds >= 7200,
+		cost.seconds < 7200 ? ceil(cost.seconds) : cost.seconds / 3600,
+		cost.seconds < 7200 ? "s" : "h", ct_par_threads(own.par),
+		ceil(cost.memory / 0x1p20));
+	return 0;
+}
+
 static int run(struct paper *j, const struct sr *p, const struct ct_env *env, struct ct_err *e)
 {
 	struct sr_steps *s = &j->s;
 
 	if (sr_words_make(&s->w, p, env, e))
 		return -1;
-	if (env->command->dry_run) {
-		sr_words_print(&s->w, "", stdout);
-		return 0;
-	}
+	if (env->command->dry_run)
+		return ahead(j, e);
 	if ((p->keep && ct_kept_open(&s->kept, s->w.folder, SR_LOG - SR_LR,
 				(const char *const *)s->w.file + SR_LR, env, e)) ||
 		check_out(s, env, e) || (p->keep && write_script(s, env, e)) || begin_log(j, e) ||

@@ -119,6 +119,11 @@ void sr_steps_free(struct sr_steps *s);
 /* The published method (sr-paper.c). Codes of the steps, of what reads and writes. */
 int sr_paper(const struct sr *p, const struct ct_env *env, struct ct_err *e);
 
+/* CPU seconds of the published method, about (sr-ahead.c); *lr is then empty or as it was. Codes
+ * of its steps. */
+int sr_paper_seconds(double *cpu, const struct ct_step_paper *plan, struct ct_vol *lr,
+	const struct ct_step_paper_keeper *keeper, const struct ct_env *env, struct ct_err *e);
+
 /* What a run found and did (sr-result.c). */
 struct sr_result {
 	const struct ct_refine *plan; /* after its run */
