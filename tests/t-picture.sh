@@ -92,6 +92,8 @@ mkdir -p to/bin to/libexec/ctsr; cp "$(command -v ct-convert)" to/bin
 exits 0 'ct-picture is found beside ct-convert' one intensity a8.png o.exr
 to/bin/ct-convert -f --radiograph intensity a8.png o.exr 2>err; code=$?
 if grep -q ct-picture err; then [ $code -eq 1 ] && grep -q 'install the package ctsr-pictures' err; ok $? 'a missing ct-picture is named in the error'; else skip 'a missing ct-picture is named in the error' 'one is installed'; fi
+{ head -c 128 /dev/zero; printf DICM; } >some.dcm; to/bin/ct-convert some.dcm no.nii 2>err; code=$?
+if grep -q ctsr-dicom.so err; then [ $code -eq 1 ] && grep -q 'some.dcm: DICOM needs .*ctsr-dicom.so, which is not installed: install the package ctsr-dicom' err; ok $? 'DICOM without its module names the package to install'; else skip 'DICOM without its module names the package to install' 'one is installed'; fi
 cp "$(command -v ct-picture)" to/libexec/ctsr; exits 0 'ct-picture is found where it is installed' to/bin/ct-convert -f --radiograph intensity a8.png o.exr; py holds o.exr a8; ok $? 'an installed ct-picture gives the same grey values'
 printf '#!/bin/sh\nkill -9 $$\n' >to/bin/ct-picture; chmod +x to/bin/ct-picture
 exits 3 'a picture that kills its reader is refused with status 3' to/bin/ct-convert --radiograph intensity a8.png no.exr; has err 'a8.png: the picture cannot be decoded: it kills its reader' 'the error of a killed reader names the picture'

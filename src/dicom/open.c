@@ -34,7 +34,7 @@ static const struct dicom_module *module(struct ct_err *e)
 	if (!m && rc > 0)
 		ct_fail(e, CT_EFAIL,
 			"DICOM needs %s, which is not installed: install the package ctsr-dicom, "
-			"or build with vtk-dicom",
+			"or configure --with-vtk",
 			path);
 	else if (!m) {
 		const char *why = dlerror();

@@ -54,6 +54,7 @@ static int need_of(double *bytes, const struct ct_refine *r, const size_t n[3], 
 	const struct ct_refine_rule *p = &r->rule;
 	const struct ct_upsample_rule rule = ct_refine_inversion(r);
 	const double one = 4 * voxels(n), error = p->error ? one : 0;
+	const double networks = p->prior ? ct_slice_prior_bytes(p->prior) : 0; /* are read before */
 	double most = 0, agree = 0;
 
 	if (r->inverts) {
@@ -64,12 +65,14 @@ static int need_of(double *bytes, const struct ct_refine *r, const size_t n[3], 
 	if (r->adds) {
 		if (ct_upsample_bytes(&agree, CT_UPSAMPLE_DC, &rule, n, e))
 			return -1;
-		most = fmax(most, error + fmax(agree, one + ct_restore_bytes(p->prior, &r->restore,
-								    n, p->error)));
+		most = fmax(most + networks,
+			error + fmax(agree + networks, one + ct_restore_bytes(p->prior, &r->restore,
+								     n, p->error)));
 	}
 	if (r->rest.passes > 0)
-		most = fmax(most, one + error + ct_rest_bytes(&r->scan.operator, coarse));
-	*bytes = most + 4 * coarse;
+		most = fmax(most, one + error + ct_rest_bytes(&r->scan.operator, coarse) +
+					  (r->adds ? networks : 0));
+	*bytes = (r->adds ? most : most + networks) + 4 * coarse;
 	return 0;
 }
 

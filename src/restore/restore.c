@@ -366,6 +366,16 @@ out:
 	return rc;
 }
 
+double ct_slice_prior_bytes(const struct ct_slice_prior *p)
+{
+	double n = 0;
+
+	for (size_t i = 0; i < p->n; i++)
+		n += (double)p->r[i].at[CT_PARTS] +
+		     (double)(1 + p->r[i].components) * (double)ct_patch_count(&p->r[i].shape);
+	return n * sizeof(float);
+}
+
 /* Of the networks and of what they work in. */
 #define NETWORKS 67108864.0
 

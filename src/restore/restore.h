@@ -50,6 +50,8 @@ struct ct_slice_prior {
 /* The networks of w. CT_EINPUT naming what does not fit. *p must be zero. */
 int ct_slice_prior_alloc(struct ct_slice_prior *p, const struct ct_tensors *w, struct ct_err *e);
 void ct_slice_prior_free(struct ct_slice_prior *p);
+/* Bytes that its networks of slices hold. */
+double ct_slice_prior_bytes(const struct ct_slice_prior *p);
 /* The cell of its networks for scans that d made, as a solver refined them, or (again) as the prior
  * did, on a grid no finer than the volume's: the one nearest to the factors of the coarse axes; 0:
  * none. And the axes across which they

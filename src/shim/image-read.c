@@ -92,7 +92,7 @@ int ct_image_read(const char *path, size_t *w, size_t *h, float **gray, struct c
 	if (rc > 0)
 		rc = ct_fail(e, CT_EFAIL,
 			"%s: pictures need %s, which is not installed: install the package "
-			"ctsr-pictures, or build with OpenImageIO",
+			"ctsr-pictures, or configure --with-oiio",
 			path, program);
 	if (rc || start(&pid, &f, program, path, e)) {
 		free(program);

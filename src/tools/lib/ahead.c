@@ -151,7 +151,7 @@ int ahead_tell(const struct ct_refine *r, const struct ct_vol *in, const char *n
 	const double voxels = (double)r->n[0] * (double)r->n[1] * (double)r->n[2];
 	const struct file files[FILES] = {
 		{out, (ct_files_is_dicom(out) ? 2 : 4) * voxels}, {error, 4 * voxels}};
-	struct ct_cost cost = {.memory = r->need - CT_MEMORY_BASE}; /* of volumes */
+	struct ct_cost cost = {.memory = r->need - CT_MEMORY_BASE + CT_MEMORY_LIKELY};
 	char slabs[40] = "";
 	double cpu;
 
