@@ -20,10 +20,6 @@
 /* Beyond so large a factor an iteration of HTV moves what is far from points the less, and it would
  * stop before it is at rest. */
 #define HTV_FACTOR 4.0
-/* The volume of least variation at the full noise level is too smooth: it gives up detail until the
- * misfit is used up. From 0.7 to 0.8 of it PSNR is the same and a third as many structures are
- * false: doc/results.md, "How far noise is taken off". */
-#define NOISE_SHARE 0.8
 
 enum {
 	TV_BORDERS = 8, /* one plane of so many is kept twice, beside a slab of tv.c */
@@ -218,8 +214,8 @@ static int solve(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_ups
 		how.weight[a] = least / mm[a];
 	if (!(how.step > 0)) /* a constant volume is its own solution */
 		return 0;
-	if (ct_consistency_alloc(
-		    &dc, &rule->by, hi->n, lo->data, NOISE_SHARE * rule->noise, env->par, e) ||
+	if (ct_consistency_alloc(&dc, &rule->by, hi->n, lo->data,
+		    CT_UPSAMPLE_NOISE_SHARE * rule->noise, env->par, e) ||
 		(rule->noise > 0 && ct_consistency_colour(&dc, rule->alike, e)))
 		goto out;
 	dc.multipliers = rule->multipliers;

@@ -2,7 +2,7 @@
 #include "config.h"
 #include "refine/rest.h"
 #include "core/mem.h"
-#include "inverse/consistency.h"
+#include "inverse/upsample.h"
 #include "operator/resample.h"
 
 #include <math.h>
@@ -106,6 +106,7 @@ int ct_rest_plan(struct ct_rest *r, const struct ct_degrade *by, const size_t n[
 	double noise, const double alike[static 3], struct ct_err *e)
 {
 	struct spectra s;
+	const double aside = CT_UPSAMPLE_NOISE_SHARE * noise;
 	double left, next, more;
 
 	r->passes = 0;
@@ -117,7 +118,7 @@ int ct_rest_plan(struct ct_rest *r, const struct ct_degrade *by, const size_t n[
 			return -1;
 	r->passes = 1;
 	foresee(&left, &r->amplifies, &s, 1);
-	while (left * noise > CT_REST_AGREES && r->passes < MOST_PASSES) {
+	while (left * aside > CT_REST_AGREES && r->passes < MOST_PASSES) {
 		foresee(&next, &more, &s, r->passes + 1);
 		if (more > CT_REST_AMPLIFIES || !(next < left))
 			break;

@@ -17,7 +17,7 @@
 #include "core/vol.h"
 #include "operator/degrade.h"
 
-#define CT_REST_AGREES 1.0    /* HU RMS, of D x - y */
+#define CT_REST_AGREES 0.9    /* HU RMS, of D x - y */
 #define CT_REST_AMPLIFIES 1.1 /* RMS over the voxels of x, of white noise in those of y */
 
 struct ct_rest {
