@@ -28,6 +28,8 @@ has err '^ct-sr: [0-9.]* HU RMS of noise kept, not sharpened; --denoise takes it
 exits 0 'the same without its noise' ct-sr -f --denoise -x 2 noisy.nii p.nii
 says "24x24x16 to 48x48x32, .*; data residual (15|1[0-4])(\.[0-9])? HU RMS" 'noise that is taken off, to which it is consistent'
 ct-info p.nii >info; has info ' denoised  *[0-9.]* HU RMS of noise taken off (--denoise)$' 'and the header says so'
+exits 0 'no noise to take off' ct-sr -q -f --denoise -x 2 -Q draft scan.nii p.nii
+ct-info p.nii >info; has info ' denoised  *nothing taken off: no noise is certain' 'and the header says that nothing went'
 tail -c 6912 noisy.nii >n.raw && ct-convert -q --raw 12x12x12:f32:4 --orient RAS n.raw bare.nii
 exits 0 'measured' ct-sr -Q draft -x 2 bare.nii m.nii
 has err '^ct-sr: assumed: nothing, as too few edges show the blur; --sigma says it$' 'nothing to assume'

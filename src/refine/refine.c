@@ -354,8 +354,9 @@ static int plan(
 	if (rule->method == CT_REFINE_PRIOR && plan_prior(r, in, e))
 		return -1;
 	if (choose_method(r, in, env, e) ||
-		(r->scan.known && ct_rest_plan(&r->rest, &r->scan.operator, r->n, r->scan.noise,
-					  r->scan.alike, e)) ||
+		(r->scan.known && iterates(rule->method) &&
+			ct_rest_plan(&r->rest, &r->scan.operator, r->n, r->scan.noise,
+				r->scan.alike, e)) ||
 		choose_slabs(r, in, e))
 		return -1;
 	if (r->slabs == 1)

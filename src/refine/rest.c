@@ -147,7 +147,7 @@ static double rms(const float *x, size_t n)
 	return sqrt(sum / (double)n);
 }
 
-/* *rest (NULL: zeroed) <- y - D x. */
+/* rest <- y - D x. */
 static int rest_of(float *rest, const struct ct_vol *x, const struct ct_vol *y,
 	const struct ct_degrade *by, struct ct_par *par, struct ct_err *e)
 {
@@ -246,6 +246,8 @@ void ct_rest_words(char to[static CT_REST_WORDS], const struct ct_rest *r)
 			r->off, r->share, r->back);
 	else if (r->off > 0)
 		snprintf(to, n, "%.3g HU RMS of noise taken off (--denoise)", r->off);
+	else if (r->share > 0)
+		snprintf(to, n, "nothing taken off: no noise is certain, or the blur is not known");
 	else if (r->back > 0)
 		snprintf(to, n, "%.3g HU RMS of noise kept, not sharpened; --denoise takes it off",
 			r->back);

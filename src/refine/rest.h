@@ -18,12 +18,12 @@
 #include "operator/degrade.h"
 
 #define CT_REST_AGREES 0.9    /* HU RMS, of D x - y */
-#define CT_REST_AMPLIFIES 1.1 /* RMS over the voxels of x, of white noise in those of y */
+#define CT_REST_AMPLIFIES 1.1 /* RMS over the voxels of x, of noise in those of y */
 
 struct ct_rest {
 	double share;     /* to take off, 0 to 1 */
 	size_t passes;    /* 0: nothing is put back */
-	double amplifies; /* RMS of C u, of that of white noise y - D x */
+	double amplifies; /* RMS of C u, of that of y - D x, if it is noise */
 	double off, back; /* HU RMS, of voxels of the scan: taken off, put back; 0: none */
 };
 
@@ -38,7 +38,8 @@ double ct_rest_bytes(const struct ct_degrade *by, double voxels);
  */
 int ct_rest_put(struct ct_rest *r, struct ct_vol *x, const struct ct_vol *y,
 	const struct ct_degrade *by, double *residual, const struct ct_env *env, struct ct_err *e);
-/* "12 HU RMS of noise kept, not sharpened; --denoise takes it off"; "" if there was none. */
+/* "12 HU RMS of noise kept, not sharpened; --denoise takes it off"; "" where there
+ * was none, and none was to be taken off. */
 enum { CT_REST_WORDS = 120 };
 void ct_rest_words(char to[static CT_REST_WORDS], const struct ct_rest *r);
 
