@@ -5,7 +5,7 @@
 
 #include "core/mem.h"
 
-#include <errno.h>
+#include <fts.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -68,6 +68,8 @@ int ct_meta_input(struct ct_meta *m, const char *path, size_t n, const struct ct
 	return ct_hash_input(&h, m, path, e);
 }
 
+enum { BLOCK = 1 << 20 };
+
 static void put_hex(char hex[static CT_HASH_HEX], const struct ct_hash *h)
 {
 	uint64_t bits[2];
@@ -84,33 +86,56 @@ void ct_hash_hex(char hex[static CT_HASH_HEX], size_t n, const void *data)
 	put_hex(hex, &h);
 }
 
-int ct_hash_file(
-	char hex[static CT_HASH_HEX], const char *path, const struct ct_env *env, struct ct_err *e)
+static int add_file(struct ct_hash *h, char *block, const char *path, const struct ct_env *env,
+	struct ct_err *e)
 {
-	enum { BLOCK = 1 << 20 };
-	char *block = NULL;
-	struct ct_hash h;
-	struct stat st;
-	FILE *f;
+	FILE *f = fopen(path, "rb");
 	size_t n;
-	int rc;
+	int rc = f ? 0 : ct_fail_errno(e, CT_EINPUT, path);
 
-	hex[0] = '\0';
-	if (stat(path, &st) != 0 || !S_ISREG(st.st_mode))
-		return 0;
-	f = fopen(path, "rb");
-	rc = f ? ct_alloc(&block, BLOCK, 1, e) : ct_fail_errno(e, CT_EINPUT, path);
-	ct_hash_begin(&h);
 	while (rc == 0 && (n = fread(block, 1, BLOCK, f)) > 0) {
-		ct_hash_add(&h, block, n);
+		ct_hash_add(h, block, n);
 		rc = ct_check_stop(env, e);
 	}
 	if (rc == 0 && ferror(f))
 		rc = ct_fail_errno(e, CT_EINPUT, path);
-	if (rc == 0)
-		put_hex(hex, &h);
 	if (f)
 		fclose(f);
+	return rc;
+}
+
+static int by_name(const FTSENT **a, const FTSENT **b)
+{
+	return strcmp((*a)->fts_name, (*b)->fts_name);
+}
+
+int ct_hash_file(
+	char hex[static CT_HASH_HEX], const char *path, const struct ct_env *env, struct ct_err *e)
+{
+	char *own, *block = NULL;
+	struct ct_hash h;
+	struct stat st;
+	FTSENT *x;
+	FTS *walk;
+	int rc;
+
+	hex[0] = '\0';
+	if (stat(path, &st) != 0 || !(S_ISREG(st.st_mode) || S_ISDIR(st.st_mode)))
+		return 0;
+	own = strdup(path);
+	walk = own ? fts_open((char *const[]){own, NULL}, FTS_LOGICAL | FTS_NOCHDIR, by_name)
+		   : NULL;
+	rc = walk ? ct_alloc(&block, BLOCK, 1, e)
+		  : ct_fail(e, CT_ENOMEM, "no memory for a file name");
+	ct_hash_begin(&h);
+	while (rc == 0 && (x = fts_read(walk)))
+		if (x->fts_info == FTS_F)
+			rc = add_file(&h, block, x->fts_accpath, env, e);
+	if (rc == 0)
+		put_hex(hex, &h);
+	if (walk)
+		fts_close(walk);
+	free(own);
 	free(block);
 	return rc;
 }

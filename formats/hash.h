@@ -34,7 +34,8 @@ int ct_hash_input(const struct ct_hash *h, struct ct_meta *m, const char *path, 
 /* The 128 bits of n pieces. */
 void ct_hash_pieces(uint64_t bits[2], size_t n, const struct ct_piece *piece);
 
-/* As text: of n bytes, and of those of a file, "" if it is none. CT_ENOMEM, CT_ESTOP, CT_EINPUT. */
+/* As text: of n bytes; of those of a file, or of all files of a folder in the order of their names,
+ * "" if it is neither. CT_ENOMEM, CT_ESTOP, CT_EINPUT. */
 enum { CT_HASH_HEX = 33 };
 void ct_hash_hex(char hex[static CT_HASH_HEX], size_t n, const void *data);
 int ct_hash_file(

@@ -189,7 +189,8 @@ static void test_content(void)
 	const struct ct_env stopped = {.stop = &stop};
 	char hex[CT_HASH_HEX];
 
-	if (!big || mkdir("f", 0777) || mkfifo("pipe", 0600))
+	if (!big || mkdir("f", 0777) || mkdir("f/k", 0777) || mkfifo("pipe", 0600) ||
+		mkfifo("f/pipe", 0600) || mkdir("round", 0777) || symlink(".", "round/z"))
 		exit(99);
 	for (size_t i = 0; i < n; i++)
 		big[i] = (unsigned char)(i * i >> 7);
@@ -198,11 +199,18 @@ static void test_content(void)
 	OK(holds("./b", "b", 1), "the hash of a file does not depend on its name");
 	put_text("empty", "");
 	OK(holds("empty", "", 0), "the hash of an empty file is that of no bytes");
-	OK(holds_nothing("-") && holds_nothing("none") && holds_nothing("pipe") &&
-			holds_nothing("f"),
+	put_text("f/n", "n");
+	put_text("f/a", "aa");
+	put_text("f/k/z", "z");
+	put_text("f/k/.h", "h");
+	OK(holds("f", "aahzn", 5), "the hash of a folder is that of its files by their names");
+	put_text("round/a", "x");
+	OK(holds("round", "x", 1), "a link that leads back to its folder adds nothing to the hash");
+	OK(holds_nothing("-") && holds_nothing("none") && holds_nothing("pipe"),
 		"what is no file that can be read twice has no hash");
-	OK(ct_hash_file(hex, "big", &stopped, &e) == -1 && e.code == CT_ESTOP && !*hex,
-		"the hash of a file is stopped on request");
+	OK(ct_hash_file(hex, "big", &stopped, &e) == -1 && e.code == CT_ESTOP && !*hex &&
+			ct_hash_file(hex, "f", &stopped, &e) == -1 && !*hex,
+		"the hash of a file and of a folder is stopped on request");
 	free(big);
 }
 
