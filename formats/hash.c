@@ -120,7 +120,8 @@ int ct_hash_file(
 	int rc;
 
 	hex[0] = '\0';
-	if (stat(path, &st) != 0 || !(S_ISREG(st.st_mode) || S_ISDIR(st.st_mode)))
+	if (strcmp(path, "-") == 0 || stat(path, &st) != 0 ||
+		!(S_ISREG(st.st_mode) || S_ISDIR(st.st_mode)))
 		return 0;
 	own = strdup(path);
 	walk = own ? fts_open((char *const[]){own, NULL}, FTS_LOGICAL | FTS_NOCHDIR, by_name)

@@ -206,6 +206,7 @@ static void test_content(void)
 	OK(holds("f", "aahzn", 5), "the hash of a folder is that of its files by their names");
 	put_text("round/a", "x");
 	OK(holds("round", "x", 1), "a link that leads back to its folder adds nothing to the hash");
+	put_text("-", "x");
 	OK(holds_nothing("-") && holds_nothing("none") && holds_nothing("pipe"),
 		"what is no file that can be read twice has no hash");
 	OK(ct_hash_file(hex, "big", &stopped, &e) == -1 && e.code == CT_ESTOP && !*hex &&
