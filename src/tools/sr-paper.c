@@ -292,7 +292,7 @@ static int ahead(struct paper *j, struct ct_err *e)
 	struct ct_err why;
 
 	if (!own.command->json)
-		ct_commands_print(&w->c, "", stdout);
+		sr_words_print(w, "", stdout);
 	own.log = NULL;
 	if (strcmp(w->p->in, "-") == 0 || read_in(&j->lr, w->p, &own, &why))
 		return own.command->json ? ct_fail(e, CT_EINPUT,
@@ -301,7 +301,7 @@ static int ahead(struct paper *j, struct ct_err *e)
 						   w->p->in)
 					 : 0;
 	cost.memory = ct_step_paper_bytes(&w->plan, j->lr.n);
-	cost.disk = 4 * pow(w->plan.rule.factor, 3) * (double)ct_vol_count(&j->lr);
+	cost.disk = 4 * pow(w->plan.factor, 3) * (double)ct_vol_count(&j->lr);
 	if (describe(&j->lr, (enum ct_units)ct_io_rule_of(&j->env).units, &own, e) ||
 		sr_paper_seconds(&cost.seconds, &w->plan, &j->lr, &keeper, &own, e))
 		return -1;
