@@ -53,14 +53,15 @@ def eight(d, x):
 
 
 def thirty_two(d, x):
-    d.BitsAllocated, d.BitsStored, d.HighBit, d.RescaleSlope = 32, 32, 31, 0.001
-    return (x * 1000).astype("<i4").tobytes()
+    d.BitsAllocated, d.BitsStored, d.HighBit, d.RescaleSlope = 32, 32, 31, 0.5
+    d.RescaleIntercept -= 1 << 20
+    return (2 * x + (1 << 21)).astype("<i4").tobytes()
 
 
 def make():
     for name in AXES:
         for k in range(SLICES):
-            write("%s/%02d.dcm" % (name, k), name, k, "1.9.1", scale=(1, 300), **HEAD)
+            write("%s/%02d.dcm" % (name, k), name, k, "1.9.1", scale=(1, -300), **HEAD)
     for k in range(SLICES):
         write("each/%02d.dcm" % k, "axial", k, "1.9.2", **HEAD)
     recode("axial", "u16", unsigned)

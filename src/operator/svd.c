@@ -97,9 +97,11 @@ int ct_svd_alloc(struct ct_svd *f, const struct ct_taps *a, struct ct_err *e)
 		return ct_fail(e, CT_EINPUT, "an operator from %zu to %zu samples", n, m);
 	if (room(f, m, n, e))
 		return -1;
-	ct_cosine_rows(f->u, m, m);
-	for (size_t i = 0; ct_taps_is_identity(a) && i < m * m; i++)
-		f->u[i] = i / m == i % m;
+	if (!ct_taps_is_identity(a))
+		ct_cosine_rows(f->u, m, m);
+	else
+		for (size_t i = 0; i < m * m; i++)
+			f->u[i] = i / m == i % m;
 	transformed(f->v, f->u, a);
 	if (ct_jacobi(f->m, f->n, f->v, f->u, e) || normalise(f, e)) {
 		ct_svd_free(f);
