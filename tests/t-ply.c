@@ -208,6 +208,7 @@ static void test_hostile(void)
 	refused(LE "comment ct:activation=relu\ncomment ct:step=-1\n" ALL("1"), "step");
 	refused(LE "comment ct:activation=relu\ncomment ct:gamma=0\n" ALL("1"), "ct:gamma");
 	refused(LE "comment ct:activation=relu\ncomment ct:gamma=x\n" ALL("1"), "gamma");
+	refused(LE "comment ct:activation=relu\ncomment ct:gamma=1,2\n" ALL("1"), "gamma");
 	refused(LE "comment ct:activation=relu\ncomment ct:affine=1,2,3\n" ALL("1"), "affine");
 	refused(LE "commentary\n" ALL("1"), "header line 'commentary'");
 	refused(LE "element vertex 1 \nproperty float\nend_header\n", "'property float'");
