@@ -31,6 +31,7 @@ near 'release, projections of the scan, mean' "$(figure mean r/lr-proj.exr)" 4.2
 # the factor decides what the release takes
 ct-sr --release -x 8 --dry-run lr.nii no.nii >out; has out 'ct-ddnm .*--sigma-y=0.0025 ' 'release, 8-fold'
 ct-sr --paper -x 8 --dry-run lr.nii no.nii >out; has out 'ct-ddnm .*--sigma-y=0.0015 ' 'paper, 8-fold'
+has out '^# about [0-9.]* [sh] on [0-9]* threads, ' 'a dry run of the paper estimates its time'
 has out '^ct-nabgs .*--factor=8 --paper ' 'with its rates'
 # a scan that was not clipped before is clipped now, and that is said
 ct-convert -q --type f32 lr.nii - | tail -c 2048 >raw
