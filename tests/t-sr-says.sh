@@ -33,7 +33,7 @@ ct-info p.nii >info; has info ' denoised  *nothing taken off: no noise is certai
 tail -c 6912 noisy.nii >n.raw && ct-convert -q --raw 12x12x12:f32:4 --orient RAS n.raw bare.nii
 exits 0 'measured' ct-sr -Q draft -x 2 bare.nii m.nii
 has err '^ct-sr: assumed: nothing, as too few edges show the blur; --sigma says it$' 'nothing to assume'
-says "12x12x12 to 24x24x24, 2 times; blur not known; noise $number HU(, correlated)? \\(measured\\); bspline" 'edges that do not tell'
+says "12x12x12 to 24x24x24, 2 times; blur not known; no certain noise \\(measured\\); bspline" 'edges that do not tell'
 ct-phantom -q --size 96x96x96 shepp-logan big.nii && ct-degrade -q -x 2 big.nii h.nii
 tail -c 442368 h.nii >h.raw && ct-convert -q --raw 48x48x48:f32:4 --orient RAS h.raw h.nii -f
 ct-degrade -q -x 2 --noise 20 big.nii l.nii && tail -c 442368 l.nii >l.raw && ct-convert -q --raw 48x48x48:f32:4 --orient RAS l.raw loud.nii
