@@ -290,7 +290,7 @@ has names.html 'the JSON beside IN' 'the report with --deid calls a sidecar the 
 ! grep -q Patricia names.html
 ok $? 'the report with --deid does not name NIfTI, sidecar and output'
 exits 2 '--deid with a report of --paper is refused with status 2' ct-sr -x 2 --paper --deid --report n.html Secret_Patricia no/
-has err '^ct-sr: --deid: .*: not with --report' 'the error of --deid with --report names both options'
+has err "^ct-sr: --deid: .*not with --report" 'the error of --deid with --report names both options'
 ct-sr -q -Q draft -x 2 --report names.html -f Secret_Patricia/ Patricia/
 grep -q 'times as many as Secret_Patricia:' names.html && grep -q '<title>Patricia: report' names.html
 ok $? 'without --deid the report names input and output'

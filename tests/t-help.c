@@ -389,7 +389,8 @@ static int call(const struct ct_tool *t, const char *word)
 	"                          may use. The output is the same for any N (default 0)\n"        \
 	"      --expand=N          refuse compressed files that become more than 1 GiB\n"          \
 	"                          and N times as large; 0 refuses none (default 100)\n"           \
-	"  -f, --force             overwrite existing output files (automatic inside make)\n"      \
+	"  -f, --force             overwrite existing output files (automatic inside\n"            \
+	"                          make)\n"                                                        \
 	"  -q, --quiet             print errors only\n"                                            \
 	"  -v, --verbose           print what is being done\n"                                     \
 	"  -h, --help              print this help\n"                                              \

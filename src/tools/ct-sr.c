@@ -139,7 +139,7 @@ static int check(const struct sr *p, const struct ct_env *env, struct ct_err *e)
 		return ct_fail(e, CT_EUSAGE, "--deid: needs OUT to be DICOM");
 	if (p->deid && p->report && (p->paper || p->release))
 		return ct_fail(e, CT_EUSAGE,
-			"--deid: not with --report and --paper or --release: their page names the files");
+			"--deid: with --paper or --release not with --report: their page names the files");
 	if (p->series && dicom_form_of(p->in) == NOT_DICOM)
 		return ct_fail(e, CT_EUSAGE, "--series: %s is not DICOM", p->in);
 	return dicom_check_name(p->out, p->in, e);
