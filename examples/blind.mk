@@ -8,7 +8,8 @@
 # all that ct-metrics --harm says, and blind.txt, the table: PSNR and SSIM, false structures, the error and the
 # banding inside soft tissue, and what blind loses. Python makes both; it needs no modules.
 #
-# A case is KIND-FACTOR. P1, P1n, P3, P3n: a protocol of ct-degrade along every axis. mean, meann: means of
+# A case is KIND-FACTOR, or KIND-FACTOR-iNN: the cube gets 15 HU of noise, is interpolated (linear) along z from slices
+# NN/10 voxels apart, as many public scans were, and is the truth. NN/10 divides CUBE. P1, P1n, P3, P3n: a protocol of ct-degrade along every axis. mean, meann: means of
 # FACTOR slices, n with 15 HU of noise. gNN, gNNn: slices of a Gaussian profile, sigma NN % of the thickness.
 VOLUMES =
 # Every factor of CASES divides it.
@@ -23,7 +24,9 @@ include $(dir $(lastword $(MAKEFILE_LIST)))scan.mk
 
 comma = ,
 kind = $(firstword $(subst -, ,$(1)))
-times = $(lastword $(subst -, ,$(1)))
+times = $(word 2,$(subst -, ,$(1)))
+soft = $(word 3,$(subst -, ,$(1)))
+truth = hr$(addprefix -,$(call soft,$(1))).nii
 protocol = $(filter P%,$(1))
 factor = $(if $(call protocol,$(1)),$(call times,$(1)),1$(comma)1$(comma)$(call times,$(1)))
 percent = $(patsubst g%,%,$(patsubst %n,%,$(call kind,$(1))))
@@ -47,7 +50,7 @@ $(OUT)/blind.txt: $(OUT)/blind.csv
 	@mv $@.part $@
 
 define reduce
-$(OUT)/$(1)/$(2)/lr.nii: $(OUT)/$(1)/hr.nii
+$(OUT)/$(1)/$(2)/lr.nii: $(OUT)/$(1)/$(call truth,$(2))
 	@mkdir -p $$(@D)
 	ct-degrade -q -f -x $(call factor,$(2)) $(call degrade,$(2)) $$< $$@
 $(OUT)/$(1)/$(2)/bare.nii: $(OUT)/$(1)/$(2)/lr.nii
@@ -55,11 +58,23 @@ $(OUT)/$(1)/$(2)/bare.nii: $(OUT)/$(1)/$(2)/lr.nii
 endef
 $(foreach n,$(NAMES),$(foreach c,$(CASES),$(eval $(call reduce,$(n),$(c)))))
 
+# the truth of cases -iNN
+define soften
+$(OUT)/$(1)/hr-i$(2).nii: $(OUT)/$(1)/hr.nii
+	ct-degrade -q -f -x 1 --sigma 0 --noise 15 $$< $$(@D)/noisy-$(2).nii
+	ct-degrade -q -f -x 1,1,$(3) --sigma 0 --decimate point $$(@D)/noisy-$(2).nii $$(@D)/apart-$(2).nii
+	ct-upsample -q -f -m linear -x 1,1,$(3) $$(@D)/apart-$(2).nii $$(@D)/soft-$(2).nii
+	@$(PYTHON) $(HERE)blind.py bare $$(@D)/soft-$(2).nii $$@
+	@rm $$(@D)/noisy-$(2).nii $$(@D)/apart-$(2).nii $$(@D)/soft-$(2).nii
+endef
+tenths = $(shell awk 'BEGIN {print $(1) / 10}')
+$(foreach n,$(NAMES),$(foreach i,$(sort $(foreach c,$(CASES),$(patsubst i%,%,$(call soft,$(c))))),$(eval $(call soften,$(n),$(i),$(call tenths,$(i))))))
+
 # RUN of CASE of SCAN, a line of CSV beside the names of its columns
 define refine
 $(OUT)/$(1)/$(2)/$(3).csv: $(OUT)/$(1)/$(2)/$(if $(filter known,$(3)),lr,bare).nii
 	$($(3)) -q -f -x $(call factor,$(2)) $$< $$(@:.csv=.nii)
-	@ct-metrics --harm --csv -x $(call factor,$(2)) -w $(WINDOW) $(OUT)/$(1)/hr.nii $$(@:.csv=.nii) >$$(@:.csv=.metrics)
+	@ct-metrics --harm --csv -x $(call factor,$(2)) -w $(WINDOW) $(OUT)/$(1)/$(call truth,$(2)) $$(@:.csv=.nii) >$$(@:.csv=.metrics)
 	@{ printf 'scan,case,run,'; head -n 1 $$(@:.csv=.metrics); printf '$(1),$(2),$(3),'; tail -n 1 $$(@:.csv=.metrics); } >$$@.part
 	@rm $$(@:.csv=.nii)
 	@mv $$@.part $$@

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The two steps of blind.mk that are not commands of ctsr.
 
-blind.py bare IN.nii OUT.nii   the voxels of a float32 NIfTI, rounded to 16 bits, without metadata
+blind.py bare IN.nii OUT.nii   the voxels of a NIfTI of float32 or int16, rounded to 16 bits, without metadata
 blind.py table BLIND.csv       cubic, known and blind side by side; the table goes to the standard output
 """
 import array
@@ -18,10 +18,11 @@ def bare(source, target):
         head = bytearray(f.read(348))
         size = struct.unpack_from('<8h', head, 40)[1:4]
         start = int(struct.unpack_from('<f', head, 108)[0])
-        if struct.unpack_from('<hh', head, 70) != (16, 32):
-            sys.exit(f'{source}: is not float32')
+        kind = {(16, 32): 'f', (4, 16): 'h'}.get(struct.unpack_from('<hh', head, 70))
+        if not kind or struct.unpack_from('<4s', head, 344)[0] != b'n+1\0':
+            sys.exit(f'{source}: is not a NIfTI file of float32 or int16')
         f.seek(start)
-        data = array.array('f')
+        data = array.array(kind)
         data.fromfile(f, size[0] * size[1] * size[2])
     struct.pack_into('<hh', head, 70, 4, 16)  # int16
     struct.pack_into('<fff', head, 108, 352, 1, 0)  # where the data begin; slope and intercept

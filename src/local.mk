@@ -182,6 +182,7 @@ libct_a_SOURCES += src/inverse/flat.c src/inverse/flat.h
 libct_a_SOURCES += src/estimate/operator.c src/estimate/operator.h
 libct_a_SOURCES += src/estimate/assumed.c src/estimate/assumed.h
 libct_a_SOURCES += src/estimate/scanner.c src/estimate/scanner.h
+libct_a_SOURCES += src/estimate/soft.c src/estimate/soft.h
 libct_a_SOURCES += src/estimate/slice-pair.c src/estimate/slice-pair.h
 libct_a_SOURCES += src/estimate/slice-fit.c src/estimate/slice-fit.h
 libct_a_SOURCES += src/estimate/edge-lines.c src/estimate/edge-lines.h

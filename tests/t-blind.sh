@@ -19,9 +19,15 @@ ct-info o/v/g40n-4/bare.nii >info
 ok $? 'the bare copy records neither factor nor blur, noise or history'
 ct-metrics --ssim none o/v/g40n-4/lr.nii o/v/g40n-4/bare.nii | awk '$1 == "max-hu" {exit !($2 > 0 && $2 <= .5)}'
 ok $? 'the bare copy has the voxels of the scan, rounded to whole HU'
+# scans whose slices were interpolated before: softer along z by themselves
+ct-phantom -q --size 60x60x60 --spacing 1.5 --window=-512:3071 ellipsoids w.nii || exit 99
+exits 0 'blind.mk makes scans that were interpolated along z' make -s -f "$srcdir/examples/blind.mk" VOLUMES=w.nii CUBE=60 CASES='mean-2-i15 mean-2-i25' QUALITY=draft OUT=o
+awk -F, 'NR == 1 {for (i = 1; i <= NF; i++) if ($i == "psnr") c = i} {p[$2 $3] = $c}
+	END {exit !(p["mean-2-i15blind"] > p["mean-2-i15cubic"] && p["mean-2-i25blind"] > p["mean-2-i25cubic"])}' o/blind.csv
+ok $? 'slices that were interpolated are refined better than by cubic interpolation'
 # blind.py: its table, and what it refuses
 ct-convert -q -f o/v/hr.nii hr.mha && ! python3 "$py" bare hr.mha x.nii 2>err && [ -s err ]
-ok $? 'blind.py refuses a scan that is not float32 NIfTI'
+ok $? 'blind.py refuses a scan that is not NIfTI of float32 or int16'
 printf 'scan,case,run,psnr,ssim-r2,structures-false,deep-smooth-rmse-hu,banding-rms-hu\na,P1-4,cubic,30,.8,1,5,.1\na,P1-4,known,34,.9,1,4,.2\na,P1-4,blind,33.5,.89,2,6,1\nb,P1-4,cubic,31,.8,3,,\nb,P1-4,known,32,.9,1,,\nb,P1-4,blind,32.1,.9,1,,\n' >t.csv
 python3 "$py" table t.csv >t.txt; ok $? 'blind.py table accepts a CSV of measurements'
 grep -qE '^a +P1-4 +30.00 +34.00 +33.50 +0.8000 0.9000 0.8900 +0.50 +1 +1 +2 +5.00 +4.00 +6.00 +0.10 +0.20 +1.00$' t.txt

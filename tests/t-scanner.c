@@ -2,6 +2,7 @@
 #include "config.h"
 #include "formats/beside.h"
 #include "estimate/scanner.h"
+#include "estimate/soft.h"
 #include "tap.h"
 
 #include <string.h>
@@ -231,8 +232,41 @@ static void metadata(void)
 	ct_meta_free(&n);
 }
 
+/* The spread of slices, refined `factor` times, once their own softness is left. */
+static double left(bool *soft, double spread, double aliases, double factor)
+{
+	const double x[3] = {1, 1, factor};
+	struct ct_profile p[3] = {{.spread = (double)NAN}, {.spread = (double)NAN},
+		{.spread = spread, .deviation = 0.1, .aliases = aliases}};
+
+	*soft = ct_soft_leave(p, x);
+	return p[2].spread;
+}
+
+static void softness(void)
+{
+	static const double all[3] = {2, 2, 2};
+	struct ct_profile p[3] = {
+		{0.4, 0.1, 0.1, 0, {0}}, {0.4, 0.1, 0.1, 0, {0}}, {0.55, 0.1, 0.1, 0, {0}}};
+	bool soft;
+
+	OK(fabs(left(&soft, 0.52, 0.4, 2) - 0.289) < 1e-3 && soft,
+		"softer slices than adjacent ones, twice as far apart, count as means");
+	OK(left(&soft, 0.32, 0.9, 2) == 0.32 && !soft, "adjacent slices keep their spread");
+	OK(left(&soft, 0.74, 0.5, 2) == 0.74 && !soft, "slices that overlap by half keep theirs");
+	OK(left(&soft, 0.52, 0.2, 2) == 0.52 && !soft, "slices that do not alias keep theirs");
+	OK(left(&soft, 0.52, 0.9, 3) == 0.52 && !soft,
+		"slices three times as far apart keep theirs");
+	OK(!ct_soft_leave(p, all) && p[2].spread == 0.4 && p[0].spread == 0.4,
+		"refined along all axes, z is no softer than the plane");
+	p[2].spread = 0.3;
+	ct_soft_leave(p, all);
+	OK(p[2].spread == 0.3 && p[0].spread == 0.4, "but may be sharper than the plane");
+}
+
 int main(void)
 {
+	softness();
 	kernels();
 	expected();
 	stale();

@@ -3,6 +3,7 @@
 #include "estimate/operator.h"
 #include "estimate/scanner.h"
 #include "estimate/noise.h"
+#include "estimate/soft.h"
 
 #include <math.h>
 #include <string.h>
@@ -311,6 +312,7 @@ static int estimate_operator(struct ct_operator *r, const struct ct_vol *in,
 		r->apart[a] = ct_scanner_join(&r->joint[a], &r->told[a]);
 		scanner = scanner || !isnan(r->told[a].spread);
 	}
+	r->soft = !scanner && ct_soft_leave(r->joint, x);
 	assume_slices(r->joint, x);
 	if (said->decimate < 0)
 		r->operator.decimate = sampling_of(&r->sure, r->joint, x, scanner);

@@ -68,6 +68,7 @@ struct ct_operator {
 	struct ct_acquired scanner; /* what DICOM says, where it is used */
 	bool apart[3];              /* the two contradict each other: what was measured counts */
 	bool cubic[3];              /* axes to interpolate: factors below CT_SMALL */
+	bool soft;                  /* slices that are softer than a profile explains (soft.h) */
 	double sure;                /* probability of operator.decimate, if it is estimated */
 };
 

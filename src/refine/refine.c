@@ -26,6 +26,7 @@ struct ct_upsample_rule ct_refine_inversion(const struct ct_refine *r)
 
 	return (struct ct_upsample_rule){
 		.method = ct_operator_is_cubic(&r->scan) ? CT_UPSAMPLE_CUBIC
+			  : r->least                     ? CT_UPSAMPLE_DC
 			  : r->textured                  ? CT_UPSAMPLE_HTV
 			  : p->method == CT_REFINE_PRIOR ? CT_UPSAMPLE_AUTO
 							 : (enum ct_upsample)p->method,
@@ -247,6 +248,20 @@ static int check_start(const struct ct_refine *r, const struct ct_vol *in, struc
 /* With more noise, HU, the scan cannot be asked what TV loses: TV smoothes the noise. */
 #define QUIET 4
 
+/* Soft slices: the careful inversion, and no prior, whose networks learned what TV and HTV leave.
+ */
+static void take_least(struct ct_refine *r, const struct ct_env *env)
+{
+	static const char why[] = "slices softer than a profile explains";
+
+	ct_log(env, CT_INFO, "%s: least squares (dc)", why);
+	r->least = true;
+	r->method = CT_UPSAMPLE_DC;
+	if (r->adds)
+		snprintf(r->why_not, sizeof r->why_not, "%s: only inverted by least squares", why);
+	r->adds = false;
+}
+
 /* What auto takes, and what TV loses of the scan. */
 static int choose_method(
 	struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
@@ -261,6 +276,11 @@ static int choose_method(
 		return -1;
 	r->method = choice.method;
 	r->aliasing = choice.aliasing;
+	if (r->inverts && r->scan.soft &&
+		(method == CT_REFINE_PRIOR || method == CT_UPSAMPLE_AUTO)) {
+		take_least(r, env);
+		return 0;
+	}
 	if (!r->inverts || r->method != CT_UPSAMPLE_TV || method == CT_UPSAMPLE_TV ||
 		r->scan.noise > QUIET)
 		return 0;
@@ -413,6 +433,8 @@ const char *ct_refine_why(const struct ct_refine *r)
 		return "factors too small to invert";
 	if (!r->scan.known)
 		return "operator not known";
+	if (r->least)
+		return "soft slices";
 	if (r->textured)
 		return "texture";
 	if (!(r->aliasing > CT_UPSAMPLE_ALIAS))

@@ -1,0 +1,26 @@
+/* soft.h: softness that is the scan's own, and not the profile's.
+ *
+ * What is measured on edges is the blur of everything that happened before the scan was sampled. A
+ * scan whose slices were interpolated once is softer along z than in plane before any operator that
+ * is to be undone. Edges do not show which of the two blurred them. Undoing too much costs up to 11
+ * dB and ends below cubic interpolation; undoing too little costs a part of the gain. So:
+ *
+ *   slices     less than CT_SOFT_FACTOR times as far apart as the result's: softness of the
+ * result's own size is as large as theirs. A spread that no adjacent slice has (a mean over the
+ *              spacing has .29, the widest Gaussian .42), and that slices that overlap by half do
+ *              not have either (.74), is that of a mean. Slices that do not alias keep theirs.
+ *   all axes   a band-limited scan is no softer along z than in plane, in voxels.
+ *
+ * doc/blur-estimate.md, "Slices that were interpolated", has what this gains and loses.
+ */
+#ifndef CT_ESTIMATE_SOFT_H
+#define CT_ESTIMATE_SOFT_H
+#include "estimate/profile.h"
+
+#define CT_SOFT_FACTOR 2.5
+
+/* The spreads of the axes that are refined, by `factor`, become those of the profiles alone. True
+ * if slices are softer than a profile explains. Pure. */
+bool ct_soft_leave(struct ct_profile p[static 3], const double factor[static 3]);
+
+#endif
