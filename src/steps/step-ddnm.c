@@ -55,13 +55,15 @@ static int norm_of(double *norm, double asked, const struct ct_stack *in, struct
 	return 0;
 }
 
-/* The factor of the volume that was seen, where the stack says no more: 0; 1 if it says none; -1.
- */
+/* The factor of the volume that was seen, where the stack says no more: 0; 1 if it says none, or
+ * one that a refined volume has used up; -1. */
 static int factor_of(double *factor, const struct ct_step_ddnm_rule *r, const struct ct_stack *in,
 	struct ct_err *e)
 {
 	double by[3];
-	const int got = ct_meta_numbers(&in->meta, CT_META_FACTOR, 3, by, e);
+	const int got = ct_meta_get(&in->meta, CT_META_UPSAMPLE)
+				? 1
+				: ct_meta_numbers(&in->meta, CT_META_FACTOR, 3, by, e);
 
 	if (got)
 		return got < 0 ? ct_blame(e, r->in) : got;
