@@ -314,6 +314,14 @@ int ct_degrade_put(struct ct_meta *m, const struct ct_degrade *d, struct ct_err 
 		       : 0;
 }
 
+void ct_degrade_drop(struct ct_meta *m)
+{
+	ct_meta_drop(m, CT_META_FACTOR);
+	ct_meta_drop(m, CT_META_SIGMA);
+	ct_meta_drop(m, CT_META_DECIMATE);
+	ct_meta_drop(m, CT_META_PROFILE);
+}
+
 /* What metadata are believed: decimation, and blur in voxels of the low-resolution grid. */
 enum { MOST_FACTOR = 1024, MOST_SIGMA = 16 };
 

@@ -104,6 +104,8 @@ int ct_degrade_volume(struct ct_vol *lo, const struct ct_vol *hi, const struct c
 
 /* The metadata keys factor, sigma, decimate, profile. */
 int ct_degrade_put(struct ct_meta *m, const struct ct_degrade *d, struct ct_err *e);
+/* They go, where voxels are no longer what a degradation left. */
+void ct_degrade_drop(struct ct_meta *m);
 /* 0; 1 if there is no key "factor" (d untouched); -1 with CT_EINPUT naming the key that is wrong. A
  * missing sigma is 0, a missing decimate sinc. */
 int ct_degrade_get(const struct ct_meta *m, struct ct_degrade *d, struct ct_err *e);

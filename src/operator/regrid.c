@@ -26,15 +26,6 @@ static void take(struct ct_vol *v, struct ct_vol *with)
 	with->data = NULL;
 }
 
-/* The voxels are no longer what a degradation left. */
-static void forget_operator(struct ct_meta *m)
-{
-	ct_meta_drop(m, CT_META_FACTOR);
-	ct_meta_drop(m, CT_META_SIGMA);
-	ct_meta_drop(m, CT_META_DECIMATE);
-	ct_meta_drop(m, CT_META_PROFILE);
-}
-
 /* The key's three numbers go with their axes. */
 static int permute(struct ct_meta *m, const char *key, const int axis[3], struct ct_err *e)
 {
@@ -171,7 +162,7 @@ int ct_regrid_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct 
 	}
 	if (resample(v, n, start, step, true, env, e))
 		return -1;
-	forget_operator(&v->meta);
+	ct_degrade_drop(&v->meta);
 	return 0;
 }
 
@@ -215,7 +206,7 @@ int ct_regrid_like(
 	if (place(start, step, v, like, e) || resample(v, like->n, start, step, true, env, e))
 		return -1;
 	memcpy(v->affine, like->affine, sizeof v->affine);
-	forget_operator(&v->meta);
+	ct_degrade_drop(&v->meta);
 	return 0;
 }
 
@@ -249,7 +240,7 @@ static int finer_operator(struct ct_meta *m, const double finer[static 3], struc
 		d.factor[a] *= finer[a];
 		d.sigma[a] *= finer[a];
 		if (d.factor[a] < 1) {
-			forget_operator(m);
+			ct_degrade_drop(m);
 			return 0;
 		}
 	}

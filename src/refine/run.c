@@ -186,6 +186,8 @@ static int describe(
 		return -1;
 	if (*rest && ct_meta_set(&out->meta, CT_META_DENOISED, rest, e))
 		return -1;
+	if (!knows && ct_meta_get(&in->meta, CT_META_UPSAMPLE)) /* of another refinement, before */
+		ct_degrade_drop(&out->meta);
 	if (knows && ct_degrade_put(&out->meta, &by, e))
 		return -1;
 	if (r->adds && ct_meta_set(&out->meta, CT_META_UPSAMPLE, "prior", e))

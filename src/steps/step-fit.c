@@ -16,7 +16,7 @@ static int factor_of(size_t *factor, const struct ct_step_fit_rule *r, const str
 	int known = ct_degrade_get(&d->base.meta, &by, e);
 	double most = 1;
 
-	if (known > 0) {
+	if (known > 0 && !ct_meta_get(&d->in.meta, CT_META_UPSAMPLE)) { /* which uses it up */
 		who = d->is.in;
 		known = ct_degrade_get(&d->in.meta, &by, e);
 	}
