@@ -39,14 +39,14 @@ else
 EXTRA_DIST += src/tools/picture.c
 endif
 bin_PROGRAMS += ct-train
-ct_train_SOURCES = src/tools/ct-train.c src/tools/train-loop.h src/tools/train-loop.c $(TRAIN_SOURCES)
+ct_train_SOURCES = src/tools/ct-train.c src/tools/train-loop.h src/tools/train-loop.c src/tools/lib/libraries.cc $(TRAIN_SOURCES)
 bin_PROGRAMS += ct-project
 ct_project_SOURCES = src/tools/ct-project.c
 bin_PROGRAMS += ct-phantom
 ct_phantom_SOURCES = src/tools/ct-phantom.c
 bin_PROGRAMS += ct-ddnm
 ct_ddnm_SOURCES = src/tools/ct-ddnm.c src/tools/ddnm-parts.h src/tools/ddnm-state.c \
-	src/tools/ddnm-input.c
+	src/tools/ddnm-input.c src/tools/lib/libraries.cc
 ct_ddnm_LDADD = $(LDADD) $(PNG_LIBS)
 bin_PROGRAMS += ct-sr
 ct_sr_SOURCES = src/tools/ct-sr.c src/tools/sr-paper.c src/tools/sr-ahead.c src/tools/sr-keep.c src/tools/sr-result.c src/tools/sr-words.c src/tools/sr.h \
