@@ -144,10 +144,10 @@ double ct_slice_near(const struct ct_slice *s, size_t n, double *gap)
 		const size_t places = n - k;
 		const double usual = gap[(k + n - 2) / 2]; /* of the large ones */
 
-		if (!isfinite(usual) || !(gap[k] >= 2 * gap[k - 1]) ||
+		if (!isfinite(usual) || places < LEAST || !(gap[k] >= 2 * gap[k - 1]) ||
 			most_in_a_row(s, n, gap[k - 1], &span) > places)
 			continue;
-		if (gap[k] >= FINE * gap[k - 1] && places >= LEAST)
+		if (gap[k] >= FINE * gap[k - 1])
 			return gap[k] / FINE;
 		/* all that lie together do within a part of a gap: no zone of thin slices */
 		if (span <= usual / PART)
