@@ -208,6 +208,7 @@ static void refine(struct ct_vol *out, const struct ct_vol *lo, const struct ct_
 
 	rule.method = CT_REFINE_PRIOR;
 	rule.prior = prior;
+	rule.denoise = 1; /* the network is given what is without noise */
 	must(ct_refine_plan(&r, &rule, lo, &env, &err));
 	must(ct_refine_run(&r, out, NULL, lo, &env, &err));
 }

@@ -35,6 +35,7 @@ no ct-convert --orient=LPS
 no ct-convert --reorient=RAS --scanner s.json
 no ct-convert --iso=1 --scanner s.json
 no ct-convert --cube=8 --scanner s.json
+no ct-convert --grid=v.nii --scanner s.json
 no ct-convert --type=i16 --scanner s.json
 no ct-convert --template=none --scanner s.json
 no ct-convert --template-other-patient --template-other-patient
@@ -58,7 +59,7 @@ no ct-project @mu-water=0.02
 no ct-upsample --estimate --sigma 1
 for m in linear cubic bspline lanczos sinc; do
 	no ct-upsample --start=none -m $m
-	for o in --noise=3 --iterations=9 --tolerance=1; do no ct-upsample $o -m $m; done
+	for o in --denoise=1 --noise=3 --iterations=9 --tolerance=1; do no ct-upsample $o -m $m; done
 done
 for o in --noise=3 --iterations=9 --tolerance=1; do no ct-upsample $o -m dc; done
 for m in linear cubic bspline lanczos sinc dc tv htv; do no ct-upsample --std=s.nii -m $m; done
@@ -115,7 +116,7 @@ done
 no ct-metrics --factor=4
 no ct-metrics --map=m.nii
 no ct-info --factor=2
-for p in --paper --release; do for o in --quality=fast --sigma=1 --noise=2 --decimate=mean --profile=box --slice-thickness=5; do no ct-sr $o $p; done; done
+for p in --paper --release; do for o in --quality=fast --sigma=1 --denoise=1 --noise=2 --decimate=mean --profile=box --slice-thickness=5; do no ct-sr $o $p; done; done
 for p in --paper --release; do for o in --spacing=1 --confidence=c.nii --sidecar=c.json; do no ct-sr $o $p; done; done
 no ct-sr --paper --release
 no ct-sr --keep=k
