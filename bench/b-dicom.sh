@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # b-dicom.sh: CPU seconds, seconds and peak memory (of the largest process) of ct-convert, dcm2niix and dicomtonifti
 # (Debian: vtk-dicom-tools), DICOM to NIfTI that is not compressed, in turn, A B C A B C: 95 slices of 512x512
 # numbers of 16 bits, as they are and compressed by gdcmconv, and the ratio to the faster of the others.

@@ -1,7 +1,7 @@
 /* The hash encoding of NAF (field/encoding.h) at random points and along rays, forward and
  * backward, against bare reads of, and additions to, the same entries of the same tables at places
  * that are known beforehand; and the whole field of NAF without the scatter of its gradient,
- * against the encoding alone. CPU seconds of one thread. */
+ * against the encoding alone. CPU seconds of one thread. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "bench/bench.h"
 #include "core/rng.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # b-fdk.sh: CPU seconds of ct-fdk and of plastimatch fdk, in turn, A B A B, whole processes, on the same
 # closed-form projections of the same phantom (--filter hann): 100 views over a full turn, 512x512 pixels of
 # 1 mm, 256^3 voxels of 1.25 mm; and the error of both in HU, ours as it comes, theirs after the

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # b-field.sh: processor seconds of a step of the fit of a neural field, one thread each, by ct-field and by
 # PyTorch (field-twin.py, dense grids by grid_sample, hashed ones as naf_twin.py), in turn, A B A B: all points of a
 # CT of 32^3 on dense grids of 8 to 32, and 1024 rays of 192 samples of NAF. A step is the difference of two runs.

@@ -3,7 +3,8 @@
  * and the share of the arithmetic that the pixels alone need. What both sides compute is compared
  * first. A part's line is of CPU time on one thread; that of all threads is of the wall clock.
  *
- * b-gs [COUNT...]: numbers of Gaussians (50000 250000 1000000). */
+ * b-gs [COUNT...]: numbers of Gaussians (50000 250000 1000000).
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "bench/bench.h"
 #include "bench/gs-plain.h"

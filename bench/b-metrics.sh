@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # b-metrics.sh: CPU seconds of the figures of ct-metrics and of scikit-image's functions on a pair of
 # volumes of 256^3, one thread each, in turn, A B A B; and how far the values are apart. First the calls
 # alone, volumes in memory, slices contiguous, which is what suits scikit-image best; then

@@ -2,7 +2,8 @@
  * forward and adjoint, at the level of the processor that is in force (CTSR_CPU).
  *
  * b-project [VOLUME [WINDOW-LO]]: a volume in HU, density from WINDOW-LO to 3071 (-1024); else a
- * chest phantom of 256^3 voxels. The scan has 512x512 pixels and distances as 1000 : 1500. */
+ * chest phantom of 256^3 voxels. The scan has 512x512 pixels and distances as 1000 : 1500.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "bench/bench.h"
 #include "formats/format.h"

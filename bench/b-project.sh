@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # b-project.sh [VOLUME]: CPU seconds a view of ct-project and of plastimatch drr -i exact on one volume and
 # one geometry, in turn, A B A B; and the difference between their pictures.
 #

@@ -1,5 +1,6 @@
 /* What a slice network of slices (restore/predict.h) expects of a volume of 96^3, of the shipped
- * prior's size at 4x, against the matrix products that this takes and nothing else. */
+ * prior's size at 4x, against the matrix products that this takes and nothing else.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "bench/bench.h"
 #include "core/mem.h"

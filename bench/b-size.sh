@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # b-size.sh: CPU seconds and peak memory of ct-upsample, 20 iterations of METHODS (tv, prior), one thread, against the
 # edge of the result: a cube, 4x, of a point-sampled scan (P3 of ct-degrade).
 #   make bench BENCH=bench/b-size.sh

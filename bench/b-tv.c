@@ -2,7 +2,7 @@
  * operators, against the
  * time to read and write its volume and a dual of half of three once, the least that it moves.
  * A call makes so many of them that what it begins with, above all its first touch of memory,
- * weighs little. */
+ * weighs little. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "bench/bench.h"
 #include "core/rng.h"

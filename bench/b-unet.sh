@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # b-unet.sh: CPU seconds and peak memory of the network of the shipped prior, one thread each, by us and
 # by PyTorch, in turn, A B A B: a forward pass on a picture of 128^2, and a step of training (gradient of
 # eight pieces of 96^2, AdamW, running average). Memory is of the whole process, libraries and all, and

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # b-upsample.sh: CPU seconds of ct-upsample -x 4 (32^3 to 128^3, its default method) and of
 # scipy.ndimage.zoom, cubic, in turn, A B A B, whole processes; scipy's without starting Python.
 # The one solves an inverse problem in a hundred passes or more where the other interpolates once:

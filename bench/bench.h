@@ -7,6 +7,7 @@
  *
  * with the ratio theirs/ours, so that larger is better; where the other side is a limit of the
  * machine the ratio is the share of it that is reached.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_BENCH_H
 #define CT_BENCH_H

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """field-twin.py points|naf N: processor seconds of one of N steps of ct-field's fit, by PyTorch in float32."""
 import sys
 import time

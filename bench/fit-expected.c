@@ -11,7 +11,7 @@
  * Where more than one axis is refined only scans count whose second differences along the third
  * axis are at least HALF of those along the others, in squares, in a box about the body: others
  * were interpolated along it, and lack nothing there. The thick axis of slices is the second one,
- * which was always sharp. */
+ * which was always sharp. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "core/simd.h"

@@ -2,6 +2,7 @@
  * whole vectors in cache: a multiplication and an addition of the pixel, two multiplications of the
  * recurrence. Included once for each level with LANES, TARGET (an attribute) and UPDATE (a name),
  * of which nothing is left. BLOCK is the number of pixels.
+ * SPDX-License-Identifier: Apache-2.0
  */
 TARGET static void UPDATE(float *p, size_t rounds)
 {

@@ -1,4 +1,4 @@
-/* gs-plain.c: see gs-plain.h. */
+/* gs-plain.c: see gs-plain.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "bench/gs-plain.h"
 #include "quality/ssim.h"

@@ -1,5 +1,6 @@
 /* gs-plain.h: an iteration of the fit as one would write it first: scalar, in double, with the
- * functions of libm, on one thread. What b-gs measures the library against. */
+ * functions of libm, on one thread. What b-gs measures the library against.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_BENCH_GS_PLAIN_H
 #define CT_BENCH_GS_PLAIN_H
 #include "tests/gaussian-plain.h"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # What `make bench` runs, one after the other; nothing of it is built or run otherwise.
 # A program bench/b-x is EXTRA_PROGRAMS += bench/b-x, bench_b_x_SOURCES = bench/b-x.c bench/bench.h
 # and BENCH_C += bench/b-x; a script is BENCH_SH += bench/b-x.sh. make bench BENCH=bench/b-x runs

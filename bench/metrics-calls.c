@@ -1,6 +1,6 @@
 /* metrics-calls N A B: answers every line of standard input, the name of a figure, with the CPU
  * seconds of one call on one thread and its value. A and B are N^3 floats in [0, 1] each. For
- * b-metrics.sh. */
+ * b-metrics.sh. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "bench.h"
 #include "quality/difference.h"

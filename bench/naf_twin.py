@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """naf_twin.py P.exr HR.nii OUT.nii STEPS: NAF of projections by PyTorch, as its authors configure it; prints
 processor seconds. What ct-field --like naf is compared with, for the same number of steps:
 

@@ -2,7 +2,7 @@
  * seconds of one call on one thread, the largest memory so far in KiB, and what it gave: the
  * network of PRIOR on BATCH pictures of SIZE x SIZE at timestep 300, the sum of squares; or a step
  * of the training of such a network, the loss. The first line on standard output is the memory
- * before the network. For b-unet.sh. */
+ * before the network. For b-unet.sh. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "bench.h"
 #include "diffusion/train.h"

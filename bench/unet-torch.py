@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """unet-torch.py NET forward|step PRIOR SIZE BATCH: what unet-calls does, by PyTorch; NET is the file of
 the network in its words (tests/t-pt.py)."""
 import importlib.util

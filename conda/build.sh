@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # As conda-build runs it, in the source: into $PREFIX, against the libraries there.
 set -e
 [ -x configure ] || ./bootstrap

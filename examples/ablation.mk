@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The second stage on CTs of your own: what each way to use super-resolved projections gives.
 #
 #   make -f examples/ablation.mk VOLUMES='chest.nii.gz head.nii.gz'

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Accuracy on CTs of your own: what every method of ct-upsample, and ct-sr, make of a scan that was reduced.
 #
 #   make -f examples/accuracy.mk VOLUMES='chest.nii.gz head.nii.gz'

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Scans as they come: does what ct-sr makes of a scan that nothing says anything about stay in its range?
 #
 #   make -f examples/asis.mk VOLUMES='chest.nii.gz head.nii.gz'

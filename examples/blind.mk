@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # What not knowing the operator costs, on CTs of your own: cubic interpolation, ct-sr that is given how the
 # scan was made, and ct-sr that estimates it.
 #

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """The two steps of blind.mk that are not commands of ctsr.
 
 blind.py bare IN.nii OUT.nii   the voxels of a NIfTI of float32 or int16, rounded to 16 bits, without metadata

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The tables and the plot of cohort.mk: rows with tabs between name, size, factor, seconds, MiB, PSNR of cubic, PSNR, SSIM
 # and residual, or a name and "failed"; `as` is csv, md or svg.
 BEGIN {

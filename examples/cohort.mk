@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # A folder of scans, one ct-sr each, and a table of what came out and what it took.
 #
 #   make -f examples/cohort.mk SCANS=scans TRUTH=truths OUT=fine OPTIONS='-x 1,1,4'

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # The main job on a real CT, from a fresh clone: installs what is missing with apt, builds, fetches
 # a human head (Debian's invesalius-examples), cuts a 128^3 cube, degrades it four times,
 # super-resolves it, and prints a table and the path of a picture. Takes about ten minutes on two cores.

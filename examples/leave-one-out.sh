@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # What a prior of slices gains on patients that it was not trained on:
 #
 #   examples/leave-one-out.sh CT_FOLDER WORK [FILE...]

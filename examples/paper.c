@@ -4,7 +4,7 @@
  * Gaussians are fitted to what these have beyond the projections of the upsampled CT, and are added
  * to it. As ct-project, ct-ddnm, ct-upsample, ct-nabgs and ct-compose one after the other.
  *
- *     cc paper.c $(pkg-config --cflags --libs ctsr) */
+ *     cc paper.c $(pkg-config --cflags --libs ctsr) SPDX-License-Identifier: Apache-2.0 */
 #include <ctsr.h>
 #include <stdio.h>
 #include <stdlib.h>

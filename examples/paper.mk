@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The published tables on CTs of your own, beside the published figures.
 #
 #   make -f examples/paper.mk VOLUMES='chest.nii.gz head.nii.gz'

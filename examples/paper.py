@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """The paper on a CT: paper.py IN OUT.nii [FACTOR [PRIOR [VIEWS STEPS GAUSSIANS ITERATIONS]]]
 
 The low-resolution CT is projected, a diffusion prior makes its projections FACTOR times finer, Gaussians are fitted to

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # What a prior of slices adds, on CTs of your own that it was not trained on.
 #
 #   make -f examples/prior.mk VOLUMES='chest.nii.gz head.nii.gz' PRIOR=slices.safetensors

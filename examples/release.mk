@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # How much of what the paper compares with is registration, on CTs of your own: interpolation as in its
 # released programs, and the same at its place.
 #

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """What release.mk asks of the interpolation that the paper's programs call, scipy.ndimage.zoom.
 
     release.py cut IN MOST STEP         where ct-convert --crop is to cut: the middle of IN, at most MOST voxels

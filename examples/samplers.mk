@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The samplers of ct-ddnm on CTs of your own: what each makes of the same low-resolution projections.
 #
 #   make -f examples/samplers.mk VOLUMES='chest.nii.gz head.nii.gz'

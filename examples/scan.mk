@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # What the makefiles beside this one begin with: NAMES of VOLUMES, and OUT/NAME/hr.nii, a cube of CUBE^3 voxels of
 # each; clipped to CLIP, LO:HI in HU, if that is set. $(gather) makes one table of ROWS, files of a line below the names
 # of its columns.

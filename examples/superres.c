@@ -5,6 +5,7 @@
  *
  * Without a prior file (4th argument) total variation inverts blur and sampling; with one, such as
  * slices.safetensors, a network adds the detail that it predicts.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include <ctsr.h>
 #include <stdio.h>

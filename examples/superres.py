@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """A thick series made thin, and a picture of both: superres.py IN OUT.nii.gz PICTURE.png [PRIOR]
 
 IN is NIfTI, NRRD, MetaImage or a folder of DICOM. (Debian: python3-numpy, python3-matplotlib)"""

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # What time buys, on CTs of your own: seconds and memory against accuracy and false structures.
 #
 #   make -f examples/trade.mk VOLUMES='chest.nii.gz head.nii.gz'

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """What time buys: trade.py TRADE.csv TRADE.svg; the table goes to the standard output.
 
 TRADE.csv is what trade.mk makes: a line a result. Of each case and run the mean over the scans (memory: the

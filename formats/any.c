@@ -1,4 +1,4 @@
-/* any.c: the list of all formats; see any.h. */
+/* any.c: the list of all formats; see any.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "formats/any.h"
 

@@ -2,6 +2,7 @@
  *
  * Who reads names the formats in a list, which ends with NULL, and only those are linked: format.c
  * knows none. any.c has a list of all.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_FORMATS_ANY_H
 #define CT_FORMATS_ANY_H

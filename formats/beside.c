@@ -1,4 +1,4 @@
-/* beside.c: see beside.h. */
+/* beside.c: see beside.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/acquired.h"
 #include "formats/beside.h"

@@ -1,4 +1,5 @@
-/* beside.h: the JSON sidecar of a NIfTI file, as dcm2niix and ct-convert write them. */
+/* beside.h: the JSON sidecar of a NIfTI file, as dcm2niix and ct-convert write them.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_FORMATS_BESIDE_H
 #define CT_FORMATS_BESIDE_H
 #include "core/env.h"

@@ -1,4 +1,4 @@
-/* ends.c: see ends.h. */
+/* ends.c: see ends.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "formats/ends.h"
 

@@ -3,6 +3,7 @@
  * Readers go by content, never by name. A writer has one format, or takes the one that the name
  * asks for, and a name that ends otherwise would be a lie: cli/files.h refuses it. A list of ends
  * is "nii|nii.gz".
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_FORMATS_ENDS_H
 #define CT_FORMATS_ENDS_H

@@ -3,6 +3,7 @@
  *
  * Parts may come in any order (the number at the end of the name sorts them), FLOAT or HALF,
  * channel Y or the only one, ZIP, ZIPS or not compressed.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "core/number.h"

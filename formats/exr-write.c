@@ -1,5 +1,6 @@
 /* exr-write.c: projections to OpenEXR; layout in exr.h. OpenEXRCore, a C library, makes headers
- * and tables, and chunks are made here, on all threads of the environment. */
+ * and tables, and chunks are made here, on all threads of the environment.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "formats/any.h"
 #include "formats/exr.h"

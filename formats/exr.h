@@ -11,6 +11,7 @@
  * and a reader tells the two apart by the size alone. OpenEXRCore before 3.4.8 loses a chunk whose
  * deflated size equals the plain one, and leaves stale memory where a stream ends early; these
  * functions do neither. Pure but for libdeflate's own memory; thread-safe.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_FORMATS_EXR_H
 #define CT_FORMATS_EXR_H

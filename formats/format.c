@@ -1,4 +1,5 @@
-/* format.c: files of formats that the caller names; see any.h. */
+/* format.c: files of formats that the caller names; see any.h.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "formats/any.h"
 #include "formats/ends.h"

@@ -3,6 +3,7 @@
  * Readers recognise the format by content, never by name; the writers choose by the name's end
  * (.nii, .nii.gz). A reader sets the metadata key "input" to "NAME xxh3:HEX", a hash of the
  * content. All messages name the file.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_FORMATS_FORMAT_H
 #define CT_FORMATS_FORMAT_H

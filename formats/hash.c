@@ -1,4 +1,4 @@
-/* hash.c: see hash.h. */
+/* hash.c: see hash.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #define XXH_INLINE_ALL
 #include "formats/hash.h"

@@ -1,4 +1,4 @@
-/* hash.h: what a file said, in 128 bits: XXH3. */
+/* hash.h: what a file said, in 128 bits: XXH3. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_FORMATS_HASH_H
 #define CT_FORMATS_HASH_H
 #include "core/env.h"

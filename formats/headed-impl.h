@@ -1,4 +1,4 @@
-/* headed-impl.h: the parts of headed.h, for headed*.c only. */
+/* headed-impl.h: the parts of headed.h, for headed*.c only. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_FORMATS_HEADED_IMPL_H
 #define CT_FORMATS_HEADED_IMPL_H
 #include "formats/source.h"

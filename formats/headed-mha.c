@@ -1,4 +1,5 @@
 /* headed-mha.c: the header of MetaImage: lines KEY = VALUE, the last ElementDataFile. See headed.h.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "core/number.h"

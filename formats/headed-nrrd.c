@@ -1,5 +1,5 @@
 /* headed-nrrd.c: the header of NRRD: lines "KEY: VALUE" and "KEY:=VALUE", up to an empty one. See
- * headed.h. */
+ * headed.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/vec3.h"
 #include "formats/headed-impl.h"

@@ -1,4 +1,4 @@
-/* headed-write.c: MetaImage and NRRD, LPS. See headed.h. */
+/* headed-write.c: MetaImage and NRRD, LPS. See headed.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/number.h"
 #include "core/stream.h"

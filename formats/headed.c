@@ -1,4 +1,4 @@
-/* headed.c: a header of text, and its voxels. See headed.h. */
+/* headed.c: a header of text, and its voxels. See headed.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/number.h"
 #include "formats/headed.h"

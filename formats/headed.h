@@ -12,6 +12,7 @@
  * Refused by name: other dimensions, vectors, text and hex, bzip2, lists and patterns of files,
  * files that do not lie beside the header or whose beginning is to be skipped, units that are not
  * mm, and what is longer than its header says.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_FORMATS_HEADED_H
 #define CT_FORMATS_HEADED_H

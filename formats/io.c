@@ -1,4 +1,4 @@
-/* io.c: see io.h. */
+/* io.c: see io.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "formats/io.h"
 #include "core/mem.h"

@@ -2,6 +2,7 @@
  *
  * "-" is standard input or output. A named output is written to a temporary file beside it,
  * synced and renamed by ct_out_commit, so nothing half-written ever has the final name.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_FORMATS_IO_H
 #define CT_FORMATS_IO_H

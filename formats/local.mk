@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 libct_a_SOURCES += formats/io.c formats/io.h
 libct_a_SOURCES += formats/out-folder.c formats/out-folder.h
 libct_a_SOURCES += formats/ends.c formats/ends.h

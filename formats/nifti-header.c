@@ -1,4 +1,5 @@
-/* nifti-header.c: the fixed headers of NIfTI-1 and NIfTI-2, and the affine in them. */
+/* nifti-header.c: the fixed headers of NIfTI-1 and NIfTI-2, and the affine in them.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/vec3.h"
 #include "formats/nifti-impl.h"

@@ -1,4 +1,5 @@
-/* nifti-impl.h: the parts of the NIfTI codec, for nifti*.c only. */
+/* nifti-impl.h: the parts of the NIfTI codec, for nifti*.c only.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_FORMATS_NIFTI_IMPL_H
 #define CT_FORMATS_NIFTI_IMPL_H
 #include "core/meta.h"

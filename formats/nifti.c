@@ -1,4 +1,4 @@
-/* nifti.c: volumes in and out as streams. See nifti.h. */
+/* nifti.c: volumes in and out as streams. See nifti.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/number.h"
 #include "core/mem.h"

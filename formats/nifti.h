@@ -11,6 +11,7 @@
  * A qform/sform code other than 1 is kept as the pair "nifti.code", 0 if there is neither, and
  * written again, 0 as 1. Text that is not UTF-8 is
  * written with U+FFFD for the bytes in error.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_FORMATS_NIFTI_H
 #define CT_FORMATS_NIFTI_H

@@ -1,4 +1,4 @@
-/* out-folder.c: see out-folder.h. */
+/* out-folder.c: see out-folder.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "formats/out-folder.h"
 #include "formats/io.h"

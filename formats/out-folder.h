@@ -3,6 +3,7 @@
  *
  * What is in the way is replaced only if nothing but files of such an output is in it: those whose
  * names match `own` (fnmatch), and that say that a program of ours wrote them.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_FORMATS_OUT_FOLDER_H
 #define CT_FORMATS_OUT_FOLDER_H

@@ -1,5 +1,5 @@
 /* pickle.c: the stack machine; see pickle.h. Instructions are those of Python's pickle, protocols 2
- * to 5. */
+ * to 5. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "formats/pickle.h"
 #include "core/mem.h"

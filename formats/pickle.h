@@ -5,6 +5,7 @@
  * dictionaries and tensors, and of functions three: the ones that make an ordered dictionary, a
  * tensor of a storage, and a parameter of a tensor. Any other is refused by name. Nothing that it
  * reads makes it allocate more than a few times the length of the pickle.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_FORMATS_PICKLE_H
 #define CT_FORMATS_PICKLE_H

@@ -6,6 +6,7 @@
  * only: warm for positive and cold for negative density, as opaque as it is strong. What else
  * a set has stands in lines "comment ct:KEY=VALUE", with \n, \\ and \xHH for bytes that a line
  * cannot hold.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "core/number.h"

@@ -1,4 +1,4 @@
-/* png.c: see png.h. */
+/* png.c: see png.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "formats/png.h"

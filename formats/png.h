@@ -1,4 +1,5 @@
-/* png.h: PNG files, written. Those of others are read by shim/image-read.h. */
+/* png.h: PNG files, written. Those of others are read by shim/image-read.h.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_FORMATS_PNG_H
 #define CT_FORMATS_PNG_H
 #include "core/err.h"

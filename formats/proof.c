@@ -1,4 +1,4 @@
-/* proof.c: see proof.h. */
+/* proof.c: see proof.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "formats/proof.h"
 #include "formats/temp.h"

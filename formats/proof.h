@@ -3,6 +3,7 @@
  * A mark is a short text that names the inode that it belongs to, the file that is made, the host
  * and its boot. A copy, another name, another host or a stranger's file does not match. Nothing
  * here asks for memory: there may be none.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_FORMATS_PROOF_H
 #define CT_FORMATS_PROOF_H

@@ -7,6 +7,7 @@
  *
  * The pickle is read as pickle.h says, never executed. A tensor that is a part of its storage, or
  * goes through it in another order, is gathered.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "core/mem.h"

@@ -1,4 +1,4 @@
-/* raw.c: see raw.h. */
+/* raw.c: see raw.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/number.h"
 #include "core/mem.h"

@@ -1,4 +1,5 @@
 /* raw.h: numbers whose file does not say where they lie: voxels without a header, arrays of numpy.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_FORMATS_RAW_H
 #define CT_FORMATS_RAW_H

@@ -6,6 +6,7 @@
  *
  * The file is a stream: tensors are read in the order of their offsets, which leave nothing
  * between.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "formats/format.h"

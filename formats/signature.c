@@ -1,4 +1,4 @@
-/* signature.c: see signature.h. */
+/* signature.c: see signature.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "formats/signature.h"
 

@@ -2,6 +2,7 @@
  *
  * No reader is drawn into a program by it: a struct ct_format (any.h) has the name of its format
  * here.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_FORMATS_SIGNATURE_H
 #define CT_FORMATS_SIGNATURE_H

@@ -1,4 +1,4 @@
-/* source.c: see source.h. */
+/* source.c: see source.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "formats/source.h"
 #include "core/inflate.h"

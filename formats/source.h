@@ -1,6 +1,7 @@
 /* source.h: the bytes of a volume as a stream, compressed or not, and its voxels; in and out.
  *
  * What reads does not seek but to learn how long the file is, so pipes work.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_FORMATS_SOURCE_H
 #define CT_FORMATS_SOURCE_H

@@ -1,4 +1,4 @@
-/* temp.c: see temp.h. */
+/* temp.c: see temp.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "formats/temp.h"
 #include "core/clock.h"

@@ -4,6 +4,7 @@
  * holds "mark", locked by the process that works there, and "data", the file or folder that is to
  * be renamed. The mark says to what it belongs (proof.h). A killed process has no lock: the
  * next that makes the same file removes what the mark proves, and nothing else.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_FORMATS_TEMP_H
 #define CT_FORMATS_TEMP_H

@@ -1,5 +1,5 @@
 /* text.h: our strings in UTF-8, which JSON and HTML want, or on a line of a header, and bytes as
- * base64, RFC 4648. */
+ * base64, RFC 4648. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_FORMATS_TEXT_H
 #define CT_FORMATS_TEXT_H
 #include <jansson.h>

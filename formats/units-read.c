@@ -1,4 +1,5 @@
-/* units-read.c: volumes that are to be HU, of any format: see units.h. */
+/* units-read.c: volumes that are to be HU, of any format: see units.h.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "formats/format.h"
 #include "formats/io.h"

@@ -1,4 +1,4 @@
-/* units.c: see units.h. */
+/* units.c: see units.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "formats/units.h"
 

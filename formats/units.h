@@ -3,6 +3,7 @@
  * What computes in HU reads a volume through here. A file that says what its values are is
  * believed; of others the range tells those that cannot be HU. The user has the last word
  * (--units).
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_FORMATS_UNITS_H
 #define CT_FORMATS_UNITS_H

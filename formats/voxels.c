@@ -1,4 +1,4 @@
-/* voxels.c: see voxels.h. */
+/* voxels.c: see voxels.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "formats/voxels.h"
 

@@ -1,4 +1,5 @@
-/* voxels.h: numbers of files to float and back, a block at a time. */
+/* voxels.h: numbers of files to float and back, a block at a time.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_FORMATS_VOXELS_H
 #define CT_FORMATS_VOXELS_H
 #include <stdbool.h>

@@ -1,4 +1,4 @@
-/* zip.c: see zip.h; the format is PKWARE's APPNOTE 6.3. */
+/* zip.c: see zip.h; the format is PKWARE's APPNOTE 6.3. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "formats/zip.h"
 #include "core/mem.h"

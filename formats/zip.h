@@ -3,6 +3,7 @@
  * Found by the directory at the end of the archive, of either kind (32 and 64 bits); nothing is
  * inflated. Sizes and places are checked against the file when it is opened, so that no member is
  * larger than the file and together they are not either; CRC-32 when one has been read.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_FORMATS_ZIP_H
 #define CT_FORMATS_ZIP_H

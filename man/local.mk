@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # A page is mdoc prose with a line @OPTIONS@ that the tool's own option table fills.
 man1_MANS += $(bin_PROGRAMS:%=man/%.1)
 EXTRA_DIST += $(bin_PROGRAMS:%=man/%.1.in)

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Cross-compiles for 64-bit ARM and runs the kernels' tests there under qemu-user, on Debian:
 #   scripts/check-aarch64.sh [TEST...]        default: all C tests that are fast under emulation
 # Needs gcc-aarch64-linux-gnu and qemu-user, which it installs, and unpacks the libraries of that

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Installs what is missing, builds in a folder of its own, runs the tests. From a fresh clone:
 #   scripts/check.sh [--sanitize]
 # Closes with a line "N passed, N failed, N skipped".

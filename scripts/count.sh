@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Prints how large the project is: options of its own of each command, and lines of C.
 #   scripts/count.sh FOLDER-OF-COMMANDS
 # Common options (help, threads, seed, units and so on) are not counted; --expert counts once.

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Which lines of src/ and formats/ the tests run: builds with gcov in a folder of its own, runs each
 test, prints the files of least coverage and the total, and keeps which test runs which line for
 mutate.py. A line that is compiled several times (kernels, once for each level of the processor)

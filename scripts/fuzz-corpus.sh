@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # The corpus of a fuzz target is one archive, tests/fuzz/corpus/TARGET.tar:
 #   scripts/fuzz-corpus.sh list [TARGET...]           how many inputs each holds
 #   scripts/fuzz-corpus.sh unpack TARGET FOLDER       its inputs into FOLDER

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Looks for inputs that break a reader, with libFuzzer (Debian: clang, libclang-rt-dev):
 #   scripts/fuzz.sh [--seconds N | --runs N] [--keep] [TARGET...]
 # TARGET is the x of tests/fuzz/fuzz-x.c; default: all of them, 60 seconds each. Builds in build-fuzz with

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Installs with apt what the build needs; with `tests`, also what the tests compare with; with `fuzz`, what
 # make fuzz takes; with `wheel`, what make wheel takes; with `cluster`, what make check-long PARTS=cluster takes.
 set -e

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Do the tests notice? Changes one line of src/ or formats/ at a time, builds, and runs the tests that
 run this line, first those that run most of its file in the least time, until one fails. Prints the score,
 and what survived.

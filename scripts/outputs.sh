@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Prints the SHA-256 of what the commands write on a phantom, a line a file, to compare two builds
 # or two processors:
 #   scripts/outputs.sh FOLDER-OF-COMMANDS >a;  CTSR_CPU=v3 scripts/outputs.sh FOLDER >b;  diff a b

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """suite.py: the tests of a build folder, run one at a time outside of make check. Used by
 coverage.py and mutate.py. A machine with other work makes a test wait, so that its limit is in seconds
 of CPU, its own and its children's."""

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Is a wheel of scripts/wheel.py complete? scripts/try-wheel.sh FILE.whl: installs it by pip into a new venv, without
 # a library of ctsr in reach, and refines a scan. Needs python3-venv, and numpy of the system or a network.
 set -e

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """A wheel that needs nothing installed but Python and numpy: libctsr, the libraries that it needs, the networks.
 
     scripts/wheel.py [BUILD [FOLDER]]    from a build (default: build), into FOLDER (default: dist)

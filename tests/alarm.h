@@ -1,4 +1,5 @@
-/* alarm.h: a run that is asked to stop at some time, for tests. */
+/* alarm.h: a run that is asked to stop at some time, for tests.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TESTS_ALARM_H
 #define CT_TESTS_ALARM_H
 #include <signal.h>

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """ArSSR in PyTorch, written from the paper: compares what tests/t-arssr wrote. arssr-torch.py FILE RTOL [GRADIENT-RTOL]"""
 import json
 import struct

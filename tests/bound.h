@@ -1,4 +1,5 @@
-/* bound.h: a bound of the memory of this process, for what it does without enough. */
+/* bound.h: a bound of the memory of this process, for what it does without enough.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TESTS_BOUND_H
 #define CT_TESTS_BOUND_H
 #include <stdbool.h>

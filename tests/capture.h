@@ -1,5 +1,5 @@
 /* capture.h: what a call prints on standard output and standard error, and whether that is what it
- * should be. */
+ * should be. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TESTS_CAPTURE_H
 #define CT_TESTS_CAPTURE_H
 #include "tap.h"

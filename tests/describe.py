@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What commands say of themselves to programs: describe.py WHAT TOOL..."""
 import json, re, subprocess, sys
 import xml.etree.ElementTree as ET

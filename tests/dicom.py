@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Small DICOM series with an asymmetric mark: what stands at a place in the patient is value(place)."""
 import os
 

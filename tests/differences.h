@@ -1,5 +1,5 @@
 /* differences.h: a fast layer against a plain one in double: its values, and its backward against
- * central differences of the plain one. */
+ * central differences of the plain one. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TESTS_DIFFERENCES_H
 #define CT_TESTS_DIFFERENCES_H
 #include "core/rng.h"

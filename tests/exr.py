@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """exr.py: the pixels of a stack, read by a few lines that know OpenEXR and nothing of ours.
 
     python3 exr.py A B    are the stacks A and B the same to 1e-4 of A's largest value?

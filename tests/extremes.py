@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """extremes.py [ROW...]: scans that no hospital makes, through ct-sr as it comes, and a table of what came out.
 
 A row passes when ct-sr ends well, and gives the same bytes twice, with 1 and with 2 threads; every voxel is

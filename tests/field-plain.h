@@ -1,4 +1,5 @@
-/* field-plain.h: a neural field in double, one number at a time: what src/field is held to. */
+/* field-plain.h: a neural field in double, one number at a time: what src/field is held to.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TESTS_FIELD_PLAIN_H
 #define CT_TESTS_FIELD_PLAIN_H
 #include "field/field.h"

@@ -1,5 +1,5 @@
 /* field-tensors.h: a neural field as named tensors, with every number of its shape in the metadata
- * (field.*), as tests/field-torch.py reads it. */
+ * (field.*), as tests/field-torch.py reads it. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TESTS_FIELD_TENSORS_H
 #define CT_TESTS_FIELD_TENSORS_H
 #include "core/tensors.h"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """field-torch.py FOLDER: are the fields there, as t-field-network dump wrote them, what PyTorch makes of their
 weights? Written from the papers: encodings, networks and attention in double, gradients by autograd. A line of TAP
 for each comparison."""

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """fits.py PAGE WIDTH...: does no cell of a page of ct-report run out of its card, and no word break in a label?"""
 import re
 import subprocess

@@ -1,6 +1,7 @@
 /* gaussian-plain.h: the footprint of one Gaussian on the detector (gs/splat.h) and its density in
  * voxels (gs/mixture.h), in double, with plain loops: what the fast functions are compared with.
  * The formulas are those of gs/gaussian-integral.h; cut >= 0 is free.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_TESTS_GAUSSIAN_PLAIN_H
 #define CT_TESTS_GAUSSIAN_PLAIN_H

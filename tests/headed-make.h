@@ -1,4 +1,5 @@
-/* headed-make.h: files of MetaImage and NRRD, 4x3x2 voxels of any type, in memory. */
+/* headed-make.h: files of MetaImage and NRRD, 4x3x2 voxels of any type, in memory.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TESTS_HEADED_MAKE_H
 #define CT_TESTS_HEADED_MAKE_H
 #include <stdbool.h>

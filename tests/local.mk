@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Plain C and shell tests that print TAP.
 TEST_EXTENSIONS = .sh
 LOG_DRIVER = env AM_TAP_AWK='$(AWK)' $(SHELL) $(top_srcdir)/build-aux/tap-driver.sh

@@ -1,4 +1,5 @@
-/* nifti-make.h: NIfTI files made byte by byte, apart from the codec under test. */
+/* nifti-make.h: NIfTI files made byte by byte, apart from the codec under test.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TESTS_NIFTI_MAKE_H
 #define CT_TESTS_NIFTI_MAKE_H
 #include <stdbool.h>

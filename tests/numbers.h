@@ -1,4 +1,5 @@
 /* numbers.h: what tests of numbers share: random vectors, differences, the adjoint of an operator.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_TESTS_NUMBERS_H
 #define CT_TESTS_NUMBERS_H

@@ -1,5 +1,6 @@
 /* The steps of the paper by libctsr, for t-one-step.sh: one-step STEP IN... OUT [KEY=VALUE...]. The
- * status is the code of the error, and its message goes to standard error. */
+ * status is the code of the error, and its message goes to standard error.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "ctsr/ctsr.h"
 
 #include <math.h>

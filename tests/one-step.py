@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The steps of the paper by the package for Python, as one-step.c: one-step.py STEP IN... OUT [KEY=VALUE...]. And
 one-step.py same A B...: do all files hold the same numbers?"""
 import sys

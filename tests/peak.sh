@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # peak.sh: how much memory a command took; source it behind tap.sh.
 # shellcheck shell=sh
 command -v python3 >/dev/null || { echo '1..0 # SKIP no python3'; exit 0; }

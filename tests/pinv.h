@@ -1,4 +1,5 @@
-/* pinv.h: the pseudo-inverses of the measurement operators, x = A+ y. */
+/* pinv.h: the pseudo-inverses of the measurement operators, x = A+ y.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TESTS_PINV_H
 #define CT_TESTS_PINV_H
 #include "diffusion/measurement.h"

@@ -1,4 +1,4 @@
-/* pt-make.h: checkpoints of PyTorch, byte by byte. */
+/* pt-make.h: checkpoints of PyTorch, byte by byte. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TESTS_PT_MAKE_H
 #define CT_TESTS_PT_MAKE_H
 #include <stdint.h>

@@ -1,4 +1,5 @@
-/* scratch.h: a folder for the files of a test, where it works, and which goes when it ends. */
+/* scratch.h: a folder for the files of a test, where it works, and which goes when it ends.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TESTS_SCRATCH_H
 #define CT_TESTS_SCRATCH_H
 #include "tap.h"

@@ -1,4 +1,5 @@
 /* separable-pair.h: a separable operator and its adjoint, as two tables and as one linear operator.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_TESTS_SEPARABLE_PAIR_H
 #define CT_TESTS_SEPARABLE_PAIR_H

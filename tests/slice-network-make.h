@@ -1,4 +1,5 @@
-/* slice-network-make.h: a net of random weights; needs tap.h before it. */
+/* slice-network-make.h: a net of random weights; needs tap.h before it.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TESTS_SLICE_NETWORK_MAKE_H
 #define CT_TESTS_SLICE_NETWORK_MAKE_H
 #include "core/rng.h"

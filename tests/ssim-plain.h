@@ -1,4 +1,5 @@
-/* ssim-plain.h: SSIM of two images by its definition (quality/ssim.h), in double. */
+/* ssim-plain.h: SSIM of two images by its definition (quality/ssim.h), in double.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TESTS_SSIM_PLAIN_H
 #define CT_TESTS_SSIM_PLAIN_H
 #include "quality/ssim.h"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """RDN and Omni-SR in PyTorch, for tests/t-supervised.sh: written from the papers.
 
     supervised-torch.py make        NET-SIZE.pt: random weights, a picture and a target

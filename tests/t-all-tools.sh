@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Manners that every command has.
 . "$srcdir/tests/tap.sh"
 for t in $CT_TOOLS; do

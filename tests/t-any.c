@@ -1,5 +1,6 @@
 /* What a file is, by its first bytes; each of our kinds by name, from a pipe and from standard
  * input.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "formats/any.h"

@@ -1,4 +1,5 @@
-/* What runs in a process of its own: its numbers, failures, exceptions and deaths; its limits. */
+/* What runs in a process of its own: its numbers, failures, exceptions and deaths; its limits.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include <math.h>
 #include <stdarg.h>

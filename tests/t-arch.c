@@ -1,4 +1,5 @@
 /* The shape of a network by its keys: what each takes, what the whole must be, and how it begins.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "nn/unet.h"

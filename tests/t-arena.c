@@ -1,4 +1,5 @@
-/* Places of a plan: disjoint, aligned, the first that is large enough; how much room all took. */
+/* Places of a plan: disjoint, aligned, the first that is large enough; how much room all took.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "tap.h"

@@ -1,5 +1,5 @@
 /* ArSSR: the gradient of every layer, tiles, threads, files. With a folder it writes what
- * tests/arssr-torch.py compares, and tests nothing. */
+ * tests/arssr-torch.py compares, and tests nothing. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "arssr/arssr-kernels.h"
 #include "arssr/arssr-train.h"

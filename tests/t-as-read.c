@@ -1,4 +1,5 @@
-/* What steps hand on in memory is what a reader would make of the file between them. */
+/* What steps hand on in memory is what a reader would make of the file between them.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "formats/format.h"
 #include "formats/io.h"

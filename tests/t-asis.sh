@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Scans that say nothing of how they were made, by small and other factors: what ct-sr makes stays in their range.
 . "$srcdir/tests/tap.sh"
 command -v python3 >/dev/null || { skip 'scans as they come' 'python3 is not here'; done_testing; }

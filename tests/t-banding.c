@@ -1,4 +1,5 @@
-/* Banding: stripes of a known amplitude and period in soft tissue. */
+/* Banding: stripes of a known amplitude and period in soft tissue.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "quality/banding.h"

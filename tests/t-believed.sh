@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # What metadata, sidecars and headers say: what cannot be is refused, with the field; what other programs write is read.
 . "$srcdir/tests/tap.sh"
 ct-phantom -q --size 24x24x24 --spacing 2 ellipsoids hr.nii && ct-degrade -q -x 1,1,2 --sigma 0 --decimate mean hr.nii lr.nii

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # examples/blind.mk: the same voxels without metadata, and what not knowing the operator costs.
 . "${srcdir:?}/tests/tap.sh"
 command -v python3 >/dev/null || { skip 'blind.mk' 'python3 is not here'; done_testing; }

@@ -1,4 +1,5 @@
-/* Algebra of the block-mean operator: properties, not stored numbers. */
+/* Algebra of the block-mean operator: properties, not stored numbers.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "numbers.h"
 #include "pinv.h"

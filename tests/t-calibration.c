@@ -1,4 +1,5 @@
 /* Expected against actual errors: those that are normal, by tenths, ties, masks, what is refused.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "core/rng.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Credits: CITATION.cff is the form of version 1.2.0, says the version of configure.ac, and names the paper as the documents do.
 . "$srcdir/tests/tap.sh"
 cff=$srcdir/CITATION.cff
@@ -43,5 +44,10 @@ done | sort -u | while read -r name section; do
 	[ -f "$srcdir/man/$name.$section" ] || [ -f "$srcdir/man/$name.$section.in" ] || echo "$name($section)"
 done >lost
 [ ! -s lost ]; ok $? 'every page that a page refers to is there'
+sed 's/^/# /' lost
+# the licence in each source
+(cd "$srcdir" && find src formats tests bench examples man python scripts -name '*.c' -o -name '*.h' -o -name '*.cc' -o -name '*.sh' -o -name '*.py' -o -name '*.mk' \
+	-o -name '*.[1357]' -o -name '*.in' | xargs grep -L 'SPDX-License-Identifier: Apache-2.0') | grep -v '\.pc\.in$' >lost
+[ ! -s lost ]; ok $? 'every source has an SPDX line'
 sed 's/^/# /' lost
 done_testing

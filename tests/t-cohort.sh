@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # examples/cohort.mk: a folder of scans, and the table of what came out.
 . "$srcdir/tests/tap.sh"
 mkdir scans truth

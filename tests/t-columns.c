@@ -1,5 +1,5 @@
 /* t-columns.c: many rays at once against rays one at a time, both methods, forward and adjoint;
- * Joseph's method against sums done another way. */
+ * Joseph's method against sums done another way. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "xray/columns.h"

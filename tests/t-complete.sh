@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # What the shells offer behind a command when a tab is pressed, as make wrote it from the option tables.
 . "$srcdir/tests/tap.sh"
 made=$builddir/complete

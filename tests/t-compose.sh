@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-compose to the number: gain, floor and window voxel by voxel; where the voxels of --spacing are, and
 # what they say of the operator.
 . "$srcdir/tests/tap.sh"

@@ -1,4 +1,5 @@
-/* The confidence weights of the slice prior, by how the scan was made. */
+/* The confidence weights of the slice prior, by how the scan was made.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "numbers.h"
 #include "restore/restore.h"

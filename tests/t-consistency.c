@@ -1,4 +1,5 @@
-/* Singular values, pseudo-inverse and data consistency against algebra and closed forms. */
+/* Singular values, pseudo-inverse and data consistency against algebra and closed forms.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"

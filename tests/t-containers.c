@@ -1,4 +1,5 @@
-/* Volumes, stacks, tensors and sets of Gaussians: sizes, places, and each thing that is refused. */
+/* Volumes, stacks, tensors and sets of Gaussians: sizes, places, and each thing that is refused.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/gauss.h"
 #include "core/stack.h"

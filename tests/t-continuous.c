@@ -1,6 +1,6 @@
 /* A volume that differs by little gets a prediction that differs by little: between two neighbours
  * on a way from one volume to another, what is predicted moves the less the nearer they are. Where
- * a decision is hard it jumps, however near they are. */
+ * a decision is hard it jumps, however near they are. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "restore/predict.h"

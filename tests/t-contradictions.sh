@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # What a file says of itself holds: an option that says otherwise is an error that names both, in
 # every command, and nothing is written.
 . "$srcdir/tests/tap.sh"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What ct-convert writes, seen by nibabel; run in an empty folder with a.nii in it."""
 import subprocess
 import sys

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-convert: pipes, gzip, raw voxels, axes, resampling, cubes; nibabel and nifti_tool as judges.
 . "$srcdir/tests/tap.sh"
 # raw voxels 4x3x2: i16, value = 100 k + 10 j + i

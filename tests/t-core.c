@@ -1,4 +1,4 @@
-/* Errors, sizes, metadata, random numbers, threads, grids. */
+/* Errors, sizes, metadata, random numbers, threads, grids. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/clock.h"
 #include "core/env.h"

@@ -1,5 +1,5 @@
 /* Products with bases of even and odd functions, against sums in double: cosines, others that fold
- * alike, and some that hardly fold. */
+ * alike, and some that hardly fold. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "operator/cosine.h"
 #include "tap.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # What --dry-run tells of memory and disk is the size of what is held; the time is that of what was tried,
 # as many times as it is to be done.
 . "$srcdir/tests/tap.sh"

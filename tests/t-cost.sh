@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # --dry-run tells the cost of every command in the same words, and makes nothing.
 . "$srcdir/tests/tap.sh"
 ct-phantom --size 16x16x16 --spacing 4 ellipsoids hr.nii

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-convert --crop: boxes of voxels and of millimetres, and the body.
 . "$srcdir/tests/tap.sh"
 ct-phantom -q --size 40x32x24 --spacing 2,3,4 ellipsoids v.nii

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-train --kind volumes and ct-upsample -m arssr: resumed, threads: the same bytes; refines; what is refused; and
 # PyTorch has the same values and gradients.
 . "$srcdir/tests/tap.sh"

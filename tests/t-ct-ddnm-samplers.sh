@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-ddnm: every sampler alike: threads, travel, samples, a start, what it costs, interruption, resuming.
 . "$srcdir/tests/tap.sh"
 ct-phantom -q ellipsoids --size 32x32x32 --spacing 4 hr.nii && ct-degrade -q -x 4 hr.nii lr.nii &&

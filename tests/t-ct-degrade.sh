@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-degrade and ct-upsample: streams, statuses, what travels, and SciPy's word on the numbers.
 . "$srcdir/tests/tap.sh"
 if ! python_with nibabel,scipy; then

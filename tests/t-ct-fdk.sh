@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-fdk: pipes, statuses, grids, units, and scikit-image as a second opinion.
 . "$srcdir/tests/tap.sh"
 grid='--size 48x48x24 --spacing 2'

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-field: every published configuration gives a CT, at a tiny budget; states; what is refused.
 . "$srcdir/tests/tap.sh"
 psnr() { ct-metrics "$1" "$2" | sed -n 's/^psnr //p'; }

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-fuse: what it gains, what it keeps, when it leaves the base alone, states.
 . "$srcdir/tests/tap.sh"
 psnr() { ct-metrics "$1" "$2" | sed -n 's/^psnr //p'; }

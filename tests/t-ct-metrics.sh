@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-metrics against scikit-image, and its statuses.
 . "$srcdir/tests/tap.sh"
 if ! python_with nibabel,skimage.metrics; then

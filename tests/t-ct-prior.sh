@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-train --kind slices and ct-upsample -m prior: a prior of phantoms makes other phantoms better, agrees with the scan,
 # is resumed to the same bytes, and what does not fit is refused.
 . "$srcdir/tests/tap.sh"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-profile: what it finds of a profile that is known, what it writes, what it refuses.
 . "${srcdir:?}/tests/tap.sh"
 command -v python3 >/dev/null || { skip 'ct-profile' 'python3 is not here'; done_testing; }

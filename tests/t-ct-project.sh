@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-phantom and ct-project: pipes, options, statuses, what the files say.
 . "$srcdir/tests/tap.sh"
 small='--size 24x24x24 --spacing 4'

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-report: the page, to the number, and in a browser that moves, clicks and looks at pixels.
 . "$srcdir/tests/tap.sh"
 ct-phantom -q --size 64x48x40 --spacing 2 ellipsoids truth.nii && ct-degrade -q -x 2 -p P1 truth.nii lr.nii &&

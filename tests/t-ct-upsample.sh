@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-upsample: inverting the operator, estimating it, starting from a volume; ct-compose --consistent.
 . "$srcdir/tests/tap.sh"
 psnr() { ct-metrics --ssim none --range 2000 "$1" "$2" 2>/dev/null | awk '$1 == "psnr" {print $2}'; }

@@ -1,4 +1,5 @@
-/* The public library: its objects, errors, cancelling, and calls in two threads at once. */
+/* The public library: its objects, errors, cancelling, and calls in two threads at once.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/err.h"
 #include "ctsr/ctsr.h"

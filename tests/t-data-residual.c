@@ -1,4 +1,5 @@
-/* The data residual: residuals that are known, order statistics, and grids that do not fit. */
+/* The data residual: residuals that are known, order statistics, and grids that do not fit.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "quality/data-residual.h"

@@ -1,5 +1,5 @@
 /* The sampler with a real network against trajectories of the public DDNM implementation, fed with
- * the noise that was recorded there. */
+ * the noise that was recorded there. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "formats/format.h"

@@ -1,5 +1,5 @@
 /* The sampler against oracles: networks that know the answer, DDIM, and the formulas of DDNM+
- * written out with block means. */
+ * written out with block means. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "diffusion/sampler.h"

@@ -1,4 +1,4 @@
-/* The degradation operator against closed forms. */
+/* The degradation operator against closed forms. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"

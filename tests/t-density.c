@@ -1,5 +1,6 @@
 /* How many Gaussians, where, and how they move, against the rules written out: density control at
- * its thresholds, the gradient on the screen that it reads, places, rates, Adam. */
+ * its thresholds, the gradient on the screen that it reads, places, rates, Adam.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"

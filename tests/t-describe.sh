@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # What commands say of themselves to programs: JSON, and from it Boutiques and nipype; the form of 3D Slicer. These run them.
 . "$srcdir/tests/tap.sh"
 command -v python3 >/dev/null || { echo '1..0 # SKIP no python3'; exit 0; }

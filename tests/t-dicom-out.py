@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What ct-convert writes as DICOM, read by pydicom; and a series with everything that identifies."""
 import glob
 import os

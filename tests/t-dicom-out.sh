@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # DICOM out: what is written is what was there, in any orientation; it belongs to the patient and study of its
 # template, or to nobody; dciodvfy finds no error; nothing half-written is left.
 . "$srcdir/tests/tap.sh"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Small DICOM series with an asymmetric mark, and a check of what was read from them."""
 import os
 import sys

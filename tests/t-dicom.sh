@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # DICOM series made with pydicom, read by ct-convert.
 . "$srcdir/tests/tap.sh"
 mkdir empty

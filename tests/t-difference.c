@@ -1,4 +1,5 @@
-/* Sums over voxels, of the whole and of every slice, against plain loops. */
+/* Sums over voxels, of the whole and of every slice, against plain loops.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "numbers.h"
 #include "quality/difference.h"

@@ -1,4 +1,5 @@
-/* Sharpness: edges of known blur, in any direction, and what is no edge. */
+/* Sharpness: edges of known blur, in any direction, and what is no edge.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "quality/edges.h"

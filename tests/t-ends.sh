@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # A name that ends as that of a format which a command does not write there is refused before anything is
 # done, in every argument and option that writes; help tells which those are.
 . "$srcdir/tests/tap.sh"

@@ -1,4 +1,5 @@
-/* What a base volume is corrected by, from files: what is made of it, and what does not fit. */
+/* What a base volume is corrected by, from files: what is made of it, and what does not fit.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "capture.h"
 #include "formats/format.h"

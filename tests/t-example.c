@@ -1,4 +1,5 @@
-/* Examples for a slice prior: what is drawn, from what it is made, and that it is made again. */
+/* Examples for a slice prior: what is drawn, from what it is made, and that it is made again.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "core/vol.h"

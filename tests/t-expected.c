@@ -1,5 +1,5 @@
 /* The error to expect of a solver: G against its formula, of ramps and of noise; what it becomes;
- * the table; any number of threads. */
+ * the table; any number of threads. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "numbers.h"
 #include "estimate/expected.h"

@@ -1,5 +1,6 @@
 /* EXR stacks of other programs, byte by byte: names, windows, channels, attributes; the bytes of a
- * ZIP chunk against a plain twin; which attributes are written. */
+ * ZIP chunk against a plain twin; which attributes are written.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "formats/exr.h"
 #include "formats/format.h"

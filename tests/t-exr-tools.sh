@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # EXR stacks seen by other programs: OpenEXR's exrheader, OpenImageIO's oiiotool.
 . "$srcdir/tests/tap.sh"
 make_stack() { # a stack of 4 views of 48x40 through the library: t-exr leaves its own on request

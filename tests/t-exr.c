@@ -1,4 +1,5 @@
-/* EXR stacks: bit-exact round trips, any order of parts, damaged and hostile files. */
+/* EXR stacks: bit-exact round trips, any order of parts, damaged and hostile files.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "bound.h"
 #include "core/clock.h"

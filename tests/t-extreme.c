@@ -1,5 +1,6 @@
 /* t-extreme.c: Gaussians that are very thin, small, large, dense, faint, many or misplaced: their
- * projections and gradients stay right, and the projections are those of their voxels. */
+ * projections and gradients stay right, and the projections are those of their voxels.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"

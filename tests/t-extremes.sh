@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-sr of scans that no hospital makes: the rows of extremes.py.
 . "$srcdir/tests/tap.sh"
 ! sanitized ct-sr || { echo '1..0 # SKIP with a sanitizer ct-sr takes more memory'; exit 0; }

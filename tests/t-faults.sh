@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # The file system fails at one call (tests/long/io-fault.c): what was there stays, several outputs are there together or
 # not at all, what was computed is kept, and an output is on the disk before and after it has its name.
 . "$srcdir/tests/tap.sh"

@@ -1,5 +1,6 @@
 /* t-fdk.c: ramp filter, orbit, back-projection, iterations, against sums done another way and
- * against the densities that closed-form projections stand for. */
+ * against the densities that closed-form projections stand for.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "recon/fdk.h"

@@ -1,5 +1,5 @@
 /* t-field-fit.c: the fit of a neural field: the gradient of every kind of samples, through to all
- * weights, by finite differences; the operator on a block; states; threads. */
+ * weights; the operator on a block; states; threads. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "field-tensors.h"

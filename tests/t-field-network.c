@@ -1,5 +1,5 @@
 /* Neural fields: values and gradients against plain ones in double, bytes at the levels of the
- * processor. */
+ * processor. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "field-plain.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Neural fields against PyTorch's: values and gradients of the same weights.
 . "$srcdir/tests/tap.sh"
 python_with torch || { echo '1..0 # SKIP no PyTorch'; exit 0; }

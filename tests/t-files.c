@@ -1,5 +1,6 @@
 /* The files of a run: which may be one and the same, what a file or folder holds, whose folder it
  * is.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "cli/files.h"

@@ -1,4 +1,5 @@
-/* t-fit-extreme.c: fits that are started badly, or have little to see, end well or say why not. */
+/* t-fit-extreme.c: fits that are started badly, or have little to see, end well or say why not.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"

@@ -1,4 +1,5 @@
-/* t-fit-state.c: a fit as tensors and back: every number that is kept, and what is refused. */
+/* t-fit-state.c: a fit as tensors and back: every number that is kept, and what is refused.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "gs/fit.h"
 #include "tap.h"

@@ -1,6 +1,6 @@
 /* t-fit.c: what a fit keeps account of, against the rules written out: settings, what there is to
  * explain, units, epochs, means, ends, new beginnings. Where it says so rates are next to nothing,
- * so that a view's loss stays what it is. */
+ * so that a view's loss stays what it is. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"

@@ -1,4 +1,5 @@
-/* Where points are flat: the weights, against their formula; when; and what it is for. */
+/* Where points are flat: the weights, against their formula; when; and what it is for.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "numbers.h"
 #include "inverse/flat.h"

@@ -1,4 +1,4 @@
-/* Transforms of any length against direct sums. */
+/* Transforms of any length against direct sums. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/fourier.h"
 #include "core/mem.h"

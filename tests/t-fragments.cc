@@ -1,5 +1,5 @@
 /* Compressed pictures in fragments: whole, cut off, without an end, many, and the one that is
- * mended. */
+ * mended. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include <math.h>
 #include <stdarg.h>

@@ -1,4 +1,5 @@
-/* The same voxels in another frame: axes in another order or direction, and cut or padded. */
+/* The same voxels in another frame: axes in another order or direction, and cut or padded.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "core/vol.h"

@@ -1,4 +1,5 @@
-/* core/memory.c: what is free, by files as the system writes them; of cli.h sizes in words. */
+/* core/memory.c: what is free, by files as the system writes them; of cli.h sizes in words.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/cli.h"
 #include "core/memory.h"

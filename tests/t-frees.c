@@ -1,4 +1,5 @@
-/* What has a _free is one of zeroes afterwards, and a _free of zeroes is legal. */
+/* What has a _free is one of zeroes afterwards, and a _free of zeroes is legal.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/resume.h"
 #include "core/gauss.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # What DICOM says of the scanner, from a series, a converted file or a sidecar: used, joined with edges, or refused.
 . "${srcdir:?}/tests/tap.sh"
 ct-phantom -q --size 96x96x96 --spacing 1 shepp-logan hi.nii || exit 99

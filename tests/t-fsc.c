@@ -1,4 +1,5 @@
-/* Fourier shell correlation: of waves whose frequency and phase are known. */
+/* Fourier shell correlation: of waves whose frequency and phase are known.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "quality/fsc.h"
 #include "core/rng.h"

@@ -1,5 +1,5 @@
 /* t-fuse.c: a base, a low-resolution CT and projections: what is made of them before the solver
- * begins, by its formulas, and what it ends with. */
+ * begins, by its formulas, and what it ends with. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "recon/fuse.h"
 #include "inverse/tv.h"

@@ -1,5 +1,6 @@
 /* t-gauss-far.c: Gaussians as a hostile file may hold them, far away or wider than any number:
- * nothing is written beside the pixels, and what is there is finite. */
+ * nothing is written beside the pixels, and what is there is finite.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "gs/splat.h"
 #include "gs/mixture.h"

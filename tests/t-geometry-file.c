@@ -1,4 +1,5 @@
-/* What describes a scan: scanner files in JSON, options, the window, the volume that was seen. */
+/* What describes a scan: scanner files in JSON, options, the window, the volume that was seen.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "capture.h"
 #include "formats/format.h"

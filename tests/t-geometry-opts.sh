@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Signs and directions, against volumes that are moved by hand: --rotate of ct-project, offsets of a
 # scanner file, --iso of ct-convert, --mu-water.
 . "$srcdir/tests/tap.sh"

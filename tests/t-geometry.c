@@ -1,5 +1,6 @@
 /* t-geometry.c: the scans that are made and which pixels see what, by the formulas of geometry.h in
- * double: vectors of views, defaults, what is no scan, sources within the volume, shadows. */
+ * double: vectors of views, defaults, what is no scan, sources within the volume, shadows.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "xray/geometry.h"

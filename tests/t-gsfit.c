@@ -1,4 +1,5 @@
-/* t-gsfit.c: a residual made of known signed Gaussians is found again from its projections. */
+/* t-gsfit.c: a residual made of known signed Gaussians is found again from its projections.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/clock.h"
 #include "core/mem.h"

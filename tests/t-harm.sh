@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # What ct-metrics says of harm, against NumPy and SciPy, and how it says it.
 . "$srcdir/tests/tap.sh"
 ct-phantom -q --size 40x36x30 --spacing 1.5 ellipsoids hr.nii && ct-degrade -q -x 2 hr.nii lr.nii &&

@@ -1,4 +1,5 @@
-/* MetaImage and NRRD: types, orders, compression, where voxels lie, and what is refused. */
+/* MetaImage and NRRD: types, orders, compression, where voxels lie, and what is refused.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "formats/any.h"
 #include "formats/format.h"

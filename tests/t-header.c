@@ -1,5 +1,5 @@
 /* The elements of a DICOM header: UIDs, decimal strings, what several have in common; the place of
- * a plane. */
+ * a plane. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "series/header.h"
 #include "series/slice.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # MetaImage and NRRD: as ITK reads and writes them, and taken by every command that reads a volume.
 . "$srcdir/tests/tap.sh"
 ct-phantom -q --size 10x8x6 --spacing 1,1.5,2 --expert oversample=1 marks plain.nii

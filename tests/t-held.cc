@@ -1,4 +1,5 @@
 /* DICOM files that lie in others: what cannot be opened leaves no descriptor, and closes no other.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include <math.h>

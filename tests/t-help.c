@@ -1,5 +1,6 @@
 /* --help, the OPTIONS of a man page, which modes take an option, what a run costs and
  * how far it is: to the letter.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "cli/cli.h"

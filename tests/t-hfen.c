@@ -1,5 +1,6 @@
 /* The high-frequency error norm: cosines that reflection at the faces leaves as they are, of which
- * the Laplacian of a Gaussian is -k^2 exp(-k^2 sigma^2/2) times as much. */
+ * the Laplacian of a Gaussian is -k^2 exp(-k^2 sigma^2/2) times as much.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "quality/hfen.h"
 #include "core/rng.h"

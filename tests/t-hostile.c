@@ -1,5 +1,6 @@
 /* Small files that ask for much: time and memory stay within what the file is worth. A limit on the
- * processor's time ends the test where time grows with the square of a count. */
+ * processor's time ends the test where time grows with the square of a count.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "bound.h"
 #include "core/mem.h"

@@ -1,4 +1,5 @@
-/* Pictures: what we encode, OpenImageIO reads again; damaged files. */
+/* Pictures: what we encode, OpenImageIO reads again; damaged files.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/inflate.h"
 #include "formats/png.h"

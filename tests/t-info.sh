@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-info says what is in a file, whatever it is.
 . "$srcdir/tests/tap.sh"
 line() { grep -q "^$1  *$2\$" out; ok $? "$3"; } # line NAME VALUE WHAT

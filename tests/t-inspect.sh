@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # What is in a folder of DICOM files: ct-info FOLDER, as text and JSON.
 . "$srcdir/tests/tap.sh"
 mkdir empty

@@ -1,4 +1,5 @@
 /* Bytes in and out: whole files, names and rights of outputs, temporary files, hashes, expansion.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "core/meta.h"

@@ -1,5 +1,5 @@
 /* t-iterative.c: SIRT, conjugate gradients and total variation against their formulas in double, on
- * a small matrix of any rows. */
+ * a small matrix of any rows. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "numbers.h"
 #include "recon/iterative.h"

@@ -1,4 +1,4 @@
-/* The joint solver against dense solutions. */
+/* The joint solver against dense solutions. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/clock.h"
 #include "core/mem.h"

@@ -1,5 +1,5 @@
 /* t-joseph.c: line integrals by interpolation against the formula, through the volume, along its
- * faces and beside it; the window of densities. */
+ * faces and beside it; the window of densities. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "xray/project.h"

@@ -1,4 +1,5 @@
-/* A result that cannot be written where it should be is kept elsewhere, and that is said. */
+/* A result that cannot be written where it should be is kept elsewhere, and that is said.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/keep.h"
 #include "formats/format.h"

@@ -1,5 +1,5 @@
 /* The folder that keeps what a run makes: what is done again, what is not
- * ours, a script that was edited. */
+ * ours, a script that was edited. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/keep.h"
 #include "cli/kept.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Which folder may include which: the table of CONTRIBUTING, "Where things are".
 . "$srcdir/tests/tap.sh"
 # layers TREE: each include of a room of TREE that its row does not allow, each room without a row, each circle

@@ -1,5 +1,6 @@
 /* The training of the slice prior, step by step against what learn.h says: what is drawn, the mean,
- * the components and the linear part, the loss and its gradient, the rates, the state. */
+ * the components and the linear part, the loss and its gradient, the rates, the state.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/par.h"
 #include "numbers.h"

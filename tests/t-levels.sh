@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # The level of the processor changes no byte of the results, but what goes through the product of
 # matrices at v2, which has no fused multiply-add (src/core/simd.h).
 unset CTSR_CPU

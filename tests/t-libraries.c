@@ -1,5 +1,5 @@
 /* What the libraries in C++ cannot do without memory, or throw where no one catches, is a failure
- * with a message, not an abort. */
+ * with a message, not an abort. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "bound.h"
 #include "capture.h"

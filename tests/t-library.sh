@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # libctsr as it is installed: its symbols, what it does not call, and programs that are built with it.
 unset CTSR_CPU
 . "$srcdir/tests/tap.sh"

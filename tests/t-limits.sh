@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # What every option that is a number may be, and what it is where it is not given.
 . "$srcdir/tests/tap.sh"
 cat >limits <<'EOF'

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # libctsr in a program whose numbers have a comma: it reads and writes numbers with a point, the program keeps its comma.
 unset CTSR_CPU
 . "$srcdir/tests/tap.sh"

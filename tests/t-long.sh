@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # The parts of make check-long can pass, and can fail: with few tries of one command, then of one that
 # breaks what they look for.
 . "$srcdir/tests/tap.sh"

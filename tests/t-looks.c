@@ -1,4 +1,5 @@
-/* Where the slice prior looks again: after the axes before, and after the pass before. */
+/* Where the slice prior looks again: after the axes before, and after the pass before.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/vol.h"
 #include "numbers.h"

@@ -1,4 +1,5 @@
 /* t-loss-lowres.c: the Gaussians on the coarse grid against D of the fine volume, and the gradient.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "core/mem.h"

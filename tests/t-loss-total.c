@@ -1,5 +1,6 @@
 /* t-loss-total.c: the terms of a fit's loss as they are brought together: which block of the volume
- * an iteration looks at, values there in double, gradients uphill. */
+ * an iteration looks at, values there in double, gradients uphill.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"

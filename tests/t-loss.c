@@ -1,4 +1,5 @@
-/* t-loss.c: the loss of the fit: values, and gradients against finite differences. */
+/* t-loss.c: the loss of the fit: values, and gradients against finite differences.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Outputs that exist: refused by every command, forced with -f, and overwritten in a rule of make.
 . "$srcdir/tests/tap.sh"
 ct-phantom -q -w -512:3071 --size 16x16x16 --spacing 4 marks hr.nii

@@ -1,4 +1,5 @@
-/* Algebra of both measurement operators, and what the matched one does to known pictures. */
+/* Algebra of both measurement operators, and what the matched one does to known pictures.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "operator/degrade.h"

@@ -1,4 +1,5 @@
-/* Metrics against closed forms, and the rules about slices, masks and threads. */
+/* Metrics against closed forms, and the rules about slices, masks and threads.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "quality/metrics.h"

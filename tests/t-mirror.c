@@ -1,4 +1,5 @@
-/* A volume and the dual of its variation, mirrored; and the mean of solutions of a scan that is. */
+/* A volume and the dual of its variation, mirrored; and the mean of solutions of a scan that is.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "numbers.h"
 #include "operator/mirror.h"

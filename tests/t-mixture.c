@@ -1,4 +1,5 @@
 /* t-mixture.c: Gaussians on a grid: gradients, mass, blocks, threads, projections of the volume.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "core/mem.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # An option that the chosen mode does not use is an error, before anything is read; help and man page
 # say which modes take it.
 . "$srcdir/tests/tap.sh"

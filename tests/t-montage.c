@@ -1,4 +1,5 @@
-/* Pictures: any orientation of a volume gives the same slices; tones, sizes, difference maps. */
+/* Pictures: any orientation of a volume gives the same slices; tones, sizes, difference maps.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "picture/montage.h"
 #include "tap.h"

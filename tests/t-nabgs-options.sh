@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Options of ct-nabgs by what they do to the Gaussians and to the loss.
 . "$srcdir/tests/tap.sh"
 command -v python3 >/dev/null || { echo '1..0 # SKIP no python3'; exit 0; }

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-nabgs and ct-compose: the pair, statuses, streams, what a stop leaves and a resume makes of it.
 . "$srcdir/tests/tap.sh"
 psnr() { ct-metrics "$1" "$2" | sed -n 's/^psnr //p'; }

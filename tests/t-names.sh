@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # A public function is ct_NOUN_verb (CONTRIBUTING, "Names"): NOUN is the file that declares it, or a
 # struct or enum of that header or of src/core that it is about; or it is one of the few words that every file uses.
 . "$srcdir/tests/tap.sh"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # No command removes or changes a file or folder that it was not told to write: what stands beside OUT has names
 # like OUT, like temporary files of any version, and like working folders with a mark that is not theirs.
 . "$srcdir/tests/tap.sh"

@@ -1,5 +1,6 @@
 /* Layers of the network: each fast backward against central differences, in double, of a plain
- * forward in double written from the formula; each fast forward against the same. */
+ * forward in double written from the formula; each fast forward against the same.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "solve/adam.h"
 #include "nn/layers.h"

@@ -1,4 +1,5 @@
-/* NIfTI by the block: large volumes, gzip members, what a header may ask for, NIfTI-2. */
+/* NIfTI by the block: large volumes, gzip members, what a header may ask for, NIfTI-2.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "formats/format.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # A NIfTI header that contradicts itself: the sform is used and the rest is told; a mirrored one is refused.
 . "$srcdir/tests/tap.sh"
 ct-phantom -q --size 8x9x10 --spacing 2,3,5 marks v.nii

@@ -1,4 +1,5 @@
 /* The parts of the NIfTI codec at their limits: extensions, text, affines, headers, gzip members.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "formats/format.h"

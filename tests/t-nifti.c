@@ -1,4 +1,5 @@
-/* The NIfTI codec: types, byte orders, versions, geometry, extensions, hostile files. */
+/* The NIfTI codec: types, byte orders, versions, geometry, extensions, hostile files.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "formats/format.h"

@@ -1,4 +1,5 @@
-/* Noise found again where it is known, and what it is to the data constraint. */
+/* Noise found again where it is known, and what it is to the data constraint.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-convert --scanner: numpy projections with a scanner file become a stack.
 . "$srcdir/tests/tap.sh"
 cat >scan.json <<'JSON'

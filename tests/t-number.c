@@ -1,4 +1,4 @@
-/* Numbers in text: whole, or none. */
+/* Numbers in text: whole, or none. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/number.h"
 #include "core/words.h"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Series in which one text that should be a number is none. s: a good one. bad TAG VR TEXT FOLDER [K]: with the text (in
 Python's escapes) in all slices, or in slice K alone. group TAG TEXT FILE: one file of all, TAG in its functional groups."""
 import os

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Text of DICOM that should be a number and is none is refused, by file, tag and text; never read in part.
 . "$srcdir/tests/tap.sh"
 mkdir empty

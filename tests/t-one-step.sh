@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # One step, one function: a command, libctsr and the package for Python make the same of the same, and refuse the same in
 # the same words.
 unset CTSR_CPU

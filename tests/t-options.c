@@ -1,4 +1,5 @@
-/* The command line: how options are written, what values they take, what is told of it all. */
+/* The command line: how options are written, what values they take, what is told of it all.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/modes.h"

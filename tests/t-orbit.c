@@ -1,5 +1,6 @@
 /* t-orbit.c: what filtered back-projection finds out about a scan: an orbit of any place, tilt and
- * direction comes back as it was made; where a scan stops being one; weights by their formula. */
+ * direction comes back as it was made; where a scan stops being one; weights by their formula.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "recon/fdk.h"
 #include "tap.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # What a run writes: looked at before the work, in every command, and kept if it cannot be written.
 . "$srcdir/tests/tap.sh"
 ct-phantom --size 16x16x16 --spacing 4 marks a.nii

@@ -1,5 +1,5 @@
 /* Padding is told from air, filled without a step, and changes neither what is measured of a CT nor
- * what is made of it. */
+ * what is made of it. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "numbers.h"
 #include "quality/data-residual.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # The page of a scan whose blur nobody says, and what ct-metrics makes of its result.
 . "$srcdir/tests/tap.sh"
 ct-phantom -q --size 96x96x96 shepp-logan big.nii && ct-degrade -q -x 2 big.nii h.nii &&

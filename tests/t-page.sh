@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-report: every figure of the page against ct-metrics and numpy.
 . "$srcdir/tests/tap.sh"
 python_with nibabel || { skip 'the figures' 'no nibabel'; done_testing; }

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-sr --paper and --release, run on a small phantom and held against figures that were recorded when
 # every step was compared with what the paper and its release say: window -512:3071; density of the scan,
 # and of cubic, not clipped; projections of the scan itself on its own detector; 50 steps from noise, DDNM+ with

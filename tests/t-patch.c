@@ -1,4 +1,5 @@
-/* Patches of slices by their definition, and the limits of their shapes. */
+/* Patches of slices by their definition, and the limits of their shapes.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "numbers.h"
 #include "restore/patch.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-train --patience: it stops where held-out data no longer gain, what is written is the best, and a
 # training that was interrupted judges as one that was not.
 . "$srcdir/tests/tap.sh"

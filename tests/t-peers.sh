@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Projections beside those of other programs: plastimatch drr (the same boxes, exactly) and
 # scikit-image radon (an interpolation of its own).
 . "$srcdir/tests/tap.sh"

@@ -1,5 +1,5 @@
 /* t-phantom.c: shapes against what they are: chords by bisection, voxels point by point; and the
- * sets of them, which a name and a seed stand for. */
+ * sets of them, which a name and a seed stand for. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "xray/phantom.h"

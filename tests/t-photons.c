@@ -1,4 +1,4 @@
-/* t-photons.c: counting noise against its distribution. */
+/* t-photons.c: counting noise against its distribution. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "xray/photons.h"
 #include "tap.h"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Pictures and DICOM radiographs, and what ct-convert --radiograph makes of them, read by a few lines that know
 OpenEXR and nothing of ours."""
 import sys

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Pictures and DICOM radiographs as stacks: their numbers, where they lie, and what is refused.
 . "$srcdir/tests/tap.sh"
 py() { PYTHONPATH=$srcdir/tests PYTHONDONTWRITEBYTECODE=1 "$PY" "$srcdir/tests/t-picture.py" "$@"; }

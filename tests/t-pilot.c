@@ -1,6 +1,7 @@
 /* What a part of a scan tells of the whole: how many iterations, and how much a solver departs from
  * a noisy scan. What is kept is what is found, what is given is taken, and it is where there is as
  * much tissue.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "numbers.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # The pipeline of README.md and of ct-pipeline(7) is what ct-sr --paper runs, and is run here as it stands
 # there, on a small phantom with fewer views, Gaussians and iterations.
 . "$srcdir/tests/tap.sh"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Small series whose PixelData, or the layout around it, is unusual. make; check FILE FILE...: the first is what the
 others must be."""
 import os

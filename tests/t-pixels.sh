@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # PixelData that are laid out in unusual ways are read as they are meant, or refused; none in silence as something else.
 . "$srcdir/tests/tap.sh"
 mkdir empty

@@ -1,5 +1,5 @@
 /* t-place.c: where Gaussians begin, against the rules written out: which voxels, along the running
- * sum of a field, how wide by a search of all neighbours. */
+ * sum of a field, how wide by a search of all neighbours. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"

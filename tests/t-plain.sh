@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # The documents are short and plain: README has at most 900 words, no man page more than 250 lines, its tables fit, and the
 # mean sentence of each has at most 18 words, as style (Debian's diction) counts them.
 . "$srcdir/tests/tap.sh"

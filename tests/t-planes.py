@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """make: series of whole numbers, of numbers too large for int16, of halves, one with a slice that is not read, and
 one of 160x160x200. same A B: do two NIfTI files say the same but for their history? type A CODE: numbers of A.
 peak COMMAND...: runs it and prints MiB."""

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # DICOM goes to NIfTI plane by plane: the file is what it is by way of a volume, of which there is none in memory.
 . "$srcdir/tests/tap.sh"
 mkdir empty

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # A PLY of Gaussians read by a few lines of Python that know PLY and nothing of ours.
 . "$srcdir/tests/tap.sh"
 "$builddir/tests/t-ply" g.ply; ok $? 'a file to look at'

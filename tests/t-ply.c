@@ -1,4 +1,5 @@
-/* Gaussians in PLY: bit-exact round trips, files of others, damaged and hostile files. */
+/* Gaussians in PLY: bit-exact round trips, files of others, damaged and hostile files.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "formats/format.h"

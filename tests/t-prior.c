@@ -1,4 +1,5 @@
-/* A prior from its weights: what its metadata may say, and its network as the sampler sees it. */
+/* A prior from its weights: what its metadata may say, and its network as the sampler sees it.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "diffusion/prior.h"
 #include "numbers.h"

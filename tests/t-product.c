@@ -1,5 +1,5 @@
 /* Products with a matrix that stays: against sums in double; any number of rows; two threads on one
- * product. */
+ * product. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/par.h"
 #include "core/rng.h"

@@ -1,4 +1,5 @@
-/* The spread and the sampling of a phantom's profiles are found again. */
+/* The spread and the sampling of a phantom's profiles are found again.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "numbers.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # What stands on a terminal while a command works: neither how far it is nor the time left runs backwards.
 . "$srcdir/tests/tap.sh"
 terminal || { skip 'progress on a terminal' 'no python3, or no terminal'; done_testing; }

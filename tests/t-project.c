@@ -1,4 +1,5 @@
-/* t-project.c: scans, the Siddon projector and its adjoint, against sums done another way. */
+/* t-project.c: scans, the Siddon projector and its adjoint, against sums done another way.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "xray/phantom.h"

@@ -1,4 +1,5 @@
-/* Checkpoints of PyTorch: what torch.save writes, made byte by byte; damaged and hostile ones. */
+/* Checkpoints of PyTorch: what torch.save writes, made byte by byte; damaged and hostile ones.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "formats/format.h"
 #include "formats/any.h"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """t-pt.py save FOLDER SHAPES...: checkpoints as PyTorch writes them; what is in them, FOLDER/want.json.
 t-pt.py compare FILE KEY < numbers: are they those of `key` in want.json? The network is written out here from
 the papers (Dhariwal and Nichol 2021; Ho et al. 2020), with the names of guided diffusion's tensors."""

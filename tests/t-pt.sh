@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Checkpoints that PyTorch wrote: the numbers and the networks in them; ct-info and ct-ddnm take them.
 . "$srcdir/tests/tap.sh"
 python_with torch || { echo '1..0 # SKIP no PyTorch'; exit 0; }

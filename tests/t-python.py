@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The package ctsr for Python: the commands' voxels, numpy and nibabel, errors, Ctrl-C, threads."""
 import gc, os, re, shutil, signal, subprocess, sys, tempfile, threading, time
 import numpy as np

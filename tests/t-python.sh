@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # The package for Python, against the commands.
 unset CTSR_CPU
 . "$srcdir/tests/tap.sh"

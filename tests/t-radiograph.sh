@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # One plane as a stack of one view, of grey values or of line integrals.
 . "$srcdir/tests/tap.sh"
 awk 'BEGIN {for (i = 0; i < 192; i++) printf "%c", 1 + i % 100}' >g.raw

@@ -1,4 +1,5 @@
-/* Numbers of any type and byte order to float and back, voxels without a header, numpy's arrays. */
+/* Numbers of any type and byte order to float and back, voxels without a header, numpy's arrays.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "formats/raw.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # What documents tell to run, on phantoms and with few steps: the recipe of the shipped prior, and the tutorials.
 . "$srcdir/tests/tap.sh"
 mkdir ct xray

@@ -1,5 +1,6 @@
 /* refine/refine.h: one call refines a CT. Two calls at once give the same bytes as one; slabs are
  * the whole; the plan reports what it found.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "core/rng.h"

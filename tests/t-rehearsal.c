@@ -1,5 +1,5 @@
 /* refine/rehearsal.h: the prior tried on the scan itself: how much of it is right, and the scale of
- * the predicted error. */
+ * the predicted error. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "refine/rehearsal.h"
 #include "tests/tap.h"

@@ -1,4 +1,4 @@
-/* Tables along an axis, and interpolation made of them. */
+/* Tables along an axis, and interpolation made of them. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"

@@ -1,4 +1,5 @@
-/* A result whose folder has gone: kept where temporary files go, and the state from there on. */
+/* A result whose folder has gone: kept where temporary files go, and the state from there on.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/resume.h"
 #include "core/env.h"

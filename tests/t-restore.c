@@ -1,4 +1,5 @@
-/* The slice prior: patches, its training, and what a volume gets from it. */
+/* The slice prior: patches, its training, and what a volume gets from it.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "core/vol.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # States: one form for all commands; which runs may go on from one, and which may not.
 . "$srcdir/tests/tap.sh"
 ulimit -t 30

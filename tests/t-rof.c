@@ -1,4 +1,5 @@
-/* The denoiser of Rudin, Osher and Fatemi against its formulas in double, and at its optimum. */
+/* The denoiser of Rudin, Osher and Fatemi against its formulas in double, and at its optimum.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/par.h"
 #include "numbers.h"

@@ -1,4 +1,5 @@
-/* safetensors: every dtype, bit-exact round trips, damaged and hostile headers. */
+/* safetensors: every dtype, bit-exact round trips, damaged and hostile headers.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "formats/format.h"

@@ -1,6 +1,7 @@
 /* The samplers beside DDNM: the orders at which the deterministic ones reach the exact solution of
  * a Gaussian prior, the variance of DDPM, every trajectory against one in double from the papers'
- * formulas, the gradient of BIRD against differences, and that the error of GDP and BIRD falls. */
+ * formulas, the gradient of BIRD against differences, and that the error of GDP and BIRD falls.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "diffusion/draw.h"

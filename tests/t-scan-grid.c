@@ -1,5 +1,6 @@
 /* The grid that ct-fdk chooses: that of the metadata, the cube that all views see, a part of it,
- * the slice of a fan; against a twin that goes by points and planes. */
+ * the slice of a fan; against a twin that goes by points and planes.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "numbers.h"
 #include "recon/scan-grid.h"

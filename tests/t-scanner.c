@@ -1,4 +1,5 @@
-/* What DICOM says of a scanner: what is expected of it, when it is stale, and how it joins. */
+/* What DICOM says of a scanner: what is expected of it, when it is stale, and how it joins.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "formats/beside.h"
 #include "estimate/scanner.h"

@@ -1,4 +1,5 @@
-/* The noise schedule against values worked out in double, and the timesteps of a run. */
+/* The noise schedule against values worked out in double, and the timesteps of a run.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "diffusion/schedule.h"
 #include "tap.h"

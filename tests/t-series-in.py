@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Ways in which one series comes. make; check FILE FILE...: the first is what the others must be."""
 import copy
 import os

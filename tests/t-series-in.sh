@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Ways in which one series comes: without preamble, multi-frame, deflated, big-endian, in archives, by DICOMDIR.
 . "$srcdir/tests/tap.sh"
 mkdir empty

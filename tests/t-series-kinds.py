@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Series as scanners and archives leave them. make; planes FILE N [SPACING]; tag FOLDER KEY VALUE|-: of all files."""
 import glob
 import os

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Series as scanners and archives leave them: passes, copies, parts, frames, zones, cut files, burnt-in writing.
 . "$srcdir/tests/tap.sh"
 mkdir empty

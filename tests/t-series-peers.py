@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Clean series, as pydicom and dcm2niix read them. make; check FILE FOLDER ...: voxels and affine are those of the
 slices as pydicom reads them; same FILE FILE ...: two volumes are one, whatever the order of their axes. Prints a
 line for each pair."""

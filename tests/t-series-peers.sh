@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Clean series in many orientations and encodings: voxel for voxel and place for place what pydicom and dcm2niix read.
 . "$srcdir/tests/tap.sh"
 mkdir empty

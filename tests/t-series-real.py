@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Real series, against what pydicom and others read of them. places FILE FOLDER: a tilted, uneven stack; identical
 FILE FILE; decoded FILE FOLDER: JPEG 2000 with wrong tile-part lengths, beside ffmpeg's own decoder."""
 import glob

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Real series, which are not in this package: CTSR_DICOM is a folder of them. doc/dicom.md says which and where from.
 . "$srcdir/tests/tap.sh"
 if [ ! -d "${CTSR_DICOM-}" ]; then skip 'real series' 'CTSR_DICOM is no folder of them'; done_testing; fi

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Folders as clinics have them. make; check FOLDER-OF-TRUTH FILE: every voxel is where it was, in HU."""
 import os
 import sys

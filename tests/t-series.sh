@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Folders as clinics have them: what becomes of every file, and what is one series.
 . "$srcdir/tests/tap.sh"
 mkdir empty

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Series for t-sidecar.sh, and what their sidecars must say: t-sidecar.py make | trace FOLDER OUT JSON | peer A B"""
 import json
 import os

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-convert --sidecar: what is known of a volume, and where each plane comes from; never the patient.
 . "$srcdir/tests/tap.sh"
 ct-phantom -q --size 6x5x4 --spacing 2 marks a.nii

@@ -1,5 +1,5 @@
 /* How a run ends that is told to: at once, where it has saved its state, or soon in any case. Each
- * case is a process, all at the same time. */
+ * case is a process, all at the same time. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/resume.h"
 #include "cli/stop.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Memory is bounded by slabs inside the call: ct-upsample and ct-sr with --memory.
 . "$srcdir/tests/tap.sh"
 . "$srcdir/tests/peak.sh"

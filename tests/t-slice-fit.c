@@ -1,4 +1,5 @@
-/* The slice profile from thick and thin slices of a phantom whose profile is known. */
+/* The slice profile from thick and thin slices of a phantom whose profile is known.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "estimate/slice-fit.h"

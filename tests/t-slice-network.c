@@ -1,4 +1,5 @@
-/* The slice network: what it says, in double, and its tensors. */
+/* The slice network: what it says, in double, and its tensors.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "tests/tap.h"

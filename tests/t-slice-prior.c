@@ -1,5 +1,5 @@
 /* The slice prior against twins: a prediction cell by cell, what is
- * restored from what is predicted, and examples of volumes whose values say where they are. */
+ * restored from it, and examples of volumes. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/vol.h"
 #include "numbers.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # --profile and --slice-thickness: what they mean, what they contradict, what carries them on.
 . "${srcdir:?}/tests/tap.sh"
 ct-phantom -q --size 32x32x60 --spacing 1 ellipsoids hi.nii || exit 99

@@ -1,4 +1,5 @@
-/* Stored values to HU: 32 bits exactly, and padding that lossy compression moved. */
+/* Stored values to HU: 32 bits exactly, and padding that lossy compression moved.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "tap.h"
 #include "series/slice.h"

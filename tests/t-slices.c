@@ -1,4 +1,4 @@
-/* From slices to a grid: order, affine, and what is refused. */
+/* From slices to a grid: order, affine, and what is refused. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/vol.h"
 #include "series/layout.h"

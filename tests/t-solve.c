@@ -1,4 +1,4 @@
-/* Passes over vectors, and FISTA on small dense problems. */
+/* Passes over vectors, and FISTA on small dense problems. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "solve/fista.h"
 #include "solve/passes.h"

@@ -1,4 +1,5 @@
-/* t-splat.c: projections of Gaussians: gradients, mass, peak, line integrals, threads. */
+/* t-splat.c: projections of Gaussians: gradients, mass, peak, line integrals, threads.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"

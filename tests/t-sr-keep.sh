@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-sr --paper --keep: what is done again and what is not, by content; the script; one run a folder; signals at
 # every step; nothing left without --keep.
 . "$srcdir/tests/tap.sh"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # The line that ct-sr ends with: what really ran.
 . "$srcdir/tests/tap.sh"
 says() { # says PATTERN NAME: the last line of err, less seconds and MiB, is that

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # The published method on a small phantom: by ct-sr, by hand, interrupted; and ours.
 . "$srcdir/tests/tap.sh"
 ct-phantom -q -w -512:3071 ellipsoids --size 32x32x32 --spacing 4 hr.nii; ok $? 'a phantom'

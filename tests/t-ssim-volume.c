@@ -1,4 +1,5 @@
-/* SSIM of volumes against that of each slice by itself, and in 3-D against the definition. */
+/* SSIM of volumes against that of each slice by itself, and in 3-D against the definition.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "quality/ssim.h"

@@ -1,4 +1,5 @@
-/* SSIM against its definition written out, and its gradient against finite differences. */
+/* SSIM against its definition written out, and its gradient against finite differences.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "ssim-plain.h"

@@ -1,4 +1,5 @@
-/* The state of a run: what it is of, who may go on from it, what becomes of it at the end. */
+/* The state of a run: what it is of, who may go on from it, what becomes of it at the end.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/resume.h"
 #include "core/env.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # The error to expect of a solver alone: ct-upsample --std, ct-upsample -m prior --std of what the prior does not
 # know, ct-sr -Q draft --confidence: about the one there is, in slabs and in little memory too.
 . "$srcdir/tests/tap.sh"

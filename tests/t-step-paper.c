@@ -1,5 +1,5 @@
 /* The published method in memory: what is decided, what is refused, what a keeper is asked, and the
- * same result by each way. */
+ * same result by each way. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "formats/format.h"
 #include "operator/degrade.h"

@@ -1,4 +1,5 @@
-/* Plain steps: what would soften one is left out of an expectation, and nothing else. */
+/* Plain steps: what would soften one is left out of an expectation, and nothing else.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "restore/steps.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # SIGINT, SIGTERM, SIGUSR1: every command ends soon, with status 75, and leaves nothing but its state.
 . "$srcdir/tests/tap.sh"
 ulimit -t 60

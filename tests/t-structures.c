@@ -1,5 +1,5 @@
 /* Structures that one volume shows and the other does not: Gaussian blobs, whose contrast after the
- * difference of Gaussians is known in closed form. */
+ * difference of Gaussians is known in closed form. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/par.h"
 #include "quality/structures.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Rules that grep can check.
 . "$srcdir/tests/tap.sh"
 cd "$srcdir" || exit 99

@@ -1,5 +1,6 @@
 /* Layers of the networks of super-resolution: each fast forward against a plain one in double from
- * the formula, each backward against central differences of that; and a backward that adds. */
+ * the formula, each backward against central differences of that; and a backward that adds.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "nn/dnn.h"
 #include "nn/pointwise.h"

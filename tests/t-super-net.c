@@ -3,6 +3,7 @@
  *
  *   t-super-net answer IN OUT   for tests/t-supervised.sh: IN has the weights of a network, "io.x"
  *   and "io.y"; OUT gets "y" of the network, and the gradients of mean |y - io.y| by their names.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "core/rng.h"

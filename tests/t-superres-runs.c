@@ -1,5 +1,5 @@
 /* A run over views: channels, progress, what is saved and when, which failure is told, and what is
- * refused. The network knows the answer. */
+ * refused. The network knows the answer. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"

@@ -1,5 +1,5 @@
 /* The loop over views with a network that needs no training: shapes, normalisation, samples,
- * stopping and resuming, threads. */
+ * stopping and resuming, threads. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"

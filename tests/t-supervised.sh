@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # RDN and Omni-SR: the numbers of PyTorch; ct-train --kind superres, and ct-ddnm, which asks such a network once.
 . "$srcdir/tests/tap.sh"
 net=$builddir/tests/t-super-net twin=$srcdir/tests/supervised-torch.py

@@ -1,4 +1,5 @@
-/* What a file holds in a few numbers: ranges, scans found again from their vectors, Gaussians. */
+/* What a file holds in a few numbers: ranges, scans found again from their vectors, Gaussians.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "xray/geometry.h"
 #include "report/report.h"

@@ -1,4 +1,4 @@
-/* Letters, boxes and colours of pictures. */
+/* Letters, boxes and colours of pictures. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "picture/montage.h"
 #include "picture/canvas.h"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Stacks that are no grid. make; check FILE COVERED: every voxel that a slice covers holds what
 stands at its place in the patient, and so many do; the affine is orthonormal. itk FILE MHA: it is what ITK made of
 it, which knows LPS."""

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # DICOM stacks that are no grid: tilted gantries, uneven and missing slices.
 . "$srcdir/tests/tap.sh"
 mkdir empty

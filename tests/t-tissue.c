@@ -1,4 +1,5 @@
-/* Tissues: slabs of one value each, and what is deep, looked for voxel by voxel. */
+/* Tissues: slabs of one value each, and what is deep, looked for voxel by voxel.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "operator/degrade.h"
 #include "quality/tissue.h"

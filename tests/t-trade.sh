@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # examples/trade.mk and trade.py: what was measured, what is on the front, what is made again; paper.mk: its tables.
 . "${srcdir:?}/tests/tap.sh"
 python_with matplotlib || { skip 'trade.py writes a table and a plot' 'no matplotlib'; done_testing; }

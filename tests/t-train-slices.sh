@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-train --kind slices: what it is trained on, its defaults, what it costs, and what is refused.
 . "$srcdir/tests/tap.sh"
 command -v python3 >/dev/null || { echo '1..0 # SKIP no python3'; exit 0; }

@@ -1,4 +1,5 @@
-/* A training stopped and resumed, its state and what it holds, and what cannot be trained. */
+/* A training stopped and resumed, its state and what it holds, and what cannot be trained.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "training.h"
 

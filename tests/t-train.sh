@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-train: it learns, resumes to the same bytes, stops when asked, and refuses what does not fit.
 . "$srcdir/tests/tap.sh"
 command -v python3 >/dev/null || { echo '1..0 # SKIP no python3'; exit 0; }

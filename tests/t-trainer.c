@@ -1,4 +1,5 @@
-/* The trainer on a sum of squares: curve of the rate, average, clip, threads, its state. */
+/* The trainer on a sum of squares: curve of the rate, average, clip, threads, its state.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "solve/trainer.h"

@@ -1,5 +1,5 @@
 /* Training against its formulas written out: pieces of pictures, the loss of a step and of a
- * validation, AdamW, the average of the weights. */
+ * validation, AdamW, the average of the weights. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "diffusion/schedule.h"
 #include "numbers.h"

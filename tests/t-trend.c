@@ -1,4 +1,5 @@
-/* t-trend.c: where a loop is likely to end, of powers of the iteration. */
+/* t-trend.c: where a loop is likely to end, of powers of the iteration.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "solve/trend.h"
 #include "tap.h"

@@ -1,6 +1,7 @@
 /* Does total variation suit a scan: edges between plateaus it does, waves near the limit of
  * resolution it does not. The roughest part is asked, a scan that is too small is not, and what is
  * then refined.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "numbers.h"

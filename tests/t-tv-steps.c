@@ -1,5 +1,6 @@
 /* Steps of total and second-order variation by their formulas, in double. D = 1, so that the volume
- * nearest to x within the noise lies on the line from x to y. */
+ * nearest to x within the noise lies on the line from x to y.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "numbers.h"
 #include "inverse/tv-row.h"

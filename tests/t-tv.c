@@ -1,4 +1,5 @@
-/* Total and second-order variation under data consistency, against closed forms. */
+/* Total and second-order variation under data consistency, against closed forms.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"

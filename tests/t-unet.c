@@ -1,5 +1,6 @@
 /* The U-Net: outputs of the public guided-diffusion model (tests/gold), its published parameter
- * counts, the gradient against differences, and weights that do not fit. */
+ * counts, the gradient against differences, and weights that do not fit.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "formats/format.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # What ct-upsample tells that it will hold is what it holds, for operators of few weights and others.
 . "$srcdir/tests/tap.sh"
 . "$srcdir/tests/peak.sh"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-upsample: the operator that the file, the options or the edges say, what OUT says of it, and the limits
 # of all of them; those of ct-degrade, ct-info and ct-phantom too.
 . "$srcdir/tests/tap.sh"

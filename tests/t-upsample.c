@@ -1,4 +1,5 @@
-/* A finer grid: what each method does against the parts that it is made of, and what is refused. */
+/* A finer grid: what each method does against the parts that it is made of, and what is refused.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "numbers.h"
 #include "inverse/consistency.h"

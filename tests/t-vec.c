@@ -1,4 +1,5 @@
-/* t-vec.c: core/vec.h at the level that this program is compiled for, against plain C. */
+/* t-vec.c: core/vec.h at the level that this program is compiled for, against plain C.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/vec-exp.h"
 #include "core/vec-i16.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # What -v tells is so: sizes, ranges, blur, iterations and how far they came.
 . "$srcdir/tests/tap.sh"
 ct-phantom -q --size 20x24x28 --spacing 4,3,2 ellipsoids a.nii || exit 99

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # What ct-view writes on a picture: it is true, and the voxels beside it are as without.
 . "$srcdir/tests/view.sh"
 cat >look.py <<'END'

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-view --mip and --thickness, voxel by voxel against numpy.
 . "$srcdir/tests/view.sh"
 cat >look.py <<'END'

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-view pixel by pixel: which slice and which view, and the tones of HU, densities and the rest; the blur
 # that ct-ddnm assumes, and what it takes for white.
 . "$srcdir/tests/tap.sh"

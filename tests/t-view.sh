@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # ct-view draws patients the way radiologists look at them.
 . "$srcdir/tests/tap.sh"
 command -v ct-view >/dev/null || { echo '1..0 # skip no OpenImageIO'; exit 0; }

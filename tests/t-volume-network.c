@@ -1,4 +1,5 @@
-/* The volume network against a plain twin in double, its reader, and which scans it is for. */
+/* The volume network against a plain twin in double, its reader, and which scans it is for.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/par.h"
 #include "core/vol.h"

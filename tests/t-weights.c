@@ -1,6 +1,6 @@
 /* t-weights.c: how much each ray of a filtered back-projection counts, against what the weights are
  * for: both rays along a line count 1 together, whichever way the scan turns. The filter's cutoff,
- * and where a volume is in front of the source. */
+ * and where a volume is in front of the source. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "recon/backproject.h"
 #include "recon/fdk.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # The window from HU to density and back: what is composed is what was fitted, beyond its ends too.
 . "$srcdir/tests/tap.sh"
 inside() { ct-metrics -w -512:1000 t.nii "$1" | sed -n 's/^psnr //p'; }

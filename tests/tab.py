@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a shell offers: tab.py SHELL SETUP LINE types LINE at a terminal, asks for all completions to be put
 into it, and prints the words that the command would then have, one a line."""
 import os

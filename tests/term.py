@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What a command shows on a terminal: term.py [--slow N] COMMAND..., one line for each that it draws. With --slow
 the command runs 5 ms in every 5 N, so that what a fast machine does at once takes long enough to be told."""
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The names of shell tests, as FILE, LINE, NAME between tabs: of ok, exits and has of tests/tap.sh. Left out
 # is what a function is given ("$3") or what is computed ("$(...)").
 function name(s) {

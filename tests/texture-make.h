@@ -1,4 +1,4 @@
-/* texture-make.h: volumes with something to see. */
+/* texture-make.h: volumes with something to see. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TESTS_TEXTURE_MAKE_H
 #define CT_TESTS_TEXTURE_MAKE_H
 #include "core/rng.h"

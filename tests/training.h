@@ -1,4 +1,5 @@
-/* training.h: what tests of training share: a picture, a small training, its vectors. */
+/* training.h: what tests of training share: a picture, a small training, its vectors.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TESTS_TRAINING_H
 #define CT_TESTS_TRAINING_H
 #include "diffusion/train.h"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # What tests of pictures begin with: ct-view, NumPy and Pillow, and questions to what a test writes
 # into look.py.
 . "$srcdir/tests/tap.sh"

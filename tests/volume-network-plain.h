@@ -1,5 +1,6 @@
 /* volume-network-plain.h: the network of restore/volume-network.h as bench/train/volume.py has it:
- * one convolution after the other, of all cells, in double. Needs tap.h before it. */
+ * one convolution after the other, of all cells, in double. Needs tap.h before it.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TESTS_VOLUME_NETWORK_PLAIN_H
 #define CT_TESTS_VOLUME_NETWORK_PLAIN_H
 #include "core/tensors.h"

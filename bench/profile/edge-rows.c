@@ -2,6 +2,7 @@
  *
  * A request: int32 nx, ny, nz, axis, alone, no; float32 factor; nx ny nz float32 HU. The answer:
  * int32 rows of each set, and 256 rows of each in float32, of which those past that are 0.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "estimate/profile.h"

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """One of the two networks of src/estimate/profile.c, from rows.py.
 
 fit.py EPOCHS SEED FOLD START.bin NETWORK.bin ROWS.npz...   (Debian: python3-torch, libopenblas0)

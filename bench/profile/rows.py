@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """Rows of edges of CTs that were reduced by known operators, for fit.py.
 
 rows.py EDGE-ROWS SEED TIMES OUT.npz CT.nii...   (Debian: python3-nibabel, python3-scipy)

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
 """How good the estimate of the profile is, of CTs of your own; the table of doc/blur-estimate.md.
 
 table.py FOLDER CT.nii...   (ct-convert, ct-degrade and ct-info from PATH)

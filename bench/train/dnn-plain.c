@@ -1,6 +1,7 @@
 /* dnn-plain.c: the matrix products of nn/dnn.h and nn/product.h without oneDNN, for a static
  * program. There are no convolutions: the volume network is refused. A matrix is kept in panels of
- * PANEL rows; a tile of ROWS rows of x meets one panel in registers. */
+ * PANEL rows; a tile of ROWS rows of x meets one panel in registers.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "nn/conv.h"

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """import.py OUT BUILD DEV WORK: are the networks that train.py left in OUT better than those that are shipped?
 
 BUILD is a build of ctsr, DEV a folder of CTs that nobody trained on, WORK keeps what is measured. Prints a table and

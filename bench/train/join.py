@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """join.py OUT.safetensors VOLUME.safetensors...: the slice networks that are shipped and trained volume networks, in one
 prior for ct-sr --prior and ct-upsample -m prior -p. First and last layers become F16."""
 import json

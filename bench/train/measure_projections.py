@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """What a diffusion prior of projections is worth beside the shipped one.
 
     bench/train/measure_projections.py PRIOR WORK BUILD DEV

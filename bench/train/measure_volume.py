@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """measure_volume.py VOLUME.safetensors WORK BUILD DEV [OUT.safetensors]: is a trained volume network worth shipping?
 
 Joins it with the shipped slice networks (join.py), and refines by both priors the cubes of CUBE voxels in the middle of the

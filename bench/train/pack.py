@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """pack.py TRAIN_FOLDER XRAY_FOLDER BUILD OUT [4|thick-4|2]...: what a training takes along, in one folder of files.
 
 CTs of TRAIN_FOLDER (HU, int16, gzipped NIfTI-1) whose licence allows weights under Apache-2.0, without loss but for

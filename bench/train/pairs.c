@@ -17,6 +17,7 @@
  *   int16 rest[nz][ny][nx]    truth - x, 1/16 HU
  *
  * A static program for a machine that has nothing of ours: dnn-plain.c is linked before oneDNN.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "formats/format.h"

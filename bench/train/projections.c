@@ -9,6 +9,7 @@
  * OUT.raw, little-endian: "ctpv", uint32 number of views, float32 CEILING; of every view uint32
  * rows, uint32 columns; then their pixels, uint16, 65535 being CEILING. It appears when it is
  * whole.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "core/mem.h"

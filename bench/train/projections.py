@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The diffusion prior of projections (src/prior/prior.safetensors), trained with PyTorch: its data, its
 network, its loss and its file. bench/train/train.py has the loop.
 

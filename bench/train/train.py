@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """train.py volume|projections --data PACK --out OUT --minutes M [--scans 4|thick-4|2] [--start STATE] [--tiny]
 
 Trains one network until M minutes after the start, validates each minute on patients held out, and leaves in OUT:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The volume network: what a refined CT still lacks, seen in the whole volume.
 
 A residual network of convolutions of 3^3 cells, zero outside. A cell, a cube of CELL voxels a side, is one place with

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Super-resolution of computed tomography (CT), by libctsr.
 
     import ctsr

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The ABI of libctsr.so.0, as ctsr.h declares it. Nothing here is for users."""
 import ctypes as c
 import os

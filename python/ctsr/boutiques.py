@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Descriptors of Boutiques (schema 0.5) of the commands: python3 -m ctsr.boutiques ct-sr >ct-sr.json"""
 from __future__ import annotations
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """What the commands say of themselves (ct-sr --describe), for those who generate from it."""
 from __future__ import annotations
 

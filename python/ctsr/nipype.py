@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The commands as interfaces of nipype:
 
     from ctsr.nipype import interface

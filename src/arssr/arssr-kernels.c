@@ -1,4 +1,4 @@
-/* arssr-kernels.c: see arssr-kernels.h. */
+/* arssr-kernels.c: see arssr-kernels.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "arssr/arssr-kernels.h"
 

@@ -1,5 +1,6 @@
 /* arssr-kernels.h: what the layers of ArSSR do beside their products, and the trilinear sample of
  * features with its adjoint. Pure kernels (core/simd.h); rows of floats, sums in order.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_ARSSR_ARSSR_KERNELS_H
 #define CT_ARSSR_ARSSR_KERNELS_H

@@ -1,4 +1,4 @@
-/* arssr-train.c: see arssr-train.h. */
+/* arssr-train.c: see arssr-train.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "arssr/arssr-train.h"
 #include "core/mem.h"

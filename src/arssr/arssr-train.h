@@ -3,6 +3,7 @@
  *
  * Each cube of a step is one task, the same bytes with any number of threads. Draws are functions
  * of (seed, number): the same after a stop.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_ARSSR_ARSSR_TRAIN_H
 #define CT_ARSSR_ARSSR_TRAIN_H

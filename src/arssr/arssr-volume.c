@@ -1,4 +1,4 @@
-/* arssr-volume.c: see arssr-volume.h. */
+/* arssr-volume.c: see arssr-volume.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "arssr/arssr-volume.h"
 #include "arssr/decoder.h"

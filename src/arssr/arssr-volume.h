@@ -3,6 +3,7 @@
  * A volume whose features do not fit is cut into tiles. A tile has the voxels about it that its
  * features are made of (ct_arssr_reach), so that tiles give the values of the whole, but for the
  * order of a library's sums.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_ARSSR_ARSSR_VOLUME_H
 #define CT_ARSSR_ARSSR_VOLUME_H

@@ -1,4 +1,4 @@
-/* arssr.c: see arssr.h. */
+/* arssr.c: see arssr.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/words.h"
 #include "core/number.h"

@@ -11,6 +11,7 @@
  * Values are in [0, 1]: HU of the window, clipped to it. Tensor axes are z, y, x, and so are the
  * coordinates. Tensors have the names of the authors' program, from memory: no published file was
  * read. The weights lie in one block, layer after layer, matrix and then bias.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_ARSSR_ARSSR_H
 #define CT_ARSSR_ARSSR_H

@@ -1,4 +1,4 @@
-/* decoder.c: see decoder.h. */
+/* decoder.c: see decoder.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "arssr/decoder.h"
 #include "arssr/arssr-kernels.h"

@@ -1,5 +1,6 @@
 /* decoder.h: the decoder of ArSSR: features at points and their coordinates to values; and its
  * gradient. On the calling thread, between ct_dnn_enter and ct_dnn_leave.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_ARSSR_DECODER_H
 #define CT_ARSSR_DECODER_H

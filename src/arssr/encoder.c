@@ -1,4 +1,4 @@
-/* encoder.c: see encoder.h; the gradient is at the end. */
+/* encoder.c: see encoder.h; the gradient is at the end. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "arssr/encoder.h"
 #include "nn/dense.h"

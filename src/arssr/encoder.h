@@ -4,6 +4,7 @@
  * its own planes and those beside it; so what is in memory is one set of the features of a block.
  * In training a whole small volume is one call on one thread, and everything is kept. Each voxel is
  * summed on one thread: the same bytes with any number of them.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_ARSSR_ENCODER_H
 #define CT_ARSSR_ENCODER_H

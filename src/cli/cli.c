@@ -1,4 +1,5 @@
-/* cli.c: see cli.h. Only src/cli and src/tools print, exit or read the environment. */
+/* cli.c: see cli.h. Only src/cli and src/tools print, exit or read the environment.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/number.h"
 #include "cli/cli.h"

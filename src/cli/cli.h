@@ -4,6 +4,7 @@
  * is read from the tool's defaults, so neither can drift. ct_cli_main owns the common options
  * (-h -q -v -t -f --version, and -s --json --dry-run --units where the tool declares them), the
  * thread pool, signals, progress, the error line and the exit status.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_CLI_CLI_H
 #define CT_CLI_CLI_H

@@ -1,4 +1,5 @@
-/* command.h: what a command line says of a run beside the options of its tool: env->command. */
+/* command.h: what a command line says of a run beside the options of its tool: env->command.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_CLI_COMMAND_H
 #define CT_CLI_COMMAND_H
 #include "core/env.h"

@@ -3,7 +3,7 @@
  * A value is one of the words of a choice, a file, or a folder; of the files that are written those
  * are offered that end as the row says, and folders on the way to them. What is read is told by its
  * content, so that any file may be meant. An option is not offered beside itself, nor beside one
- * that excludes it. */
+ * that excludes it. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/table.h"
 

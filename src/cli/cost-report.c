@@ -1,4 +1,4 @@
-/* cost-report.c: see cost-report.h. */
+/* cost-report.c: see cost-report.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/cost-report.h"
 #include "cli/command.h"

@@ -1,4 +1,5 @@
 /* cost-report.h: what a run is expected to take, said in one way by every command with --dry-run.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_CLI_COST_REPORT_H
 #define CT_CLI_COST_REPORT_H

@@ -1,4 +1,4 @@
-/* describe.c: a command for programs: see table.h. */
+/* describe.c: a command for programs: see table.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/json.h"
 #include "cli/modes.h"

@@ -1,4 +1,4 @@
-/* files.c: see files.h. */
+/* files.c: see files.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/files.h"
 #include "cli/modes.h"

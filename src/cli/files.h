@@ -1,4 +1,5 @@
-/* files.h: the files of a run, as the rows of its option table name them (enum ct_role). */
+/* files.h: the files of a run, as the rows of its option table name them (enum ct_role).
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_CLI_FILES_H
 #define CT_CLI_FILES_H
 #include "cli/cli.h"

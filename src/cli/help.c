@@ -1,4 +1,4 @@
-/* help.c: --help and the man page: see table.h. */
+/* help.c: --help and the man page: see table.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/modes.h"
 #include "cli/table.h"

@@ -1,4 +1,4 @@
-/* json.h: JSON on standard output. */
+/* json.h: JSON on standard output. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_CLI_JSON_H
 #define CT_CLI_JSON_H
 #include "core/err.h"

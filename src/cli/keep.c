@@ -1,4 +1,4 @@
-/* keep.c: see keep.h. */
+/* keep.c: see keep.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/keep.h"
 #include "formats/format.h"

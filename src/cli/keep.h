@@ -1,4 +1,5 @@
-/* keep.h: the end of a command without a state: its result is written, or kept elsewhere. */
+/* keep.h: the end of a command without a state: its result is written, or kept elsewhere.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_CLI_KEEP_H
 #define CT_CLI_KEEP_H
 #include "core/env.h"

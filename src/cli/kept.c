@@ -1,4 +1,4 @@
-/* kept.c: see kept.h. */
+/* kept.c: see kept.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/kept.h"
 #include "formats/io.h"

@@ -9,6 +9,7 @@
  *
  * A file in the folder that does not hold what was noted is a person's own: it is used as it is, or
  * refused if what it stands for is another by now. It is never written over.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_CLI_KEPT_H
 #define CT_CLI_KEPT_H

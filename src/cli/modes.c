@@ -1,4 +1,4 @@
-/* modes.c: see modes.h. */
+/* modes.c: see modes.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/modes.h"
 #include "cli/table.h"

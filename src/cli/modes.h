@@ -1,6 +1,7 @@
 /* modes.h: which options a mode takes. A mode is what other options make it: a method, a scale, a
  * file that is given. The conditions stand in the rows of the option table (struct ct_when of
  * cli.h); here they are put into words and held against a command line.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_CLI_MODES_H
 #define CT_CLI_MODES_H

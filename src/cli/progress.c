@@ -1,4 +1,4 @@
-/* progress.c: see progress.h. */
+/* progress.c: see progress.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/progress.h"
 #include "core/clock.h"

@@ -3,7 +3,7 @@
  *
  * The percentage never falls. Nor does a time that is shown rise: while more is expected than was
  * said, it stands, and where that was far too little none is shown. Works that follow one another
- * are parts of the run: ct_env_part. */
+ * are parts of the run: ct_env_part. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_CLI_PROGRESS_H
 #define CT_CLI_PROGRESS_H
 #include "core/env.h"

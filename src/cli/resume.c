@@ -1,4 +1,4 @@
-/* resume.c: see resume.h. */
+/* resume.c: see resume.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/keep.h"
 #include "cli/resume.h"

@@ -7,6 +7,7 @@
  * and a run without --resume does not write over one unless it is forced. A file of that name that
  * is no state, or that another run has put there meanwhile, is neither written over nor removed. A
  * run that keeps one is stopped where it has saved it (stop.h).
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_CLI_RESUME_H
 #define CT_CLI_RESUME_H

@@ -1,6 +1,6 @@
 /* stop.c: see stop.h. The signals are blocked, so that no kernel is interrupted. Threads that a
  * library began before do not block them, so the signals have a handler. It wakes a thread, which
- * may do anything about them. */
+ * may do anything about them. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/stop.h"
 #include "core/clock.h"

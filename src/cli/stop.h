@@ -6,6 +6,7 @@
  * wait for longer than a second (for a pipe that nobody writes into): else it is ended, with the
  * state that it saved last. To be asked again, by whatever signal, changes nothing: a terminal
  * and a batch system signal the whole group, and ct-sr passes on what it was told.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_CLI_STOP_H
 #define CT_CLI_STOP_H

@@ -1,4 +1,4 @@
-/* table.c: see table.h. */
+/* table.c: see table.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/number.h"
 #include "cli/table.h"

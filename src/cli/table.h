@@ -1,4 +1,5 @@
 /* table.h: the rows of a tool's option table and of the options that every tool has. For src/cli.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_CLI_TABLE_H
 #define CT_CLI_TABLE_H

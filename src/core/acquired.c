@@ -1,4 +1,4 @@
-/* acquired.c: see acquired.h. */
+/* acquired.c: see acquired.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/acquired.h"
 

@@ -3,6 +3,7 @@
  * The reader of DICOM writes it, or a JSON sidecar says it (formats/beside.h). It is of use as long
  * as the voxels are where they were: who uses it compares their spacing. Nothing in it tells who
  * the patient is.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_CORE_ACQUIRED_H
 #define CT_CORE_ACQUIRED_H

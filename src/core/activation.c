@@ -1,4 +1,4 @@
-/* activation.c: see activation.h. */
+/* activation.c: see activation.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/activation.h"
 

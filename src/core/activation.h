@@ -4,6 +4,7 @@
  *   softplus   ln(1 + e^z): positive (3-D Gaussian splatting, R2-Gaussian)
  *   relu       max(0, z)
  *   sine       sin z: signed, bounded
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_CORE_ACTIVATION_H
 #define CT_CORE_ACTIVATION_H

@@ -1,4 +1,4 @@
-/* clock.c: see clock.h. */
+/* clock.c: see clock.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/clock.h"
 

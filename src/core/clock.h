@@ -1,4 +1,4 @@
-/* clock.h: the only clock of the project. Thread-safe. */
+/* clock.h: the only clock of the project. Thread-safe. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_CORE_CLOCK_H
 #define CT_CORE_CLOCK_H
 

@@ -1,4 +1,4 @@
-/* cost.h: what a run is expected to take. */
+/* cost.h: what a run is expected to take. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_CORE_COST_H
 #define CT_CORE_COST_H
 

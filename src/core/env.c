@@ -1,4 +1,4 @@
-/* env.c: see env.h. */
+/* env.c: see env.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/env.h"
 

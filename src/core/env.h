@@ -1,4 +1,5 @@
-/* env.h: what a run may use besides its parameters: passed down, never global. */
+/* env.h: what a run may use besides its parameters: passed down, never global.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_CORE_ENV_H
 #define CT_CORE_ENV_H
 #include "core/err.h"

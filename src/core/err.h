@@ -3,6 +3,7 @@
  * A fallible function returns 0, or -1 after ct_fail(). The codes are the exit
  * statuses of every tool, so nothing translates them. Thread-safe: one struct a
  * call chain.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_CORE_ERR_H
 #define CT_CORE_ERR_H

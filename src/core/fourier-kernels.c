@@ -4,7 +4,8 @@
  *
  *   y[q][c] = exp(-2 pi i q c/n) sum_d x[q + d n/p] exp(-2 pi i c d/p),  q < n/p, c < p
  *
- * where the s lines so far lie innermost. After the last step they are in order. */
+ * where the s lines so far lie innermost. After the last step they are in order.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/fourier.h"
 #include "core/vec.h"

@@ -1,4 +1,4 @@
-/* fourier.c: see fourier.h. */
+/* fourier.c: see fourier.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/fourier.h"
 #include "core/mem.h"

@@ -6,6 +6,7 @@
  * is quick and a prime is as slow as direct sums. Real and imaginary parts change places in both
  * directions for the inverse, times n: apply(f, w, im, re, work). The same bytes at every level
  * (core/simd.h). Thread-safe with work of its own.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_CORE_FOURIER_H
 #define CT_CORE_FOURIER_H

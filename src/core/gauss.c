@@ -1,4 +1,4 @@
-/* gauss.c: see gauss.h. */
+/* gauss.c: see gauss.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/gauss.h"
 #include "core/mem.h"

@@ -5,6 +5,7 @@
  * Structure of arrays, raw (pre-activation) values: rho_i = phi(raw_i) (activation.h), in density
  * of the metadata "window". Positions and standard deviations in world mm, RAS+; scale stores
  * ln(s/mm); the quaternion is (w,x,y,z), normalised on use.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_CORE_GAUSS_H
 #define CT_CORE_GAUSS_H

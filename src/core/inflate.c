@@ -1,4 +1,4 @@
-/* inflate.c: see inflate.h. */
+/* inflate.c: see inflate.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/inflate.h"
 

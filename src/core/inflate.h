@@ -3,6 +3,7 @@
  * Up to CT_INFLATE_FREE bytes come of any file (the pictures of a DICOM series are one); more only
  * if they are no more than so many times what they come from: CT_INFLATE_TIMES, or what the command
  * line allows. Scans are compressed 2 to 10 times, all zeros 1030 times.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_CORE_INFLATE_H
 #define CT_CORE_INFLATE_H

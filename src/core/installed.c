@@ -1,4 +1,4 @@
-/* installed.c: see installed.h. */
+/* installed.c: see installed.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/installed.h"
 

@@ -1,4 +1,5 @@
-/* installed.h: where files lie that are installed with the program or the library. */
+/* installed.h: where files lie that are installed with the program or the library.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_CORE_INSTALLED_H
 #define CT_CORE_INSTALLED_H
 #include "core/err.h"

@@ -1,6 +1,7 @@
 /* linear.h: a linear operator A and its adjoint, as solvers take them.
  *
  * What A makes comes in parts, such as the views of a scan; a call may ask for the first of them.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_CORE_LINEAR_H
 #define CT_CORE_LINEAR_H

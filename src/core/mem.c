@@ -1,4 +1,4 @@
-/* mem.c: see mem.h. */
+/* mem.c: see mem.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 

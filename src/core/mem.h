@@ -2,6 +2,7 @@
  *
  * Every product is checked for overflow and capped before anything is asked of
  * the allocator: a 16-byte header can ask for an exabyte.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_CORE_MEM_H
 #define CT_CORE_MEM_H

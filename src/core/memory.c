@@ -1,4 +1,4 @@
-/* memory.c: see memory.h. */
+/* memory.c: see memory.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/number.h"
 #include "core/memory.h"

@@ -1,4 +1,4 @@
-/* memory.h: how much memory there is. */
+/* memory.h: how much memory there is. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_CORE_MEMORY_H
 #define CT_CORE_MEMORY_H
 

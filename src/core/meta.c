@@ -1,4 +1,4 @@
-/* meta.c: see meta.h. */
+/* meta.c: see meta.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/number.h"
 #include "core/meta.h"

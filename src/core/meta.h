@@ -9,6 +9,7 @@
  *   run.NAME     in a state, what its run depends on (cli/resume.h)
  *   scalar.N     in the state of the joint solver, a number in hexadecimal; ct-fuse
  * and for the architecture of a prior, by the names of guided diffusion (nn/arch.c).
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_CORE_META_H
 #define CT_CORE_META_H

@@ -1,4 +1,4 @@
-/* number.c: see number.h. */
+/* number.c: see number.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/number.h"
 

@@ -3,6 +3,7 @@
  * A number is decimal: a sign, digits with at most one point, an exponent. 1,5 and 1.5. and 0x10
  * are none, nor are nan and inf, nor what is too large for a double. The only reader: none but
  * number.c calls strtod or its kin.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_CORE_NUMBER_H
 #define CT_CORE_NUMBER_H

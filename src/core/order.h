@@ -1,4 +1,4 @@
-/* order.h: functions for qsort(3), ascending. */
+/* order.h: functions for qsort(3), ascending. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_CORE_ORDER_H
 #define CT_CORE_ORDER_H
 

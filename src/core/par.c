@@ -1,4 +1,5 @@
-/* par.c: a pool of POSIX threads that wait for a loop; see par.h. */
+/* par.c: a pool of POSIX threads that wait for a loop; see par.h.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/par.h"
 #include "core/mem.h"

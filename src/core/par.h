@@ -2,6 +2,7 @@
  *
  * Work is cut by data, never by the number of threads, and partial results are added in
  * index order by the caller: so any number of threads gives the same bytes.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_CORE_PAR_H
 #define CT_CORE_PAR_H

@@ -2,6 +2,7 @@
  *
  * A number is a function of (seed, stream, index) and of nothing else, so neither order nor
  * threads nor a resumed run can change it. Pure; thread-safe.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_CORE_RNG_H
 #define CT_CORE_RNG_H

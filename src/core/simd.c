@@ -1,4 +1,4 @@
-/* simd.c: see simd.h. */
+/* simd.c: see simd.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/simd.h"
 

@@ -12,6 +12,7 @@
  *
  * Every level gives the same bytes, but for what ct_f32_fma (vec.h) computes, which v2 rounds
  * twice, and for networks, whose library adds in an order of each processor's own.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_CORE_SIMD_H
 #define CT_CORE_SIMD_H

@@ -1,4 +1,4 @@
-/* stack.c: see stack.h. */
+/* stack.c: see stack.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/stack.h"
 #include "core/mem.h"

@@ -9,6 +9,7 @@
  *
  * Line integrals are density x mm, density = (HU - LO)/(HI - LO) of the metadata "window".
  * Metadata "quantity": lineIntegral | residual | intensity.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_CORE_STACK_H
 #define CT_CORE_STACK_H

@@ -1,4 +1,4 @@
-/* stream.c: see stream.h. */
+/* stream.c: see stream.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/stream.h"
 #include "core/mem.h"

@@ -1,7 +1,7 @@
 /* stream.h: text that is printed into memory.
  *
  * As open_memstream, which loses text without a word where memory fails: there ferror() is 0 and
- * fclose() succeeds. */
+ * fclose() succeeds. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_CORE_STREAM_H
 #define CT_CORE_STREAM_H
 #include "core/err.h"

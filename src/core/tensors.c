@@ -1,4 +1,4 @@
-/* tensors.c: see tensors.h. */
+/* tensors.c: see tensors.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/tensors.h"
 #include "core/mem.h"

@@ -1,4 +1,5 @@
-/* tensors.h: named float tensors: the weights of a network, or any dump to compare with. */
+/* tensors.h: named float tensors: the weights of a network, or any dump to compare with.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_CORE_TENSORS_H
 #define CT_CORE_TENSORS_H
 #include "core/err.h"

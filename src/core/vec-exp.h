@@ -1,5 +1,5 @@
 /* vec-exp.h: the exponential on vectors (vec.h), for kernels. No branch, no table: the same bits at
- * every level. */
+ * every level. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_CORE_VEC_EXP_H
 #define CT_CORE_VEC_EXP_H
 #include "core/vec.h"

@@ -1,4 +1,5 @@
 /* vec-i16.h: CT_F32_LANES numbers of 16 bits in memory (vec.h): half of the way for what is whole.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_CORE_VEC_I16_H
 #define CT_CORE_VEC_I16_H

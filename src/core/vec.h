@@ -13,6 +13,7 @@
  *
  * Plain loops over restrict pointers become vectors too, here at -O3; they need nothing of this but
  * CT_SIMD_HERE. Nothing is contracted to a fused multiply-add but what says so.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_CORE_VEC_H
 #define CT_CORE_VEC_H

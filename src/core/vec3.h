@@ -1,4 +1,4 @@
-/* vec3.h: vectors of space. */
+/* vec3.h: vectors of space. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_CORE_VEC3_H
 #define CT_CORE_VEC3_H
 #include <math.h>

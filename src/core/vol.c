@@ -1,4 +1,4 @@
-/* vol.c: see vol.h. */
+/* vol.c: see vol.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/vol.h"
 #include "core/mem.h"

@@ -4,6 +4,7 @@
  * voxel centres, to world millimetres, RAS+ as in
  * NIfTI (+x right, +y anterior, +z superior). Values are HU unless the metadata key
  * "quantity" says otherwise (density, residual).
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_CORE_VOL_H
 #define CT_CORE_VOL_H

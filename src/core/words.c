@@ -1,4 +1,4 @@
-/* words.c: see words.h. */
+/* words.c: see words.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/number.h"
 #include "core/words.h"

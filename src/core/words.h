@@ -6,6 +6,7 @@
  * CT_WORDS(CT_BEAM_LIST) is the constant "cone|parallel", for a row of an option table (cli.h) and
  * for ct_words_find; CT_WORD(CT_BEAM_LIST, b) the word of the value b. In prose: "one of"
  * CT_BEAM_LIST(CT_WORD_SPACE). The values of a list count from 0.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_CORE_WORDS_H
 #define CT_CORE_WORDS_H

@@ -1,4 +1,4 @@
-/* ctsr-call.c: the environment of a call, and errors. */
+/* ctsr-call.c: the environment of a call, and errors. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "core/simd.h"

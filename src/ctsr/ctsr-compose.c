@@ -1,4 +1,5 @@
-/* ctsr-compose.c: a base and what was fitted to it make a CT. */
+/* ctsr-compose.c: a base and what was fitted to it make a CT.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "ctsr/ctsr-impl.h"
 #include "steps/step-compose.h"

@@ -1,4 +1,5 @@
-/* ctsr-ddnm.c: projections on a finer detector, by a diffusion prior that is held to them. */
+/* ctsr-ddnm.c: projections on a finer detector, by a diffusion prior that is held to them.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/installed.h"
 #include "core/mem.h"

@@ -1,4 +1,5 @@
-/* ctsr-file.c: files of volumes, in the formats that a program names. */
+/* ctsr-file.c: files of volumes, in the formats that a program names.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "ctsr/ctsr-impl.h"
 #include "formats/ends.h"

@@ -1,4 +1,4 @@
-/* ctsr-formats.c: all formats of volumes. */
+/* ctsr-formats.c: all formats of volumes. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "ctsr/ctsr.h"
 #include "formats/any.h"

@@ -1,4 +1,4 @@
-/* ctsr-gaussians.c: sums of signed Gaussians. */
+/* ctsr-gaussians.c: sums of signed Gaussians. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "ctsr/ctsr-impl.h"

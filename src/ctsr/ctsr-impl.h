@@ -1,4 +1,5 @@
-/* ctsr-impl.h: what the files of src/ctsr share. Nothing of it is exported. */
+/* ctsr-impl.h: what the files of src/ctsr share. Nothing of it is exported.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_CTSR_CTSR_IMPL_H
 #define CT_CTSR_CTSR_IMPL_H
 #include "core/env.h"

@@ -1,4 +1,5 @@
 /* ctsr-metaimage.c: a file of its own, so that a static link holds this format only if it is named.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "ctsr/ctsr.h"

@@ -1,4 +1,5 @@
-/* ctsr-metrics.c: how far volumes, and projections, are apart. */
+/* ctsr-metrics.c: how far volumes, and projections, are apart.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "ctsr/ctsr-impl.h"
 #include "steps/step-compare.h"

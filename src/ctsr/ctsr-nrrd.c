@@ -1,4 +1,5 @@
-/* ctsr-nrrd.c: a file of its own, so that a static link holds this format only if it is named. */
+/* ctsr-nrrd.c: a file of its own, so that a static link holds this format only if it is named.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "ctsr/ctsr.h"
 #include "formats/any.h"

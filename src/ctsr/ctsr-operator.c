@@ -1,4 +1,4 @@
-/* ctsr-operator.c: what makes a low-resolution CT. */
+/* ctsr-operator.c: what makes a low-resolution CT. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "ctsr/ctsr-impl.h"
 #include "estimate/operator.h"

@@ -1,4 +1,4 @@
-/* ctsr-paper.c: the published method, its steps in one call. */
+/* ctsr-paper.c: the published method, its steps in one call. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "ctsr/ctsr-impl.h"
 #include "formats/format.h"

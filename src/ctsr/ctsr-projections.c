@@ -1,4 +1,5 @@
-/* ctsr-projections.c: X-ray projections, and volumes of them. */
+/* ctsr-projections.c: X-ray projections, and volumes of them.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "ctsr/ctsr-impl.h"

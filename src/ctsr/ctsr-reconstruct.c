@@ -1,4 +1,4 @@
-/* ctsr-reconstruct.c: volumes of projections. */
+/* ctsr-reconstruct.c: volumes of projections. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "ctsr/ctsr-impl.h"
 #include "steps/step-reconstruct.h"

@@ -1,4 +1,5 @@
-/* ctsr-superres.c: a CT on a finer grid. The policy is that of src/refine. */
+/* ctsr-superres.c: a CT on a finer grid. The policy is that of src/refine.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/clock.h"
 #include "core/installed.h"

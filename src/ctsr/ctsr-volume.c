@@ -1,4 +1,4 @@
-/* ctsr-volume.c: volumes in memory. */
+/* ctsr-volume.c: volumes in memory. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "ctsr/ctsr-impl.h"

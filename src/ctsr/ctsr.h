@@ -1,5 +1,5 @@
 /* ctsr.h: super-resolution of computed tomography (CT) as a library.
- *
+ * SPDX-License-Identifier: Apache-2.0
  * libctsr refines a CT scan to a finer grid: it inverts the blur and the sampling of the scanner,
  * and can then add the detail that a network, trained on slices of other CTs, predicts. Blurred and
  * sampled again, the result gives the scan. It also runs the steps of the paper: it projects

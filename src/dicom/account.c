@@ -1,4 +1,4 @@
-/* account.c: what became of every file; see series-set.h. */
+/* account.c: what became of every file; see series-set.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "formats/hash.h"

@@ -1,4 +1,4 @@
-/* derive.c: see image.h. */
+/* derive.c: see image.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "dicom/image.h"
 #include "core/vec3.h"

@@ -2,6 +2,7 @@
  *
  * The DICOM library is loaded when one of these is called first: see module.h. Without it they fail
  * with CT_EINPUT.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_DICOM_DICOM_H
 #define CT_DICOM_DICOM_H

@@ -1,4 +1,4 @@
-/* form.c: see form.h. */
+/* form.c: see form.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/files.h"
 #include "formats/any.h"

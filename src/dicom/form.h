@@ -1,4 +1,4 @@
-/* form.h: in what form a DICOM series comes. */
+/* form.h: in what form a DICOM series comes. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_DICOM_FORM_H
 #define CT_DICOM_FORM_H
 #include "dicom/dicom.h"

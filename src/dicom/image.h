@@ -1,5 +1,5 @@
 /* image.h: the elements of CT pictures that are derived from others: CT Image Storage, one
- * picture a file, or Enhanced CT Image Storage, all in one. */
+ * picture a file, or Enhanced CT Image Storage, all in one. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_DICOM_IMAGE_H
 #define CT_DICOM_IMAGE_H
 #include "core/vol.h"

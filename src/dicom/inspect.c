@@ -1,4 +1,5 @@
-/* inspect.c: what is in a folder of DICOM files, before anything is made of it; see dicom.h. */
+/* inspect.c: what is in a folder of DICOM files, before anything is made of it; see dicom.h.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/command.h"
 #include "cli/json.h"

@@ -1,4 +1,4 @@
-/* module.c: the module itself; see module.h. */
+/* module.c: the module itself; see module.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "dicom/module.h"
 #include "core/inflate.h"

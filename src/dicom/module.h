@@ -3,6 +3,7 @@
  * The library takes 50 shared objects and 30 ms to start. A command calls dicom.h,
  * which loads ctsr-dicom.so: from the folder of the program (a build folder), or from where it is
  * installed.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_DICOM_MODULE_H
 #define CT_DICOM_MODULE_H

@@ -1,4 +1,4 @@
-/* open.c: the module is loaded; see module.h. */
+/* open.c: the module is loaded; see module.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/inflate.h"
 #include "core/installed.h"

@@ -1,4 +1,4 @@
-/* policy.c: see image.h. */
+/* policy.c: see image.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/number.h"
 #include "shim/dicom-file.h"

@@ -1,4 +1,5 @@
-/* radiograph.c: the one picture of X rays on a detector that a file holds; see dicom.h. */
+/* radiograph.c: the one picture of X rays on a detector that a file holds; see dicom.h.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/words.h"
 #include "series/header.h"

@@ -1,4 +1,4 @@
-/* series-set.c: from files to a volume. See dicom.h. */
+/* series-set.c: from files to a volume. See dicom.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/acquired.h"
 #include "core/inflate.h"

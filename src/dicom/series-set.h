@@ -1,4 +1,5 @@
-/* series-set.h: the series of a folder, or of files; nothing of it is left out silently. */
+/* series-set.h: the series of a folder, or of files; nothing of it is left out silently.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_DICOM_SERIES_SET_H
 #define CT_DICOM_SERIES_SET_H
 #include "dicom/dicom.h"

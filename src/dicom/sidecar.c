@@ -1,4 +1,4 @@
-/* sidecar.c: see sidecar.h. */
+/* sidecar.c: see sidecar.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "dicom/sidecar.h"
 #include "formats/io.h"

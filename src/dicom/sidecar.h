@@ -2,6 +2,7 @@
  *
  * Nothing in it tells who the patient is: no name, number, date, UID or free text of the header,
  * and no name of a file in which the patient's stands.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_DICOM_SIDECAR_H
 #define CT_DICOM_SIDECAR_H

@@ -1,4 +1,4 @@
-/* write.c: a volume as DICOM. */
+/* write.c: a volume as DICOM. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/number.h"
 #include "core/mem.h"

@@ -4,6 +4,7 @@
  * against the mean (A x(z) - y)^2, then z is put back on the sphere of radius sqrt(values). The
  * gradient goes through every move of the chain, also back in time, and through the network unless
  * it is frozen.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "diffusion/draw.h"

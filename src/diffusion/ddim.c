@@ -8,6 +8,7 @@
  *   DPM    (sig / sig') x + a (1 - exp(-h)) ((1 + 1/(2 r)) x0 - 1/(2 r) before),
  *          h the growth of log(a / sig) and r h that of the move before; x0 alone in the brackets
  *          where nothing is known from before, and in the last move, whose h is infinite
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "diffusion/draw.h"

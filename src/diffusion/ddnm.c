@@ -17,6 +17,7 @@
  * SIMPLE  with sig' = sqrt(1 - abar_j^2), the same for all components:
  *           lambda_t = min(1, sig' / (abar_j sy))
  *           noise = gamma_t sig (eta z + q eps), gamma_t = sqrt(max(0, sig'^2 - (abar_j sy)^2))
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "diffusion/draw.h"

@@ -1,4 +1,4 @@
-/* draw.c: see sampler.h and draw.h. */
+/* draw.c: see sampler.h and draw.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "diffusion/draw.h"
 #include "core/mem.h"

@@ -1,4 +1,5 @@
-/* draw.h: a picture being drawn: the loop of every sampler, and what its rules work with. */
+/* draw.h: a picture being drawn: the loop of every sampler, and what its rules work with.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_DIFFUSION_DRAW_H
 #define CT_DIFFUSION_DRAW_H
 #include "diffusion/sampler.h"

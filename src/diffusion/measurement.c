@@ -1,4 +1,4 @@
-/* measurement.c: see measurement.h. */
+/* measurement.c: see measurement.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "diffusion/measurement.h"
 

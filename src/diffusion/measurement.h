@@ -22,6 +22,7 @@
  *
  * Functions do not change the operator and are thread-safe; t is scratch of
  * ct_measurement_scratch() values. Sums are in double and in a fixed order.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_DIFFUSION_MEASUREMENT_H
 #define CT_DIFFUSION_MEASUREMENT_H

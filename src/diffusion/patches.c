@@ -1,4 +1,4 @@
-/* patches.c: see patches.h. */
+/* patches.c: see patches.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "diffusion/patches.h"
 #include "core/mem.h"

@@ -1,4 +1,5 @@
-/* patches.h: pictures to train on, and random pieces of them. */
+/* patches.h: pictures to train on, and random pieces of them.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_DIFFUSION_PATCHES_H
 #define CT_DIFFUSION_PATCHES_H
 #include "core/err.h"

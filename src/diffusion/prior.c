@@ -1,4 +1,4 @@
-/* prior.c: see prior.h. */
+/* prior.c: see prior.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "diffusion/prior.h"
 #include "core/clock.h"

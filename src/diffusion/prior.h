@@ -1,5 +1,6 @@
 /* prior.h: a trained U-Net as the noise predictor of the sampler, or a network of super-resolution
- * that is asked once (CT_SAMPLER_ONCE); one workspace a worker. */
+ * that is asked once (CT_SAMPLER_ONCE); one workspace a worker.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_DIFFUSION_PRIOR_H
 #define CT_DIFFUSION_PRIOR_H
 #include "core/tensors.h"

@@ -3,6 +3,7 @@
  * A task is one sample of one view. All threads draw tasks in waves of whole views, the fewest that
  * fill them; samples are added in order. What a view becomes does not depend on the threads, nor on
  * what was done before.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "diffusion/sample-views.h"

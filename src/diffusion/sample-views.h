@@ -14,6 +14,7 @@
  *
  * CT_SAMPLER_NONE does nothing of that: its result is the start, init to the byte, or without init
  * the view on the finer grid (ct_superres_bilinear).
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_DIFFUSION_SAMPLE_VIEWS_H
 #define CT_DIFFUSION_SAMPLE_VIEWS_H

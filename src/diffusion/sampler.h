@@ -37,6 +37,7 @@
  * omni.h) gives in one call, not held to y; CT_SAMPLER_NONE, which asks no network: sample-views.h.
  *
  * Pictures are in [-1, 1], y too. Channels are restored together by the network and apart by A.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_DIFFUSION_SAMPLER_H
 #define CT_DIFFUSION_SAMPLER_H

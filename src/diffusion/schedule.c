@@ -1,4 +1,4 @@
-/* schedule.c: see schedule.h. */
+/* schedule.c: see schedule.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "diffusion/schedule.h"
 #include "core/mem.h"

@@ -3,6 +3,7 @@
  * The forward process (Ho et al., DDPM, 2020) is x_t = sqrt(abar_t) x_0 + sqrt(1 - abar_t) z with
  * abar_t = (1 - beta_0)...(1 - beta_t), t = 0..T-1, and abar_{-1} = 1: no noise. Linear betas
  * from 1e-4 to 0.02 over T = 1000 are what the priors here are trained with. Pure functions.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_DIFFUSION_SCHEDULE_H
 #define CT_DIFFUSION_SCHEDULE_H

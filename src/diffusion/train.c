@@ -1,4 +1,4 @@
-/* train.c: see train.h. */
+/* train.c: see train.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "diffusion/train.h"
 #include "core/mem.h"

@@ -7,6 +7,7 @@
  * ct-ddnm takes projections for; loss = mean |net(A x0) - x0|. All draws are functions of (seed,
  * step, sample). The batch is cut into a fixed number of groups with an accumulator of gradients
  * each, added in their order: any number of threads, and any interruption, gives the same bytes.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_DIFFUSION_TRAIN_H
 #define CT_DIFFUSION_TRAIN_H

@@ -1,4 +1,4 @@
-/* assumed.c: see assumed.h. */
+/* assumed.c: see assumed.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "estimate/assumed.h"
 #include "estimate/scanner.h"

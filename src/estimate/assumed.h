@@ -5,6 +5,7 @@
  * part: "DICOM (Philips, 5 mm, kernel UB) expects 4.39 mm within 10 %, edges show 4.57 within 9 %".
  * The width is that of a Gaussian of the same spread, 2.3548 standard deviations. Edges that
  * overshoot on both sides by more than 15 % of their step are reported, too.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_ESTIMATE_ASSUMED_H
 #define CT_ESTIMATE_ASSUMED_H

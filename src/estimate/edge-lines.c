@@ -1,4 +1,4 @@
-/* edge-lines.c: see edge-lines.h. */
+/* edge-lines.c: see edge-lines.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "core/order.h"

@@ -12,6 +12,7 @@
  * random numbers. A row holds the line, 4 voxels of each of the 4 lines beside it, all less the
  * mean of the two neighbours, over d, within +-8; ln(|d| / 100 HU); and that mean, over 1000 HU,
  * within +-3.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_ESTIMATE_EDGE_LINES_H
 #define CT_ESTIMATE_EDGE_LINES_H

@@ -1,7 +1,8 @@
 /* expected.c: see expected.h.
  *
  * Boxes of the volume are made one by one, each with so much about it as its windows reach, along
- * the three axes after each other: nothing of the size of the volume is needed beside it. */
+ * the three axes after each other: nothing of the size of the volume is needed beside it.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "estimate/expected.h"
 #include "core/mem.h"

@@ -19,6 +19,7 @@
  * a .. e are what fits errors on other scans (expected.c): of normal errors with this variance the
  * most likely ones, where the solver was given the operator and the noise. It knows nothing of what
  * is unlike them, nor of a solver that was stopped early or given the wrong operator.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_ESTIMATE_EXPECTED_H
 #define CT_ESTIMATE_EXPECTED_H

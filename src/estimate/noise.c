@@ -1,4 +1,4 @@
-/* noise.c: see noise.h. */
+/* noise.c: see noise.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "estimate/noise.h"
 #include "core/mem.h"

@@ -35,6 +35,7 @@
  *
  * Noise of longer scale than a block is in neither. Below -1100 HU is padding. Where the constants
  * come from: doc/blur-estimate.md.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_ESTIMATE_NOISE_H
 #define CT_ESTIMATE_NOISE_H

@@ -1,4 +1,4 @@
-/* operator.c: see operator.h. */
+/* operator.c: see operator.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "estimate/operator.h"
 #include "estimate/scanner.h"

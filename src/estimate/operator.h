@@ -7,6 +7,7 @@
  * would amplify the scan. Such an axis is interpolated. Slices too few for edges, of which DICOM
  * says nothing either, are as thick as far apart. A contradiction between the file and the caller
  * is an error.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_ESTIMATE_OPERATOR_H
 #define CT_ESTIMATE_OPERATOR_H

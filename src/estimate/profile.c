@@ -1,4 +1,4 @@
-/* profile.c: see profile.h. */
+/* profile.c: see profile.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "operator/degrade.h"

@@ -16,6 +16,7 @@
  * the second set is drawn along the axis there, the third along that other axis, whose profile is
  * known. The fourth is drawn along the other axis, once that is band-limited (P1 of degrade.h). Of
  * two other axes each gives half of a set.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_ESTIMATE_PROFILE_H
 #define CT_ESTIMATE_PROFILE_H

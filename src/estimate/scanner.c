@@ -1,4 +1,4 @@
-/* scanner.c: see scanner.h. */
+/* scanner.c: see scanner.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "estimate/scanner.h"
 

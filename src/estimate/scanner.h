@@ -7,6 +7,7 @@
  * line of the tables has its source; what is not published is assumed, with a wide deviation.
  *
  * Both estimates are normal in the logarithm of the spread: they join by inverse variance.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_ESTIMATE_SCANNER_H
 #define CT_ESTIMATE_SCANNER_H

@@ -1,4 +1,4 @@
-/* slice-fit.c: see slice-fit.h. */
+/* slice-fit.c: see slice-fit.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "estimate/slice-fit.h"
 #include "core/mem.h"

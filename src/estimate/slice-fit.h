@@ -17,6 +17,7 @@
  * jackknife over 4 x 4 tiles of the plane, since the residuals of neighbours are alike.
  *
  * w is the profile of THICK relative to that of THIN: its variance is the difference of theirs.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_ESTIMATE_SLICE_FIT_H
 #define CT_ESTIMATE_SLICE_FIT_H

@@ -1,4 +1,4 @@
-/* slice-pair.c: see slice-pair.h. */
+/* slice-pair.c: see slice-pair.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "estimate/slice-pair.h"
 

@@ -1,5 +1,5 @@
 /* slice-pair.h: two reconstructions of one acquisition, in thick and in thin slices: which thin
- * voxels lie about a thick slice. */
+ * voxels lie about a thick slice. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_ESTIMATE_SLICE_PAIR_H
 #define CT_ESTIMATE_SLICE_PAIR_H
 #include "core/vol.h"

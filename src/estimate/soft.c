@@ -1,4 +1,4 @@
-/* soft.c: see soft.h. */
+/* soft.c: see soft.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "estimate/soft.h"
 

@@ -12,6 +12,7 @@
  *   all axes   a band-limited scan is no softer along z than in plane, in voxels.
  *
  * doc/blur-estimate.md, "Slices that were interpolated", has what this gains and loses.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_ESTIMATE_SOFT_H
 #define CT_ESTIMATE_SOFT_H

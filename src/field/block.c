@@ -1,4 +1,4 @@
-/* block.c: see block.h. */
+/* block.c: see block.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "field/block.h"
 

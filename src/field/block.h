@@ -10,6 +10,7 @@
  *
  * with forward differences d_a, none at the last voxel of an axis, and w_a = least spacing /
  * spacing. Densities. A plan serves one call at a time.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_FIELD_BLOCK_H
 #define CT_FIELD_BLOCK_H

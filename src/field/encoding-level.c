@@ -1,4 +1,5 @@
-/* encoding-level.c: one level of encoding.h, or the sines. Kernels (core/simd.h). */
+/* encoding-level.c: one level of encoding.h, or the sines. Kernels (core/simd.h).
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "field/encoding.h"
 #include "core/vec.h"

@@ -1,4 +1,4 @@
-/* encoding.c: see encoding.h. */
+/* encoding.c: see encoding.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "field/encoding.h"
 #include "core/rng.h"

@@ -15,6 +15,7 @@
  *                            (i ^ 19349663 j ^ 83492791 k) mod 2^log2_table. Nodes may share one.
  *
  * Kernels (core/simd.h), the same bytes at every level. Pure functions; thread-safe.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_FIELD_ENCODING_H
 #define CT_FIELD_ENCODING_H

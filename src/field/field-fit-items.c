@@ -1,4 +1,5 @@
 /* field-fit-items.c: which measurements a step of a fit sees, and what they are (field-fit-step.h).
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "field/field-fit-step.h"

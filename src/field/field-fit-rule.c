@@ -1,4 +1,5 @@
-/* field-fit-rule.c: the published configurations, and ours (field-fit.h). */
+/* field-fit-rule.c: the published configurations, and ours (field-fit.h).
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "field/field-fit.h"
 

@@ -1,4 +1,4 @@
-/* field-fit-state.c: a fit as tensors (field-fit.h). */
+/* field-fit-state.c: a fit as tensors (field-fit.h). SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "field/field-fit.h"
 

@@ -1,4 +1,5 @@
-/* field-fit-step.c: one step of a fit: gradients of a batch, and Adam (field-fit.h). */
+/* field-fit-step.c: one step of a fit: gradients of a batch, and Adam (field-fit.h).
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "field/field-fit-step.h"
 #include "core/vec3.h"

@@ -1,4 +1,5 @@
 /* field-fit-step.h: what a thread of a fit has, and which measurements a step sees (field-fit.h).
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_FIELD_FIELD_FIT_STEP_H
 #define CT_FIELD_FIELD_FIT_STEP_H

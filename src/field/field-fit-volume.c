@@ -1,4 +1,5 @@
-/* field-fit-volume.c: the values of a fitted field on a grid (field-fit.h). */
+/* field-fit-volume.c: the values of a fitted field on a grid (field-fit.h).
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "field/field-fit-step.h"
 #include "field/render.h"

@@ -1,4 +1,5 @@
-/* field-fit.c: a fit from its beginning to its end (field-fit.h). */
+/* field-fit.c: a fit from its beginning to its end (field-fit.h).
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "field/field-fit-step.h"
 #include "core/clock.h"

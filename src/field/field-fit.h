@@ -26,6 +26,7 @@
  * Threads: a batch is cut into CT_FIELD_GROUPS groups whose gradients are added in order: the same
  * bytes for any number of threads, and if a run was stopped and goes on; but not with `seconds`,
  * which are those of the processor.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_FIELD_FIELD_FIT_H
 #define CT_FIELD_FIELD_FIT_H

@@ -1,4 +1,4 @@
-/* field.c: see field.h. */
+/* field.c: see field.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "field/field.h"
 #include "core/mem.h"

@@ -9,6 +9,7 @@
  * network in accumulators of the caller's and d loss / d code of the whole batch kept; then
  * ct_encoding_back of all levels in parallel over the whole batch; then ct_adamw_step
  * (solve/adam.h) on the weights.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_FIELD_FIELD_H
 #define CT_FIELD_FIELD_H

@@ -1,4 +1,4 @@
-/* network.c: see network.h. */
+/* network.c: see network.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "field/network.h"
 #include "core/rng.h"

@@ -11,6 +11,7 @@
  *
  * Weights are one vector: W (out,in) and b (out) of hidden layer 0, the block's (ray-attention.h),
  * W and b of the other hidden layers, W and b of the outputs.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_FIELD_NETWORK_H
 #define CT_FIELD_NETWORK_H

@@ -1,4 +1,5 @@
-/* ray-attention-kernels.c: the loops of ray-attention.h, over columns. Kernels (core/simd.h). */
+/* ray-attention-kernels.c: the loops of ray-attention.h, over columns. Kernels (core/simd.h).
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "field/ray-attention.h"
 #include "core/vec-exp.h"

@@ -1,4 +1,4 @@
-/* ray-attention.c: see ray-attention.h. */
+/* ray-attention.c: see ray-attention.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "field/ray-attention.h"
 #include "nn/dense.h"

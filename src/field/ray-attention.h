@@ -14,6 +14,7 @@
  * Activations are feature-major (dense.h). The columns of place s of all segments stand together:
  * place s of segment i is column s * cols / segment + i, and cols / segment is a multiple of
  * CT_DENSE_LANES. Thread-safe.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_FIELD_RAY_ATTENTION_H
 #define CT_FIELD_RAY_ATTENTION_H

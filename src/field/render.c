@@ -1,4 +1,4 @@
-/* render.c: see render.h. */
+/* render.c: see render.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "field/render.h"
 

@@ -11,6 +11,7 @@
  * which the sphere that touches the faces has the area 1, so that 4 pi r^2 = t^2: papers leave both
  * open, and values far above 1 drive the density to where nothing is learnt. Sums in double. Pure;
  * thread-safe.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_FIELD_RENDER_H
 #define CT_FIELD_RENDER_H

@@ -1,4 +1,4 @@
-/* samples.c: see samples.h. */
+/* samples.c: see samples.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "field/samples.h"
 #include "core/rng.h"

@@ -18,6 +18,7 @@
  * samples of the second field. The draws count as constants of the loss.
  *
  * Random numbers are functions of (seed, stream, item). Pure; thread-safe.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_FIELD_SAMPLES_H
 #define CT_FIELD_SAMPLES_H

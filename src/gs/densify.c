@@ -1,4 +1,4 @@
-/* densify.c: see densify.h. */
+/* densify.c: see densify.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "gs/densify.h"
 #include "core/rng.h"

@@ -5,6 +5,7 @@
  * in two if it is large (children drawn from it, 1.6 times smaller); each of the two gets half the
  * density, sign kept. Pruned are those with |z| < 1e-5 (z the raw density; the density itself
  * for the activations that cannot be negative) and those whose centre is outside the grid.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_GS_DENSIFY_H
 #define CT_GS_DENSIFY_H

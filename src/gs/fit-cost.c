@@ -1,4 +1,4 @@
-/* fit-cost.c: what a fit will take (fit.h). */
+/* fit-cost.c: what a fit will take (fit.h). SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/clock.h"
 #include "gs/fit.h"

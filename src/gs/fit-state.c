@@ -1,4 +1,4 @@
-/* fit-state.c: a fit as tensors (fit.h). */
+/* fit-state.c: a fit as tensors (fit.h). SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/words.h"
 #include "core/number.h"

@@ -1,4 +1,4 @@
-/* fit.c: see fit.h. */
+/* fit.c: see fit.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "gs/fit.h"
 #include "core/mem.h"

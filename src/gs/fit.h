@@ -21,6 +21,7 @@
  *
  * Same inputs, options and seed: the same bytes, with any number of threads, and if the run was
  * stopped and continued.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_GS_FIT_H
 #define CT_GS_FIT_H

@@ -1,4 +1,4 @@
-/* gaussian-adam.c: see gaussian-adam.h. */
+/* gaussian-adam.c: see gaussian-adam.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "gs/gaussian-adam.h"
 

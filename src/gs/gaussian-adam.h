@@ -2,6 +2,7 @@
  *
  * Every Gaussian counts its own steps, so one that was born at iteration 3000 has its bias
  * correction from its first step, and does not jump.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_GS_GAUSSIAN_ADAM_H
 #define CT_GS_GAUSSIAN_ADAM_H

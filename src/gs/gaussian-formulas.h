@@ -6,6 +6,7 @@
  *   NUM     the number                      MASK        what comparing two gives
  *   PICK(m, a, b)   m ? a : b               SQRT(x)
  *   FN(name)        the functions' names
+ * SPDX-License-Identifier: Apache-2.0
  */
 #define IMPL static inline __attribute__((always_inline, unused))
 

@@ -4,6 +4,7 @@
  *
  *   GAUSSIAN, GRADIENT   structs with the fields of ct_gaussian and ct_gaussian_gradient
  *   FOOTPRINT            a struct as vec_footprint of gaussian-kernels.c
+ * SPDX-License-Identifier: Apache-2.0
  */
 /* Ray and Jacobian at the centre; what stands for "in front of the source". */
 IMPL MASK FN(look)(FOOTPRINT *f, const struct ct_camera *c, const GAUSSIAN *b)

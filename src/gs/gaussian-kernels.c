@@ -1,6 +1,6 @@
 /* gaussian-kernels.c: raw parameters to Gaussians (gaussian.h), these to their footprints on a
  * detector, and back from the sums over pixels to gradients (splat.h). Kernels (core/simd.h):
- * CT_F64_LANES Gaussians at a time, in double. */
+ * CT_F64_LANES Gaussians at a time, in double. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/vec.h"
 #include "core/vec-exp.h"

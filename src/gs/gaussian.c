@@ -1,4 +1,4 @@
-/* gaussian.c: see gaussian.h. */
+/* gaussian.c: see gaussian.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "gs/gaussian.h"
 #include "core/gauss.h"

@@ -2,6 +2,7 @@
  * double: Sigma = A diag(s^2) A^T, A the rotation of the normalised quaternion, p and s in mm, rho
  * the activation of the raw density. The mixture is summed in voxels by mixture.h, its
  * line integrals by splat.h.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_GS_GAUSSIAN_H
 #define CT_GS_GAUSSIAN_H

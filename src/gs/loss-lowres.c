@@ -1,4 +1,4 @@
-/* loss-lowres.c: see loss-lowres.h. */
+/* loss-lowres.c: see loss-lowres.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "gs/loss-lowres.h"
 #include "core/mem.h"

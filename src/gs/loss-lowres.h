@@ -14,6 +14,7 @@
  *
  * The term is mean|D r - l| over a block of coarse voxels, those left out that lie within two of
  * the border along an axis that D works on: D reflects there, a Gaussian does not.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_GS_LOSS_LOWRES_H
 #define CT_GS_LOSS_LOWRES_H

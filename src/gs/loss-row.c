@@ -1,5 +1,5 @@
 /* loss-row.c: rows of the L1 and TV terms (loss.h). Kernels (core/simd.h): SPAN numbers at a time,
- * of which each has its own sum. */
+ * of which each has its own sum. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "gs/loss.h"
 #include "core/vec.h"

@@ -1,4 +1,4 @@
-/* loss-total.c: see loss-total.h. */
+/* loss-total.c: see loss-total.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "gs/loss-total.h"
 #include "core/mem.h"

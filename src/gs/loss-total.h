@@ -2,6 +2,7 @@
  *
  * The gradients with respect to what is drawn go back through splat.h and mixture.h to the
  * parameters of the Gaussians, and that of the density through the activation to the raw density.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_GS_LOSS_TOTAL_H
 #define CT_GS_LOSS_TOTAL_H

@@ -1,4 +1,5 @@
-/* loss-tv.c: total variation of a block of the volume, of 32^3 voxels as published; see loss.h. */
+/* loss-tv.c: total variation of a block of the volume, of 32^3 voxels as published; see loss.h.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "gs/loss.h"
 

@@ -1,4 +1,4 @@
-/* loss.c: see loss.h. */
+/* loss.c: see loss.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "gs/loss.h"
 #include "core/mem.h"

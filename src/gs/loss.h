@@ -13,6 +13,7 @@
  * residual's, |x - y| = |x_res - y_res|: they are one term of weight 2.
  * Pixels may have weights, of which `mean_weight` is the mean over all views: mean|x - y| is then
  * mean(w |x - y|) / mean_weight, and SSIM the like of its map.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_GS_LOSS_H
 #define CT_GS_LOSS_H

@@ -1,4 +1,4 @@
-/* mixture.c: see mixture.h. */
+/* mixture.c: see mixture.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "gs/mixture.h"
 #include "core/vec3.h"

@@ -5,6 +5,7 @@
  * stays. In every slice a Gaussian is a 2-D one (rasterise.h), so the same kernels do projections
  * and volumes. Any affine that can be inverted. Sums in order of index; the same bytes for any
  * number of threads.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_GS_MIXTURE_H
 #define CT_GS_MIXTURE_H

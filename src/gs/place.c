@@ -1,4 +1,4 @@
-/* place.c: see place.h. */
+/* place.c: see place.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "gs/place.h"
 #include "core/mem.h"

@@ -8,6 +8,7 @@
  * and density `gain` times that of the voxel. Or the voxels are those of another field, what the
  * projections of the base leave of a filtered back-projection, with its sign: n points whose number
  * in every place follows its size.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_GS_PLACE_H
 #define CT_GS_PLACE_H

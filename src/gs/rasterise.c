@@ -10,6 +10,7 @@
  * Every column is computed on its own, so vectors of any width give the same bits. Sums are added
  * in SPAN lanes, of columns SPAN apart, and then by a tree. What both directions share takes `add`,
  * a constant where it is inlined: true draws, false sums.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "core/vec-exp.h"

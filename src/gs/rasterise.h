@@ -10,6 +10,7 @@
  * are float; which pixels lie inside is decided by the same arithmetic in both directions: rows are
  * taken in blocks that begin at multiples of CT_RASTERISE_ROWS of the image, wherever the work is
  * cut.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_GS_RASTERISE_H
 #define CT_GS_RASTERISE_H

@@ -1,4 +1,4 @@
-/* splat.c: see splat.h. */
+/* splat.c: see splat.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "gs/splat.h"
 #include "core/mem.h"

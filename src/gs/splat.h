@@ -17,6 +17,7 @@
  * The image is a plain sum in order of index, by groups of 4096 so that a million in one place lose
  * no digits: the same bytes for any number of threads. Gradients belong to one Gaussian each and
  * are summed by one task.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_GS_SPLAT_H
 #define CT_GS_SPLAT_H

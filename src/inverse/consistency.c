@@ -1,4 +1,4 @@
-/* consistency.c: see consistency.h. */
+/* consistency.c: see consistency.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "inverse/consistency.h"
 #include "core/mem.h"

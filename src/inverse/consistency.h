@@ -22,6 +22,7 @@
  * expanded from the few samples that are a part of its correction. All in float
  * with sums of at most n terms: D x = y holds to some 1e-6 of the values; what needs more applies
  * D+ in double once at the end (ct_consistency_pinv_plan).
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_INVERSE_CONSISTENCY_H
 #define CT_INVERSE_CONSISTENCY_H

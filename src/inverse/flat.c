@@ -1,4 +1,5 @@
-/* flat.c: see flat.h. Cell (i,j,k) lies between points i and i + 1, j and j + 1, k and k + 1. */
+/* flat.c: see flat.h. Cell (i,j,k) lies between points i and i + 1, j and j + 1, k and k + 1.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "inverse/flat.h"
 #include "core/mem.h"

@@ -11,6 +11,7 @@
  * centres, t the texture: the s that one in fifty cells of tissue does not exceed. Of white noise
  * t is .47 of its deviation. CT_FLAT_EDGE was measured on eighteen scans (4x, a Gaussian of an
  * eighth): with 3 one has more texture deep in tissue than cubic interpolation leaves, with 4 none.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_INVERSE_FLAT_H
 #define CT_INVERSE_FLAT_H

@@ -1,4 +1,4 @@
-/* hessian-row.c: see hessian-row.h. */
+/* hessian-row.c: see hessian-row.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "inverse/hessian-row.h"
 #include "core/vec-i16.h"

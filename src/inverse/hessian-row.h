@@ -2,7 +2,7 @@
  * (core/simd.h).
  *
  * The components are the second differences along i, j and k, and the mixed ones of i and j, i and
- * k, j and k, in this order, times a weight each. */
+ * k, j and k, in this order, times a weight each. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_INVERSE_HESSIAN_ROW_H
 #define CT_INVERSE_HESSIAN_ROW_H
 #include "core/simd.h"

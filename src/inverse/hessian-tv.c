@@ -1,5 +1,6 @@
 /* hessian-tv.c: see tv.h. Two passes over rows an iteration: the dual ascends along H of
- * the extrapolated volume, then the volume descends along its adjoint. */
+ * the extrapolated volume, then the volume descends along its adjoint.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "inverse/hessian-row.h"

@@ -1,4 +1,4 @@
-/* pilot.c: see pilot.h. */
+/* pilot.c: see pilot.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "inverse/pilot.h"
 #include "core/mem.h"

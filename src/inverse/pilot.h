@@ -4,7 +4,7 @@
  *
  * An end by tolerance (tv.h) and the bound |D x - y| <= noise sqrt(M), met by a multiplier that is
  * found anew in every iteration (consistency.h), are of all voxels together, and a slab would find
- * others than the whole. */
+ * others than the whole. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_INVERSE_PILOT_H
 #define CT_INVERSE_PILOT_H
 #include "inverse/upsample.h"

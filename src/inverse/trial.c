@@ -1,4 +1,4 @@
-/* trial.c: see trial.h. */
+/* trial.c: see trial.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "inverse/trial.h"
 #include "operator/crop.h"

@@ -1,4 +1,4 @@
-/* tv-row.c: see tv-row.h. */
+/* tv-row.c: see tv-row.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "inverse/tv-row.h"
 #include "core/vec-i16.h"

@@ -1,5 +1,5 @@
 /* tv-row.h: one row of an iteration of total variation, and the sum that measures it (tv.c). Pure
- * kernels (core/simd.h). */
+ * kernels (core/simd.h). SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_INVERSE_TV_ROW_H
 #define CT_INVERSE_TV_ROW_H
 #include "core/simd.h"

@@ -5,6 +5,7 @@
  * sweep the first plane of every slab is set aside, corrected (`first`), and after it every slab
  * leaves the k-component of the dual of its last plane (`last`), which is then taken off the first
  * plane above before that is reduced.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "inverse/tv.h"

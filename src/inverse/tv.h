@@ -17,6 +17,7 @@
  * kept in 16 bits, in units of 1/32767, and what is rounded is what x' is made of: x and p are read
  * and written once each, 20 bytes a voxel. Memory: one and a half volumes beside x, and what dc
  * holds. Planes are cut into slabs by their number, not by threads: the same bytes for any.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_INVERSE_TV_H
 #define CT_INVERSE_TV_H

@@ -1,4 +1,4 @@
-/* upsample.c: see upsample.h. */
+/* upsample.c: see upsample.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "operator/mirror.h"

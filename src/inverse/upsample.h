@@ -23,6 +23,7 @@
  *
  * With noise > 0 (HU, of y) TV and HTV ask for |D x - y| <= 0.8 noise sqrt(M) instead of equality;
  * DC shows it.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_INVERSE_UPSAMPLE_H
 #define CT_INVERSE_UPSAMPLE_H

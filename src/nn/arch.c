@@ -1,4 +1,4 @@
-/* arch.c: see arch.h. */
+/* arch.c: see arch.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/number.h"
 #include "nn/arch.h"

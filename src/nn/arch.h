@@ -1,5 +1,5 @@
 /* arch.h: the shape of a network: a U-Net of guided diffusion (Dhariwal and Nichol 2021), or one of
- * super-resolution (rdn.h, omni.h). */
+ * super-resolution (rdn.h, omni.h). SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_NN_ARCH_H
 #define CT_NN_ARCH_H
 #include "core/err.h"

@@ -1,4 +1,4 @@
-/* arena.c: see arena.h. */
+/* arena.c: see arena.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "nn/arena.h"
 #include "core/mem.h"

@@ -1,6 +1,7 @@
 /* arena.h: who lies where in one block of memory, decided before there is any.
  *
  * Take and give back in the order of the work; first fit; `top` is then the size to allocate.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_NN_ARENA_H
 #define CT_NN_ARENA_H

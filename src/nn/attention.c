@@ -1,4 +1,4 @@
-/* attention.c: see attention.h. */
+/* attention.c: see attention.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "nn/attention.h"
 #include "nn/dnn.h"

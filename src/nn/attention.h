@@ -4,6 +4,7 @@
  * (guided diffusion's default): the channels are, head by head, q, k, v of that head; new order:
  * all q, all k, all v. With W[t][s] = softmax_s(q_t . k_s / sqrt(width)), out_t = sum_s W v_s. Rows
  * are taken CT_ATTN_BLOCK at a time, so memory grows with the number of pixels, not its square.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_NN_ATTENTION_H
 #define CT_NN_ATTENTION_H

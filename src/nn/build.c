@@ -1,4 +1,4 @@
-/* build.c: see build.h. */
+/* build.c: see build.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "nn/build.h"
 #include "core/mem.h"

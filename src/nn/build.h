@@ -4,6 +4,7 @@
  * After a failure the functions do nothing and return image 0; the caller looks at `failed` at the
  * end. They return the image that the new operation writes, or the number of the new parameter. One
  * thread.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_NN_BUILD_H
 #define CT_NN_BUILD_H

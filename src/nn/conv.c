@@ -1,4 +1,5 @@
-/* conv.c: see conv.h. Version 3 of oneDNN dropped operation descriptors. */
+/* conv.c: see conv.h. Version 3 of oneDNN dropped operation descriptors.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "nn/conv.h"
 #include "core/mem.h"

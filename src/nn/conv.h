@@ -5,6 +5,7 @@
  * unless said. Of a volume they are [d][h][w][c]
  * and [co][ci][k][k][k]; along d there is no padding: the caller has k/2 planes more at each end,
  * zero or of the neighbours, and the result has k - 1 planes fewer. For threads see dnn.h.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_NN_CONV_H
 #define CT_NN_CONV_H

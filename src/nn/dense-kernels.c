@@ -1,4 +1,4 @@
-/* dense-kernels.c: see dense-kernels.h. */
+/* dense-kernels.c: see dense-kernels.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "nn/dense-kernels.h"
 #include "core/vec-exp.h"

@@ -3,6 +3,7 @@
  *
  * Matrices are rows of floats, feature-major: row f holds feature f of all points. The number of
  * columns is a multiple of CT_DENSE_LANES. Pure functions; thread-safe.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_NN_DENSE_KERNELS_H
 #define CT_NN_DENSE_KERNELS_H

@@ -1,4 +1,4 @@
-/* dense.c: see dense.h. */
+/* dense.c: see dense.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "nn/dense.h"
 #include "nn/dnn.h"

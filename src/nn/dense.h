@@ -6,6 +6,7 @@
  * wide ones in oneDNN's sgemm (nn/dnn.h), on the calling thread between ct_dnn_enter and
  * ct_dnn_leave. Which of both depends on the shape alone. ct_dense_rows: a row of activations is a
  * point, all by oneDNN. CT_EFAIL of oneDNN. Thread-safe.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_NN_DENSE_H
 #define CT_NN_DENSE_H

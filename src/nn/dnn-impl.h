@@ -2,6 +2,7 @@
  *
  * Version 3 of oneDNN made memory descriptors opaque and dropped operation descriptors; the few
  * functions here hide the first.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_NN_DNN_IMPL_H
 #define CT_NN_DNN_IMPL_H

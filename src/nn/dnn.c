@@ -1,4 +1,4 @@
-/* dnn.c: see dnn.h. */
+/* dnn.c: see dnn.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "core/simd.h"

@@ -8,6 +8,7 @@
  * that the sums do not depend on the number of threads; images are what is run in parallel. A
  * ct_conv belongs to one thread at a time; ct_conv_alloc and ct_dnn_refresh of one ct_dnn are not
  * to be called at the same time.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_NN_DNN_H
 #define CT_NN_DNN_H

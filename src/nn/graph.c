@@ -1,5 +1,5 @@
 /* graph.c: see graph.h. Block by block as in Dhariwal and Nichol 2021 (guided diffusion),
- * with that project's names for the parameters. */
+ * with that project's names for the parameters. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "nn/graph.h"
 #include "nn/build.h"

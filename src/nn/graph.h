@@ -3,6 +3,7 @@
  * Operations are in the order of the forward pass; each writes one image that is read by later
  * ones. Parameters are in the order of the authors' state dictionary, so offset[] is also
  * the order of a flat vector of weights, gradients or moments.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_NN_GRAPH_H
 #define CT_NN_GRAPH_H

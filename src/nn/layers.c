@@ -1,4 +1,4 @@
-/* layers.c: see layers.h. */
+/* layers.c: see layers.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "nn/layers.h"
 #include "core/vec-exp.h"

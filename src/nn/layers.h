@@ -4,6 +4,7 @@
  * Pure functions on one image in [hw][c] order (channels last), any c, float storage, sums in a
  * fixed order. In a backward, dx is written, or added to if `acc`; gradients of parameters are
  * always added to. No pointer may overlap another. Thread-safe.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_NN_LAYERS_H
 #define CT_NN_LAYERS_H

@@ -1,4 +1,4 @@
-/* norm.c: see norm.h. */
+/* norm.c: see norm.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "nn/norm.h"
 #include "core/vec-exp.h"

@@ -3,6 +3,7 @@
  * Pure functions on one image in [hw][c] order (channels last), c a multiple of 32; float storage,
  * sums in double and in a fixed order. dx is written, or added to if `acc`; gradients of parameters
  * are always added to. No pointer may overlap another unless said. Thread-safe.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_NN_NORM_H
 #define CT_NN_NORM_H

@@ -1,4 +1,4 @@
-/* omni.c: see omni.h. */
+/* omni.c: see omni.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "nn/omni.h"
 

@@ -16,6 +16,7 @@
  *
  * Names and shapes of tensors are those of the authors' PyTorch program, from memory; no published
  * checkpoint was read.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_NN_OMNI_H
 #define CT_NN_OMNI_H

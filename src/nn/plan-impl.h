@@ -1,5 +1,6 @@
 /* plan-impl.h: what plan.c, which places the images of a plan, and plan-run.c, which runs it,
  * share.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_NN_PLAN_IMPL_H
 #define CT_NN_PLAN_IMPL_H

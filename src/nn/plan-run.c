@@ -1,4 +1,5 @@
-/* plan-run.c: the operations of a network, forward and backward (unet.h). */
+/* plan-run.c: the operations of a network, forward and backward (unet.h).
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "nn/attention.h"
 #include "nn/layers.h"

@@ -3,6 +3,7 @@
  * Without training an image's place is used again after its last reader, and a normalisation that
  * is the last reader works in place. With training all images stay; the gradients of images live
  * from their first writer, in reverse order, to the operation that made the image.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "core/mem.h"

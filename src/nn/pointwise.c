@@ -1,4 +1,4 @@
-/* pointwise.c: see pointwise.h. */
+/* pointwise.c: see pointwise.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "nn/pointwise.h"
 #include "core/vec-exp.h"

@@ -4,6 +4,7 @@
  * Pure functions of float values, [hw][c] order (channels last), any c. In a backward, dx is
  * written, or added to if `acc`; gradients of parameters are always added to. No pointer may
  * overlap another. Thread-safe.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_NN_POINTWISE_H
 #define CT_NN_POINTWISE_H

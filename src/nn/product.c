@@ -1,4 +1,5 @@
-/* product.c: see product.h. Version 3 of oneDNN dropped operation descriptors. */
+/* product.c: see product.h. Version 3 of oneDNN dropped operation descriptors.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "core/simd.h"

@@ -4,6 +4,7 @@
  * Elsewhere it is ct_dnn_sgemm.
  *
  * Threads: any may run one product, at the same time, each between ct_dnn_enter and ct_dnn_leave.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_NN_PRODUCT_H
 #define CT_NN_PRODUCT_H

@@ -1,4 +1,4 @@
-/* rdn.c: see rdn.h. */
+/* rdn.c: see rdn.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "nn/rdn.h"
 

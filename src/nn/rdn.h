@@ -9,6 +9,7 @@
  *
  * Names of tensors are those of the PyTorch programs of its users (SFENet1, RDBs.0.convs.0.conv.0,
  * UPNet.0), from memory; no published checkpoint was read.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_NN_RDN_H
 #define CT_NN_RDN_H

@@ -1,4 +1,4 @@
-/* spatial.c: see spatial.h. */
+/* spatial.c: see spatial.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "nn/spatial.h"
 #include "core/vec.h"

@@ -1,4 +1,5 @@
-/* unet.c: the weights of the network, by name and flat; see unet.h. */
+/* unet.c: the weights of the network, by name and flat; see unet.h.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "nn/unet.h"
 #include "core/mem.h"

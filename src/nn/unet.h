@@ -6,6 +6,7 @@
  * and shapes, so its checkpoints load, and stand in one flat vector in the order of its state
  * dictionary: gradients and the moments of an optimiser have the same order. Images are
  * [channel][row][column] here.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_NN_UNET_H
 #define CT_NN_UNET_H

@@ -1,5 +1,6 @@
 /* window-attention.c: see window-attention.h. A group is copied together, pixel by pixel, worked
  * on, and copied back.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "nn/window-attention.h"

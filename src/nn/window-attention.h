@@ -15,6 +15,7 @@
  *
  * One picture a call, float; dqkv is written; dparam is added to, or NULL. CT_EFAIL of the matrix
  * products. Thread-safe, between ct_dnn_enter and ct_dnn_leave.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_NN_WINDOW_ATTENTION_H
 #define CT_NN_WINDOW_ATTENTION_H

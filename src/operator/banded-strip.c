@@ -1,5 +1,6 @@
 /* banded-strip.c: the kernels of banded.h. Sums are held in registers, four at a time; what is
- * turned goes by way of a tile of a strip of rows, two registers wide. */
+ * turned goes by way of a tile of a strip of rows, two registers wide.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "operator/banded.h"
 #include "operator/turn.h"

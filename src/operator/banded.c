@@ -1,4 +1,4 @@
-/* banded.c: see banded.h. */
+/* banded.c: see banded.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "operator/banded.h"
 #include "core/mem.h"

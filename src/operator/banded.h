@@ -3,6 +3,7 @@
  *
  * D (m,n) makes m samples of n. D D^T has few numbers a row as well: it is solved by elimination.
  * Kernels allocate nothing.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_OPERATOR_BANDED_H
 #define CT_OPERATOR_BANDED_H

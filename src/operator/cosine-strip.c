@@ -1,6 +1,7 @@
 /* cosine-strip.c: the products of cosine.h, a strip of columns two registers wide at a time: it is
  * copied into a tile, so that the strides of a volume are walked once, folded there, and multiplied
- * in blocks of sums that are held in registers, of which v2 and v3 have 16 and v4 and NEON 32. */
+ * in blocks of sums that are held in registers, of which v2 and v3 have 16 and v4 and NEON 32.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "operator/cosine.h"
 #include "operator/turn.h"

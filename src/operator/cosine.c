@@ -1,4 +1,4 @@
-/* cosine.c: see cosine.h. */
+/* cosine.c: see cosine.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "operator/cosine.h"
 #include "core/mem.h"

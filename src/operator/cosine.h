@@ -16,6 +16,7 @@
  *   C_k = sum_j d_j 2 cos(pi (j + 1/2)/n) cos(pi k (j + 1/2)/(n/2)) = X_{2k+1} + X_{2k-1},
  * so X_1 = C_0/2 and X_{2k+1} = C_k - X_{2k-1}. `levels` such steps leave 2^levels transforms with
  * one basis of n/2^levels samples, the leaf, which is folded as above.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_OPERATOR_COSINE_H
 #define CT_OPERATOR_COSINE_H

@@ -1,4 +1,4 @@
-/* crop.c: see crop.h. */
+/* crop.c: see crop.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "operator/crop.h"

@@ -1,4 +1,5 @@
-/* crop.h: the same voxels in another frame: cut or padded. No value changes. */
+/* crop.h: the same voxels in another frame: cut or padded. No value changes.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_OPERATOR_CROP_H
 #define CT_OPERATOR_CROP_H
 #include "core/vol.h"

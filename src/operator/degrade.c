@@ -1,4 +1,4 @@
-/* degrade.c: see degrade.h. */
+/* degrade.c: see degrade.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "operator/degrade.h"
 #include "core/rng.h"

@@ -33,6 +33,7 @@
  * half each: D stays symmetric, as its decomposition asks (svd.h). sigma, and decimate where no
  * other axis is reduced, are then those of the same spread. What needs no more than the spread
  * takes them: prior, choice of method, expected errors.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_OPERATOR_DEGRADE_H
 #define CT_OPERATOR_DEGRADE_H

@@ -1,4 +1,4 @@
-/* mirror.c: see mirror.h. */
+/* mirror.c: see mirror.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "operator/mirror.h"
 

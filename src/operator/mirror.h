@@ -2,6 +2,7 @@
  *
  * axes: the sum of 1, 2 and 4 for i, j and k. Twice changes nothing. In place, the same
  * bytes for any number of threads.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_OPERATOR_MIRROR_H
 #define CT_OPERATOR_MIRROR_H

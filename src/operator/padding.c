@@ -1,4 +1,4 @@
-/* padding.c: see padding.h. */
+/* padding.c: see padding.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "operator/degrade.h"

@@ -13,6 +13,7 @@
  * No padding is seen where a lowest value above -900 HU is the end of a window, and in a synthetic
  * CT: a fifth of the other voxels or more have the value of both their neighbours along an axis.
  * There even a sharp edge is real.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_OPERATOR_PADDING_H
 #define CT_OPERATOR_PADDING_H

@@ -1,4 +1,4 @@
-/* regrid.c: see regrid.h. */
+/* regrid.c: see regrid.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/vec3.h"
 #include "operator/regrid.h"

@@ -1,4 +1,5 @@
-/* regrid.h: a volume on another grid, in place: other axes, other voxels, a part of it. */
+/* regrid.h: a volume on another grid, in place: other axes, other voxels, a part of it.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_OPERATOR_REGRID_H
 #define CT_OPERATOR_REGRID_H
 #include "core/env.h"

@@ -1,4 +1,4 @@
-/* resample.c: see resample.h. */
+/* resample.c: see resample.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "operator/resample.h"
 #include "operator/degrade.h"

@@ -3,6 +3,7 @@
  * Cell-centred: voxel k of a grid s times as fine has its centre at index (k + 0.5)/s - 0.5 of
  * the coarse one, and both cover the same field (ct_vol_rescale_affine). Beyond the border the last
  * sample counts on, but the spline is continued by reflection about the face of that sample.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_OPERATOR_RESAMPLE_H
 #define CT_OPERATOR_RESAMPLE_H

@@ -1,5 +1,5 @@
 /* separable-rows.c: the kernel of separable.h. Sums of PARTS registers of one or two rows at a
- * time: as many as hide the delay of an addition. */
+ * time: as many as hide the delay of an addition. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/vec.h"
 #include "operator/separable.h"

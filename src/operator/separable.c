@@ -3,6 +3,7 @@
  * A task takes WIDTH neighbouring lines: it copies them into a tile [n_in][WIDTH] of doubles, so
  * that the strides of the three axes, which are powers of two more often than not, are walked
  * once, and then works on contiguous memory only.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "operator/separable.h"

@@ -6,6 +6,7 @@
  *
  * Volumes are float, i fastest; weights and sums are double. Everything but the functions that
  * say they allocate is pure; the result does not depend on the number of threads.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_OPERATOR_SEPARABLE_H
 #define CT_OPERATOR_SEPARABLE_H

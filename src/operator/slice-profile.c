@@ -1,4 +1,4 @@
-/* slice-profile.c: see slice-profile.h. */
+/* slice-profile.c: see slice-profile.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/number.h"
 #include "operator/slice-profile.h"

@@ -13,6 +13,7 @@
  * T may differ from the spacing: larger, slices overlap; smaller, there are gaps. A Gaussian, and
  * a box of the spacing, become sigma and decimate as ever where these can say it. All else
  * becomes samples.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_OPERATOR_SLICE_PROFILE_H
 #define CT_OPERATOR_SLICE_PROFILE_H

@@ -1,4 +1,4 @@
-/* svd.c: see svd.h. All in double; sums in a fixed order. */
+/* svd.c: see svd.h. All in double; sums in a fixed order. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "operator/svd.h"
 #include "core/mem.h"

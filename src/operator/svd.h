@@ -13,6 +13,7 @@
  * Frequencies that A weakens by more than CT_SVD_LIMIT against the strongest count as not
  * measured: g = 0 there and in A+, and the row of V is zero. So A+ amplifies no noise more than
  * that, A+ A A+ = A+ always, and A A+ A = A if none is lost.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_OPERATOR_SVD_H
 #define CT_OPERATOR_SVD_H

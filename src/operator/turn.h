@@ -1,5 +1,5 @@
 /* turn.h: a tile turned, for files of kernels (core/vec.h) that walk across rows as they do along
- * them. */
+ * them. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_OPERATOR_TURN_H
 #define CT_OPERATOR_TURN_H
 #include "core/vec.h"

@@ -1,4 +1,4 @@
-/* canvas.c: see canvas.h. */
+/* canvas.c: see canvas.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "picture/canvas.h"
 

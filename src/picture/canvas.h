@@ -4,6 +4,7 @@
  * pixels wide and 8 high in a cell of CT_TEXT_W x CT_TEXT_H, times `scale`. ASCII; any other
  * character (of UTF-8) is drawn as '?'. What lies outside of the picture or of its clip is not
  * drawn.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_PICTURE_CANVAS_H
 #define CT_PICTURE_CANVAS_H

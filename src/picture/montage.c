@@ -1,4 +1,4 @@
-/* montage.c: see montage.h. */
+/* montage.c: see montage.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "core/vec3.h"

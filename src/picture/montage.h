@@ -5,6 +5,7 @@
  * sagittal from the left (anterior on the left, superior on top). It lies along the voxel axes
  * nearest to the patient's; nothing is resampled: a pixel shows the voxel it falls into, and all
  * tiles have the same millimetres a pixel.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_PICTURE_MONTAGE_H
 #define CT_PICTURE_MONTAGE_H

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Remakes the shipped prior: projections of CT volumes in random poses, radiographs, ct-train.
 #   make-prior.sh CT_FOLDER XRAY_FOLDER WORK OUT.safetensors [ct-train options...]
 # CT_FOLDER holds NIfTI volumes in HU (and, under mouse/, micro-CT in arbitrary units);

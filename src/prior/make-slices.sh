@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Remakes slices.safetensors, the shipped prior of slices:
 #   make-slices.sh CT_FOLDER HELD_FOLDER WORK OUT.safetensors
 # CT_FOLDER holds NIfTI volumes in HU, and micro-CT in bytes, which become HU by --bytes; the names of those

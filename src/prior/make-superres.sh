@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # Remakes the small networks of super-resolution, rdn-4, omni-4, rdn-8 and omni-8 of this folder.
 #   make-superres.sh CT_FOLDER HELD_FOLDER WORK [MINUTES]
 # The folders hold NIfTI volumes in HU; of those that are held out the loss is reported. WORK keeps the

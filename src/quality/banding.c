@@ -1,4 +1,4 @@
-/* banding.c: see banding.h. */
+/* banding.c: see banding.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "quality/banding.h"
 #include "core/mem.h"

@@ -16,7 +16,7 @@
  * the power of a wave is seen at each neighbour. It is the root mean square of what repeats,
  * A/sqrt(2) for a wave of amplitude A; 0 where the sum is negative. Stripes whose sign changes
  * within a tile, as texture that is sharper at the middle of slices, are no banding. What is below
- * 0.3 HU is chance in a head of 96^3 voxels. */
+ * 0.3 HU is chance in a head of 96^3 voxels. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_QUALITY_BANDING_H
 #define CT_QUALITY_BANDING_H
 #include "core/env.h"

@@ -1,4 +1,4 @@
-/* calibration.c: see calibration.h. */
+/* calibration.c: see calibration.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "quality/calibration.h"

@@ -1,4 +1,5 @@
-/* calibration.h: is the error that a volume of standard deviations expects the one there is? */
+/* calibration.h: is the error that a volume of standard deviations expects the one there is?
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_QUALITY_CALIBRATION_H
 #define CT_QUALITY_CALIBRATION_H
 #include "core/vol.h"

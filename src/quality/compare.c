@@ -1,4 +1,4 @@
-/* compare.c: see compare.h. */
+/* compare.c: see compare.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "quality/compare.h"
 #include "quality/banding.h"

@@ -1,4 +1,5 @@
-/* compare.h: all that ct-metrics measures, as a list of named figures. */
+/* compare.h: all that ct-metrics measures, as a list of named figures.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_QUALITY_COMPARE_H
 #define CT_QUALITY_COMPARE_H
 #include "core/meta.h"

@@ -1,4 +1,4 @@
-/* data-residual.c: see data-residual.h. */
+/* data-residual.c: see data-residual.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "quality/data-residual.h"
 #include "core/mem.h"

@@ -6,6 +6,7 @@
  * was changed: what the fine volume adds lies where D is blind. It does not say that what was added
  * is true. If the coarse volume was clipped or rounded, or noise added, the residual of the truth
  * itself is as large as that.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_QUALITY_DATA_RESIDUAL_H
 #define CT_QUALITY_DATA_RESIDUAL_H

@@ -1,4 +1,5 @@
-/* difference.c: see difference.h. A task is a slice across z and goes row by row. */
+/* difference.c: see difference.h. A task is a slice across z and goes row by row.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "quality/difference.h"
 #include "core/mem.h"

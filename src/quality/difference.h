@@ -1,4 +1,5 @@
-/* difference.h: sums over the voxels of two volumes, of the whole and of every slice. */
+/* difference.h: sums over the voxels of two volumes, of the whole and of every slice.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_QUALITY_DIFFERENCE_H
 #define CT_QUALITY_DIFFERENCE_H
 #include "core/env.h"

@@ -1,4 +1,4 @@
-/* edges.c: see edges.h. */
+/* edges.c: see edges.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "quality/edges.h"
 #include "core/mem.h"

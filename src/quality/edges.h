@@ -22,6 +22,7 @@
  * are of the object and the image together: anatomy is not a perfect step, so they compare ref with
  * test rather than scanners. Meant for voxels of about equal sides; a "voxel" is the mean of the
  * three.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_QUALITY_EDGES_H
 #define CT_QUALITY_EDGES_H

@@ -1,5 +1,6 @@
 /* fsc.c: see fsc.h. Both volumes are one complex one, ref + i test, of which one transform Z is
- * that of both: F(k) = (Z(k) + Z*(-k))/2, G(k) = (Z(k) - Z*(-k))/2i. */
+ * that of both: F(k) = (Z(k) + Z*(-k))/2, G(k) = (Z(k) - Z*(-k))/2i.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "quality/fsc.h"
 #include "core/fourier.h"

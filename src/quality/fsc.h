@@ -11,7 +11,7 @@
  * 1/(n_a spacing_a) of an axis. The last one is at the highest Nyquist frequency of an axis;
  * shells beyond that of another hold only the directions that have been sampled.
  *
- * Transforms and sums are in double. */
+ * Transforms and sums are in double. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_QUALITY_FSC_H
 #define CT_QUALITY_FSC_H
 #include "core/env.h"

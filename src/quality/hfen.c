@@ -1,4 +1,5 @@
-/* hfen.c: see hfen.h. L * test - L * ref is L * (test - ref). */
+/* hfen.c: see hfen.h. L * test - L * ref is L * (test - ref).
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "quality/hfen.h"
 #include "core/mem.h"

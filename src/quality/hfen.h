@@ -6,7 +6,8 @@
  * L is the Laplacian of a Gaussian of standard deviation CT_HFEN_SIGMA voxels: the sum over the
  * axes of its second derivative along one and the Gaussian along the others, each sampled at the
  * voxels up to 4 sigma and divided by the sum of the sampled Gaussian; beyond a face the volume is
- * reflected about it (d c b a | a b c d). (There it is of slices, with a kernel of 15 x 15.) */
+ * reflected about it (d c b a | a b c d). (There it is of slices, with a kernel of 15 x 15.)
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_QUALITY_HFEN_H
 #define CT_QUALITY_HFEN_H
 #include "core/env.h"

@@ -1,4 +1,4 @@
-/* metrics.c: see metrics.h. */
+/* metrics.c: see metrics.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "quality/metrics.h"
 #include "core/mem.h"

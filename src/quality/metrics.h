@@ -9,6 +9,7 @@
  * volumes' finite differences between neighbouring voxels, over the spacing, in HU/mm. Along
  * the third axis it says how far the step from slice to slice is from the true one: noise that
  * is drawn anew for every slice raises it, a smooth error hardly does.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_QUALITY_METRICS_H
 #define CT_QUALITY_METRICS_H

@@ -2,6 +2,7 @@
  *
  * It takes NAME(x) for its names, and VECTOR of LANES of REAL with LOAD, STORE, MIN, MAX and
  * LOAD_FLOATS. It undefines what it takes.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #define WORK struct NAME(work)
 

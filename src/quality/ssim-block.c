@@ -1,4 +1,4 @@
-/* ssim-block.c: see ssim-kernels.h. */
+/* ssim-block.c: see ssim-kernels.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "quality/ssim-kernels.h"
 #include "core/vec.h"

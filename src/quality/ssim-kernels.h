@@ -1,4 +1,5 @@
-/* ssim-kernels.h: the inner parts of ssim.c, whose head explains them. Kernels (core/simd.h). */
+/* ssim-kernels.h: the inner parts of ssim.c, whose head explains them. Kernels (core/simd.h).
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_QUALITY_SSIM_KERNELS_H
 #define CT_QUALITY_SSIM_KERNELS_H
 #include "core/simd.h"

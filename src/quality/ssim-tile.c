@@ -13,7 +13,7 @@
  * Tiles of columns, each in one pass over the rows. A ring holds the last 11 rows of the four maps
  * filtered along the row; the gradient runs one more such ring behind, over the three maps of
  * slopes: the filter is symmetric and zero outside, hence its own adjoint. All of it stays in the
- * first cache. */
+ * first cache. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "quality/ssim-kernels.h"
 #include "core/vec.h"

@@ -16,6 +16,7 @@
  * float suffices, twice as fast, for values up to twice the data range: S of a voxel is then off by
  * a few 1e-4 at the worst, either way, and the mean was within 2e-6 of that in double wherever it
  * was compared. Larger values are computed in double.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "quality/ssim.h"

@@ -22,6 +22,7 @@
  *
  * Volumes are compared slice by slice across any axis or in 3-D, as they lie in memory, with about
  * 0.5 MiB a worker, whatever their size.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_QUALITY_SSIM_H
 #define CT_QUALITY_SSIM_H

@@ -1,4 +1,4 @@
-/* structures.c: see structures.h. */
+/* structures.c: see structures.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "operator/degrade.h"

@@ -4,7 +4,8 @@
  * structure is a voxel where d is larger than at its 26 neighbours and than CT_STRUCTURES_LEAST, T
  * (bright), or likewise of -d (dark). It is false if d of the truth is below T / 2 there and at all
  * 26 neighbours, and missed if the truth has it and the volume does not. Soft tissue is where both
- * Gaussians of the truth lie within CT_STRUCTURES_SOFT HU of water. */
+ * Gaussians of the truth lie within CT_STRUCTURES_SOFT HU of water.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_QUALITY_STRUCTURES_H
 #define CT_QUALITY_STRUCTURES_H
 #include "core/env.h"

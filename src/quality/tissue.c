@@ -1,4 +1,4 @@
-/* tissue.c: see tissue.h. */
+/* tissue.c: see tissue.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "quality/tissue.h"
 #include "core/mem.h"

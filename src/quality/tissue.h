@@ -14,7 +14,8 @@
  *
  * What lies between belongs to none: spongy bone, and at every surface some voxels. Deep is soft
  * with nothing but soft in the cube of 2 N + 1 voxels about it, as far as the volume goes: with N =
- * 4 what the Gaussian reaches. The error there is of texture, since there are no edges. */
+ * 4 what the Gaussian reaches. The error there is of texture, since there are no edges.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_QUALITY_TISSUE_H
 #define CT_QUALITY_TISSUE_H
 #include "core/env.h"

@@ -1,6 +1,6 @@
 /* backproject-line.c: back-projection along lines of voxels that run with the detector's columns
  * (backproject.h): each reads one blend of two detector columns at equal steps. Kernels
- * (core/simd.h). */
+ * (core/simd.h). SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "recon/backproject.h"
 #include "core/vec.h"

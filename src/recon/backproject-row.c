@@ -1,5 +1,5 @@
 /* backproject-row.c: back-projection (backproject.h) onto a row of voxels along axis 0, of any
- * grid, from any detector. */
+ * grid, from any detector. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "recon/backproject.h"
 #include "core/vec.h"

@@ -1,4 +1,4 @@
-/* backproject.c: see backproject.h. */
+/* backproject.c: see backproject.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "recon/backproject.h"
 #include "core/mem.h"

@@ -17,6 +17,7 @@
  *
  * Voxel positions are in double; blends and sums of the views of one call in float. The same bytes
  * for any number of threads.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_RECON_BACKPROJECT_H
 #define CT_RECON_BACKPROJECT_H

@@ -1,4 +1,4 @@
-/* fdk-weights.c: see fdk-weights.h. */
+/* fdk-weights.c: see fdk-weights.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "recon/fdk-weights.h"
 #include "recon/parker.h"

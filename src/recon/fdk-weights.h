@@ -18,6 +18,7 @@
  *                    as a wider fan
  *   detector offset  Wang, Med. Phys. 29, 2002: over a full turn, where the two sides of the
  *                    central ray overlap, a sine from 0 at the near edge to 1
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_RECON_FDK_WEIGHTS_H
 #define CT_RECON_FDK_WEIGHTS_H

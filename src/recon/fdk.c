@@ -1,4 +1,4 @@
-/* fdk.c: see fdk.h. */
+/* fdk.c: see fdk.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "recon/fdk.h"
 #include "core/mem.h"

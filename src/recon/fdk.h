@@ -5,6 +5,7 @@
  *
  * weight: fdk-weights.h; h: the windowed ramp of ramp.h; back-projection: backproject.h. Views are
  * taken in blocks, so memory is the volume and the stack that are there and about 128 MiB.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_RECON_FDK_H
 #define CT_RECON_FDK_H

@@ -1,4 +1,5 @@
-/* fuse-state.c: a solver that was interrupted, or its result, as tensors (fuse.h). */
+/* fuse-state.c: a solver that was interrupted, or its result, as tensors (fuse.h).
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/words.h"
 #include "core/mem.h"

@@ -1,4 +1,4 @@
-/* fuse.c: see fuse.h. */
+/* fuse.c: see fuse.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "recon/fuse.h"
 #include "core/clock.h"

@@ -8,6 +8,7 @@
  * beginning of which is spread evenly, as the choice of the weight wants.
  *
  * The same bytes for any number of threads, and for a run that was stopped and continued.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_RECON_FUSE_H
 #define CT_RECON_FUSE_H

@@ -1,4 +1,4 @@
-/* iterative.c: see iterative.h. */
+/* iterative.c: see iterative.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "recon/iterative.h"
 #include "core/mem.h"

@@ -12,6 +12,7 @@
  *
  * A must have no negative elements for SIRT and TV. x is float, [n]; sums are double and taken in
  * index order of fixed pieces: the same bytes for any number of threads.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_RECON_ITERATIVE_H
 #define CT_RECON_ITERATIVE_H

@@ -1,4 +1,4 @@
-/* joint.c: see joint.h. */
+/* joint.c: see joint.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "recon/joint.h"
 #include "core/mem.h"

@@ -32,6 +32,7 @@
  * Sums are double and in index order of fixed pieces: the same bytes for any number of threads, and
  * for a run that was stopped and continued from x, ahead, dual and `at`. It stops soon: projections
  * that are left off are begun anew, and a proximal point goes on with the sweeps that are left.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_RECON_JOINT_H
 #define CT_RECON_JOINT_H

@@ -1,4 +1,4 @@
-/* parker.c: see parker.h. */
+/* parker.c: see parker.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "recon/parker.h"
 

@@ -1,4 +1,5 @@
-/* parker.h: how much a ray of a short scan counts (Parker, Med Phys 9, 254, 1982). */
+/* parker.h: how much a ray of a short scan counts (Parker, Med Phys 9, 254, 1982).
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_RECON_PARKER_H
 #define CT_RECON_PARKER_H
 

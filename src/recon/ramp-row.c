@@ -1,4 +1,5 @@
-/* ramp-row.c: rows of ramp.h through the discrete Fourier transform. */
+/* ramp-row.c: rows of ramp.h through the discrete Fourier transform.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "recon/ramp.h"
 #include "core/vec.h"

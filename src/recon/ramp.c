@@ -1,4 +1,4 @@
-/* ramp.c: see ramp.h. */
+/* ramp.c: see ramp.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "recon/ramp.h"
 #include "core/mem.h"

@@ -15,6 +15,7 @@
  *
  * The response is real and even, so two real rows go through as one complex row (core/fourier.h).
  * Doubles inside.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_RECON_RAMP_H
 #define CT_RECON_RAMP_H

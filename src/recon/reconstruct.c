@@ -1,4 +1,4 @@
-/* reconstruct.c: see reconstruct.h. */
+/* reconstruct.c: see reconstruct.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "recon/reconstruct.h"
 #include "core/clock.h"

@@ -1,5 +1,5 @@
 /* reconstruct.h: a volume of projections, by filtered backprojection or iterations, and what that
- * will cost. */
+ * will cost. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_RECON_RECONSTRUCT_H
 #define CT_RECON_RECONSTRUCT_H
 #include "core/cost.h"

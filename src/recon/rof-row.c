@@ -1,4 +1,4 @@
-/* rof-row.c: a plane of rof.h, row after row. */
+/* rof-row.c: a plane of rof.h, row after row. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "recon/rof.h"
 #include "core/vec.h"

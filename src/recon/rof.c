@@ -1,4 +1,4 @@
-/* rof.c: see rof.h. */
+/* rof.c: see rof.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "recon/rof.h"
 

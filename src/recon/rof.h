@@ -5,6 +5,7 @@
  *   x = v + mu div p,   p <- p + grad x / (12 mu), shortened to length 1
  *
  * The same bytes for any number of threads.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_RECON_ROF_H
 #define CT_RECON_ROF_H

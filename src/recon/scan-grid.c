@@ -1,4 +1,4 @@
-/* scan-grid.c: see scan-grid.h. */
+/* scan-grid.c: see scan-grid.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "recon/scan-grid.h"
 #include "core/vec3.h"

@@ -1,4 +1,4 @@
-/* scan-grid.h: the grid that a stack is reconstructed on. */
+/* scan-grid.h: the grid that a stack is reconstructed on. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_RECON_SCAN_GRID_H
 #define CT_RECON_SCAN_GRID_H
 #include "core/stack.h"

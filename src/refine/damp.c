@@ -1,4 +1,4 @@
-/* damp.c: see damp.h. */
+/* damp.c: see damp.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "refine/damp.h"
 #include "core/mem.h"

@@ -5,6 +5,7 @@
  * by more than cubic does at that voxel, undoes a blur that was not there, or too much noise. It is
  * then blended with cubic, x <- c + w (x - c), about such voxels, as much as each needs. w is 1
  * elsewhere, changes from one to the other within a few voxels of the CT, and clips nothing.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_REFINE_DAMP_H
 #define CT_REFINE_DAMP_H

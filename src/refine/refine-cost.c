@@ -5,7 +5,8 @@
  *   prior       each x textured cells + rest x voxels: `each` from a piece of about CELLS cells, at
  *               the place of a lattice that has most texture; `rest` from a flat one
  *
- * Processor time, so that other work on the machine does not count. */
+ * Processor time, so that other work on the machine does not count.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/clock.h"
 #include "core/mem.h"

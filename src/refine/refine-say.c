@@ -1,4 +1,5 @@
-/* refine-say.c: what ct-sr and libctsr say of a scan that was refined; see refine.h. */
+/* refine-say.c: what ct-sr and libctsr say of a scan that was refined; see refine.h.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/memory.h"
 #include "core/stream.h"

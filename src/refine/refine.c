@@ -1,4 +1,4 @@
-/* refine.c: what is decided; see refine.h. */
+/* refine.c: what is decided; see refine.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "refine/refine.h"
 #include "core/memory.h"

@@ -10,6 +10,7 @@
  * departed from in each (inverse/pilot.h).
  *
  * Reentrant; nothing is kept between calls.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_REFINE_REFINE_H
 #define CT_REFINE_REFINE_H

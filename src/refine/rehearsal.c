@@ -1,4 +1,4 @@
-/* rehearsal.c: see rehearsal.h. */
+/* rehearsal.c: see rehearsal.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "refine/rehearsal.h"

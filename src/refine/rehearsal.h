@@ -12,6 +12,7 @@
  *
  * doc/results.md, "Texture", "What the scan itself tells" and "Is the predicted error right?", has
  * what it finds.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_REFINE_REHEARSAL_H
 #define CT_REFINE_REHEARSAL_H

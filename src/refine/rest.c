@@ -1,4 +1,4 @@
-/* rest.c: see rest.h. */
+/* rest.c: see rest.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "refine/rest.h"
 #include "core/mem.h"

@@ -10,6 +10,7 @@
  * amplify noise where D weakens it: so many are made as leave CT_REST_AGREES of the noise, or the
  * most that do not amplify it beyond CT_REST_AMPLIFIES. That depends on D and the noise alone, and
  * so slabs agree with the whole.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_REFINE_REST_H
 #define CT_REFINE_REST_H

@@ -1,4 +1,4 @@
-/* run.c: the work of ct_refine_run; see refine.h. */
+/* run.c: the work of ct_refine_run; see refine.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/clock.h"
 #include "estimate/assumed.h"

@@ -1,4 +1,4 @@
-/* slabs.c: see slabs.h. */
+/* slabs.c: see slabs.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "refine/slabs.h"
 #include "operator/crop.h"

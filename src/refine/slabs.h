@@ -6,6 +6,7 @@
  * blurred until a frequency was lost (svd.h), every voxel depends on all others. What lies about
  * the slabs is refined twice, so the axis that is longest beside what lies about a slab is cut, of
  * equal ones the last.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_REFINE_SLABS_H
 #define CT_REFINE_SLABS_H

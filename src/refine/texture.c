@@ -1,4 +1,4 @@
-/* texture.c: see texture.h. */
+/* texture.c: see texture.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "refine/texture.h"
 

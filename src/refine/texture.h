@@ -1,4 +1,5 @@
-/* texture.h: how much of a CT is textured, before it is refined; what a prior will take. Pure. */
+/* texture.h: how much of a CT is textured, before it is refined; what a prior will take. Pure.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_REFINE_TEXTURE_H
 #define CT_REFINE_TEXTURE_H
 #include "core/vol.h"

@@ -1,4 +1,4 @@
-/* labels.c: see sheet.h. */
+/* labels.c: see sheet.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "formats/text.h"

@@ -1,4 +1,5 @@
-/* page-cards.c: the tables and curves of the page of ct-report; see page.h. */
+/* page-cards.c: the tables and curves of the page of ct-report; see page.h.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "operator/degrade.h"
 #include "estimate/edge-lines.h"

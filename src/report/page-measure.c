@@ -1,4 +1,5 @@
-/* page-measure.c: the figures of the page of ct-report; see page.h. */
+/* page-measure.c: the figures of the page of ct-report; see page.h.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "inverse/upsample.h"
 #include "report/page.h"

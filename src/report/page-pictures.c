@@ -3,7 +3,7 @@
  * A picture is int16, row after row: each value less what its neighbours left, above and between
  * predict (the median of left, above and left + above - between), folded to a number that is not
  * negative, all low bytes and then all high bytes, deflated, in base64. The script takes it apart
- * again, and so windows HU, not grey. */
+ * again, and so windows HU, not grey. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "formats/text.h"

@@ -1,4 +1,4 @@
-/* page.c: the page of ct-report, laid out; see page.h. */
+/* page.c: the page of ct-report, laid out; see page.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "formats/text.h"
 #include "report/page.h"

@@ -1,4 +1,5 @@
 /* page.h: the page that ct-report writes: what is on it, how it is measured, and how it is written.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_REPORT_PAGE_H
 #define CT_REPORT_PAGE_H

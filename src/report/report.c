@@ -1,4 +1,4 @@
-/* report.c: see report.h. */
+/* report.c: see report.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "report/report.h"
 #include "formats/text.h"

@@ -1,4 +1,5 @@
-/* report.h: what one of our files holds, as JSON; the text of ct-info is made of the same. */
+/* report.h: what one of our files holds, as JSON; the text of ct-info is made of the same.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_REPORT_REPORT_H
 #define CT_REPORT_REPORT_H
 #include "core/gauss.h"

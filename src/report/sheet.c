@@ -1,4 +1,4 @@
-/* sheet.c: see sheet.h. */
+/* sheet.c: see sheet.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "report/sheet.h"
 #include "core/mem.h"

@@ -1,5 +1,5 @@
 /* sheet.h: which slices or views of several files make up a picture, how they are toned, and what
- * is written on them. */
+ * is written on them. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_REPORT_SHEET_H
 #define CT_REPORT_SHEET_H
 #include "formats/any.h"

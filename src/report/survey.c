@@ -1,4 +1,4 @@
-/* survey.c: see report.h. */
+/* survey.c: see report.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "report/report.h"
 #include "core/vec3.h"

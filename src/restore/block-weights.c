@@ -1,4 +1,4 @@
-/* block-weights.c: see block-weights.h. */
+/* block-weights.c: see block-weights.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "restore/block-weights.h"
 

@@ -1,4 +1,5 @@
-/* block-weights.h: weights of blocks of voxels, linear between the centres of the blocks. */
+/* block-weights.h: weights of blocks of voxels, linear between the centres of the blocks.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_RESTORE_BLOCK_WEIGHTS_H
 #define CT_RESTORE_BLOCK_WEIGHTS_H
 #include <stddef.h>

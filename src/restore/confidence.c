@@ -1,4 +1,5 @@
-/* confidence.c: the confidence weights of the predicted detail; see restore.h. */
+/* confidence.c: the confidence weights of the predicted detail; see restore.h.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "inverse/upsample.h"
 #include "restore/restore.h"

@@ -1,4 +1,4 @@
-/* example.c: see example.h. */
+/* example.c: see example.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"

@@ -1,6 +1,6 @@
 /* example.h: training pairs (learn.h) from volumes: a cube of one at a random scale, place and
  * phase, degraded as a random scanner would, noise included, and solved by the product's own
- * solver. */
+ * solver. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_RESTORE_EXAMPLE_H
 #define CT_RESTORE_EXAMPLE_H
 #include "core/env.h"

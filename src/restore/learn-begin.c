@@ -1,5 +1,5 @@
 /* learn-begin.c: what is known before the first step: mean, components, the linear part. All sums
- * over patches in double, piece by piece in their order. */
+ * over patches in double, piece by piece in their order. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"

@@ -1,4 +1,4 @@
-/* learn.c: see learn.h. */
+/* learn.c: see learn.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "core/rng.h"

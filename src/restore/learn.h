@@ -14,6 +14,7 @@
  *
  * Draws are functions of (seed, number of the draw): the same bytes with any number of threads, and
  * after a stop.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_RESTORE_LEARN_H
 #define CT_RESTORE_LEARN_H

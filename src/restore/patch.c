@@ -1,4 +1,4 @@
-/* patch.c: see patch.h. */
+/* patch.c: see patch.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "restore/patch.h"
 

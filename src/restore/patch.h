@@ -16,6 +16,7 @@
  * nearly 0, or whose two are nearly equal, has both poses, each with a share of the cell that goes
  * smoothly to 0 where the other is plain; and all shares of a cell go smoothly from 1 at twice
  * CT_PATCH_FLAT to 0 there. Pure; thread-safe.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_RESTORE_PATCH_H
 #define CT_RESTORE_PATCH_H

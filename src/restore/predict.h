@@ -9,6 +9,7 @@
  * than `least` HU RMS is not looked at: what they expect counts once more. Where a pass before was
  * made, that holds across the first axis, too, for a cell in whose block it added less. From one to
  * two times `least` a cell has a share of both.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_RESTORE_PREDICT_H
 #define CT_RESTORE_PREDICT_H

@@ -1,4 +1,4 @@
-/* restore.c: see restore.h. */
+/* restore.c: see restore.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "inverse/flat.h"

@@ -29,6 +29,7 @@
  * the largest of f / S and S / f is least: the volume is interpolated (Keys) along its coarse axes
  * to S voxels an LR voxel, and w h back. What a blur and a sampling do is the same at any factor,
  * in LR voxels. S and f are at most 2.7 times apart.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_RESTORE_RESTORE_H
 #define CT_RESTORE_RESTORE_H

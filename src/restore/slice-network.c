@@ -1,4 +1,4 @@
-/* slice-network.c: see slice-network.h. */
+/* slice-network.c: see slice-network.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "restore/slice-network.h"

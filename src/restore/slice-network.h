@@ -11,6 +11,7 @@
  * not a sample; and, last, the logarithm of the mean square that is then still missing, over s^2.
  * Weights are learned by learn.h. Rows are patches; matrices by oneDNN (nn/dnn.h), on the calling
  * thread: between ct_dnn_enter and ct_dnn_leave.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_RESTORE_SLICE_NETWORK_H
 #define CT_RESTORE_SLICE_NETWORK_H

@@ -1,4 +1,5 @@
-/* slice-prior.c: the networks of a prior, read; see restore.h. */
+/* slice-prior.c: the networks of a prior, read; see restore.h.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "restore/restore.h"
 

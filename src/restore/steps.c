@@ -1,4 +1,4 @@
-/* steps.c: see steps.h. */
+/* steps.c: see steps.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "restore/patch.h"
 #include "restore/steps.h"

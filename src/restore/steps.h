@@ -11,6 +11,7 @@
  * angles to u. p = (1 - 5^2 HU^2 / g^2) d^2 / (d^2 + (v + 5^2 HU^2) / limit^2): g is the slope of
  * x, a voxel, no less than 5 HU; d how much higher x is 3/4 s to 3/2 s up the slope than as far
  * below, v the variance of the two plateaus. A small change of x makes a small one.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_RESTORE_STEPS_H
 #define CT_RESTORE_STEPS_H

@@ -1,4 +1,4 @@
-/* volume-network.c: see volume-network.h. */
+/* volume-network.c: see volume-network.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "restore/volume-network.h"

@@ -20,6 +20,7 @@
  * after the layer before it made that. So only a few planes of each layer are kept. Volumes of many
  * cells are cut into columns, each with CT_VOLUME_NETWORK_HALO cells more at its sides. That is
  * fewer than the network sees: what is left out changes little.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_RESTORE_VOLUME_NETWORK_H
 #define CT_RESTORE_VOLUME_NETWORK_H

@@ -1,4 +1,4 @@
-/* gaps.c: slices that are missing; see layout.h. */
+/* gaps.c: slices that are missing; see layout.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "series/layout.h"
 

@@ -1,4 +1,4 @@
-/* header.c: see header.h. */
+/* header.c: see header.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "series/header.h"

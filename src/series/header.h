@@ -3,6 +3,7 @@
  * A path is "PatientName", or "DerivationCodeSequence.0.CodeValue" of the first item of a sequence.
  * A text is as DICOM writes it, several values parted by a backslash; of an element that holds
  * tags, their keywords.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_SERIES_HEADER_H
 #define CT_SERIES_HEADER_H

@@ -1,4 +1,4 @@
-/* layout.c: see layout.h. */
+/* layout.c: see layout.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "core/vec3.h"

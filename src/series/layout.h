@@ -2,6 +2,7 @@
  *
  * The grid is RAS+: i along a row, j down the columns, k along the normal of the slices, which are
  * put in that order. Its axes are at right angles, unless a tilted stack is kept as it is.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_SERIES_LAYOUT_H
 #define CT_SERIES_LAYOUT_H

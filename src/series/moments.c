@@ -1,4 +1,4 @@
-/* moments.c: see moments.h. */
+/* moments.c: see moments.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "core/order.h"

@@ -3,6 +3,7 @@
  * A stack is divided by a field of its headers where slices share a place, or where those of one
  * value lie between those of another. What follows on another is not divided: a scan that steps
  * and shoots is one stack, as is one whose exposure or acquisition is that of each slice.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_SERIES_MOMENTS_H
 #define CT_SERIES_MOMENTS_H

@@ -1,4 +1,4 @@
-/* scales.c: see scales.h. */
+/* scales.c: see scales.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "series/scales.h"

@@ -1,6 +1,7 @@
 /* scales.h: is the scale of a slice that of its values? RescaleSlope and RescaleIntercept may
  * differ from slice to slice; then the values go on as they were. Where one is wrong they jump from
  * a slice to the next, and would not if both had one scale. And are the values those of a CT?
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_SERIES_SCALES_H
 #define CT_SERIES_SCALES_H

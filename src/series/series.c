@@ -1,4 +1,4 @@
-/* series.c: see series.h. */
+/* series.c: see series.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/number.h"
 #include "core/mem.h"

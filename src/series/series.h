@@ -4,6 +4,7 @@
  * A series shares SeriesInstanceUID, patient, kind of picture, matrix, pixel size and orientation;
  * where places repeat, or stacks lie in one another, also the moment (moments.h). Copies of a
  * picture, at its place and with its values, are listed apart.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_SERIES_SERIES_H
 #define CT_SERIES_SERIES_H

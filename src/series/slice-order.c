@@ -1,4 +1,5 @@
 /* slice-order.c: slices in order of their place along their normal, and how they lie; see layout.h.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "core/mem.h"

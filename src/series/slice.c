@@ -1,4 +1,4 @@
-/* slice.c: see slice.h. */
+/* slice.c: see slice.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/order.h"
 #include "core/vec3.h"

@@ -1,6 +1,7 @@
 /* slice.h: one picture of a DICOM series: what its header says, and what must hold of it.
  *
  * DICOM speaks of the patient in LPS+ millimetres.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_SERIES_SLICE_H
 #define CT_SERIES_SLICE_H

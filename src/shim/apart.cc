@@ -1,4 +1,4 @@
-/* apart.cc: see apart.h. */
+/* apart.cc: see apart.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "shim/apart.h"
 #include "shim/guard.h"

@@ -1,5 +1,5 @@
 /* apart.h: work that a library may die of, in a process of its own. (For the .cc files of this
- * folder only.) */
+ * folder only.) SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_SHIM_APART_H
 #define CT_SHIM_APART_H
 #include "core/err.h"

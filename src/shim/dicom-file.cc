@@ -1,4 +1,4 @@
-/* dicom-file.cc: see dicom-file.h. */
+/* dicom-file.cc: see dicom-file.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "shim/dicom-file.h"
 #include "shim/apart.h"

@@ -5,6 +5,7 @@
  * end is decoded to its end-of-codestream mark instead. Compressed pictures are decoded in a
  * process of their own, since the decoders are known to die of damaged ones. One picture is in
  * memory at a time, or a few that are decoded ahead, however many a file has.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_SHIM_DICOM_FILE_H
 #define CT_SHIM_DICOM_FILE_H

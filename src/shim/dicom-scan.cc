@@ -1,4 +1,5 @@
-/* dicom-scan.cc: every file below some paths, and what it is. See dicom.h. */
+/* dicom-scan.cc: every file below some paths, and what it is. See dicom.h.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "shim/apart.h"
 #include "shim/dicom-tags.h"

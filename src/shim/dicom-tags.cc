@@ -1,4 +1,4 @@
-/* dicom-tags.cc: see dicom-tags.h. */
+/* dicom-tags.cc: see dicom-tags.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "shim/dicom-tags.h"
 #include "core/number.h"

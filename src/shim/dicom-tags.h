@@ -1,4 +1,5 @@
-/* dicom-tags.h: what the header of a picture says (for the .cc files of this folder only). */
+/* dicom-tags.h: what the header of a picture says (for the .cc files of this folder only).
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_SHIM_DICOM_TAGS_H
 #define CT_SHIM_DICOM_TAGS_H
 #include "series/slice.h"

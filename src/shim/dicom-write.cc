@@ -1,4 +1,5 @@
-/* dicom-write.cc: files out, and elements of others in; see dicom-file.h. */
+/* dicom-write.cc: files out, and elements of others in; see dicom-file.h.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "shim/dicom-file.h"
 #include "shim/dicom-tags.h"

@@ -1,4 +1,4 @@
-/* fragments.cc: see fragments.h. */
+/* fragments.cc: see fragments.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "shim/fragments.h"
 

@@ -5,6 +5,7 @@
  * mark and the size that the header says, and each segment of RLE must make as many bytes as the
  * picture has pixels, no more. (DICOM PS3.5
  * annexes A.4 and G; ITU-T T.81 and T.800 annex A for the marks.)
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_SHIM_FRAGMENTS_H
 #define CT_SHIM_FRAGMENTS_H

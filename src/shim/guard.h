@@ -1,4 +1,5 @@
-/* guard.h: no exception leaves C++ (for the .cc files of this folder only). */
+/* guard.h: no exception leaves C++ (for the .cc files of this folder only).
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_SHIM_GUARD_H
 #define CT_SHIM_GUARD_H
 #include "core/err.h"

@@ -1,4 +1,4 @@
-/* held.cc: see held.h. */
+/* held.cc: see held.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/inflate.h"
 #include "shim/guard.h"

@@ -1,5 +1,5 @@
 /* held.h: DICOM files that lie in others: in archives, in gzip, deflated. (For the .cc files of
- * this folder only.) */
+ * this folder only.) SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_SHIM_HELD_H
 #define CT_SHIM_HELD_H
 #include "series/slice.h"

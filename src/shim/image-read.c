@@ -1,4 +1,5 @@
-/* image-read.c: pictures are decoded by ct-picture, through a pipe; see image-read.h. */
+/* image-read.c: pictures are decoded by ct-picture, through a pipe; see image-read.h.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/inflate.h"
 #include "core/installed.h"

@@ -3,6 +3,7 @@
  *
  * ct-picture is a program of its own, beside the running one or installed: only who reads pictures
  * waits for its libraries, and a damaged picture cannot end the command.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_SHIM_IMAGE_READ_H
 #define CT_SHIM_IMAGE_READ_H

@@ -1,4 +1,4 @@
-/* outline.cc: see outline.h. */
+/* outline.cc: see outline.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "shim/outline.h"
 

@@ -4,6 +4,7 @@
  * The file is walked once, from one element to the next, with limits on how deep sequences nest and
  * on how many elements are out of order: parsers recurse, copy each level into the one above it,
  * and sort. (DICOM PS3.5 chapter 7, PS3.10 chapter 7.)
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_SHIM_OUTLINE_H
 #define CT_SHIM_OUTLINE_H

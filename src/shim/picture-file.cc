@@ -1,4 +1,4 @@
-/* picture-file.cc: see picture-file.h. */
+/* picture-file.cc: see picture-file.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "shim/picture-file.h"
 #include "shim/guard.h"

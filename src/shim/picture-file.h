@@ -1,5 +1,5 @@
 /* picture-file.h: pictures through OpenImageIO, for ct-picture. Thread-safe: no state between
- * calls. */
+ * calls. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_SHIM_PICTURE_FILE_H
 #define CT_SHIM_PICTURE_FILE_H
 #include "core/err.h"

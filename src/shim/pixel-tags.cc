@@ -1,4 +1,4 @@
-/* pixel-tags.cc: see pixel-tags.h. */
+/* pixel-tags.cc: see pixel-tags.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "shim/fragments.h"
 #include "shim/pixel-tags.h"

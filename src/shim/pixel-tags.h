@@ -1,5 +1,5 @@
 /* pixel-tags.h: what a header says of the numbers of its pictures (for the .cc files of this folder
- * only). */
+ * only). SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_SHIM_PIXEL_TAGS_H
 #define CT_SHIM_PIXEL_TAGS_H
 #include "series/slice.h"

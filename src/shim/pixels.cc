@@ -1,4 +1,4 @@
-/* pixels.cc: see pixels.h. */
+/* pixels.cc: see pixels.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "shim/guard.h"
 #include "shim/pixels.h"

@@ -1,5 +1,5 @@
 /* pixels.h: the pictures of one DICOM file, each by itself. (For the .cc files of this folder
- * only.) */
+ * only.) SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_SHIM_PIXELS_H
 #define CT_SHIM_PIXELS_H
 #include "shim/dicom-file.h"

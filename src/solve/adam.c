@@ -1,4 +1,4 @@
-/* adam.c: see adam.h. */
+/* adam.c: see adam.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "solve/adam.h"
 #include "core/vec.h"

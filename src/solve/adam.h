@@ -2,6 +2,7 @@
  * of an average of the weights. Kernels (core/simd.h).
  *
  * Element by element: any cut of the vectors gives the same bytes. Thread-safe on disjoint parts.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_SOLVE_ADAM_H
 #define CT_SOLVE_ADAM_H

@@ -1,4 +1,4 @@
-/* fista.c: see fista.h. */
+/* fista.c: see fista.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "solve/fista.h"
 #include "solve/passes.h"

@@ -7,6 +7,7 @@
  * L at least the largest curvature of f. What is borrowed and `at` are all the state there is: a
  * run that is stopped between two steps, or within one, and continued from them gives the same
  * bytes.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_SOLVE_FISTA_H
 #define CT_SOLVE_FISTA_H

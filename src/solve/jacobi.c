@@ -1,4 +1,4 @@
-/* jacobi.c: see jacobi.h. */
+/* jacobi.c: see jacobi.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "solve/jacobi.h"
 

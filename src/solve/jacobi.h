@@ -1,4 +1,5 @@
-/* jacobi.h: rows at right angles, by one-sided Jacobi rotations (Hestenes 1958), in double. */
+/* jacobi.h: rows at right angles, by one-sided Jacobi rotations (Hestenes 1958), in double.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_SOLVE_JACOBI_H
 #define CT_SOLVE_JACOBI_H
 #include "core/err.h"

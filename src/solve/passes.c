@@ -1,4 +1,4 @@
-/* passes.c: see passes.h. */
+/* passes.c: see passes.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "solve/passes.h"
 

@@ -1,5 +1,6 @@
 /* passes.h: passes over vectors of n floats, in pieces of fixed size by threads. Sums are double
- * and taken in the order of the pieces: the same bytes for any number of threads. */
+ * and taken in the order of the pieces: the same bytes for any number of threads.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_SOLVE_PASSES_H
 #define CT_SOLVE_PASSES_H
 #include "core/par.h"

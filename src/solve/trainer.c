@@ -1,4 +1,4 @@
-/* trainer.c: see trainer.h. */
+/* trainer.c: see trainer.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "solve/trainer.h"
 #include "core/mem.h"

@@ -4,6 +4,7 @@
  * Who trains keeps the loss: it fills accumulators of the gradient, a fixed number of them, and
  * ct_trainer_step adds them in their order. The work is cut into parts of a fixed size: any number
  * of threads, and any interruption, gives the same bytes.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_SOLVE_TRAINER_H
 #define CT_SOLVE_TRAINER_H

@@ -1,4 +1,4 @@
-/* trend.c: see trend.h. */
+/* trend.c: see trend.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "solve/trend.h"
 

@@ -3,6 +3,7 @@
  * Solvers of first order slow down as they go, so that what is measured falls like a power of the
  * iteration: between the last one and one half to a quarter as far. Where it falls faster than that
  * too many are expected, never too few.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_SOLVE_TREND_H
 #define CT_SOLVE_TREND_H

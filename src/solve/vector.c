@@ -1,4 +1,4 @@
-/* vector.c: see vector.h. */
+/* vector.c: see vector.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "solve/vector.h"
 #include "core/vec.h"

@@ -1,5 +1,6 @@
 /* vector.h: kernels over vectors of n floats, all of one shape, for passes.h. Those that sum return
- * it, of eight sums in double (core/vec.h); the others return 0. */
+ * it, of eight sums in double (core/vec.h); the others return 0.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_SOLVE_VECTOR_H
 #define CT_SOLVE_VECTOR_H
 #include "core/simd.h"

@@ -1,4 +1,4 @@
-/* evidence.c: see evidence.h. */
+/* evidence.c: see evidence.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "steps/evidence.h"
 #include "quality/data-residual.h"

@@ -4,7 +4,8 @@
  *
  * The residual of the paper is what the projections have beyond those of the base,
  *   y - P base,   base = density in the window, cut at its ends;
- * where the projections hold overshoots (metadata overshoot, ct-project) the base is not cut. */
+ * where the projections hold overshoots (metadata overshoot, ct-project) the base is not cut.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_STEPS_EVIDENCE_H
 #define CT_STEPS_EVIDENCE_H
 #include "core/env.h"

@@ -1,4 +1,4 @@
-/* step-compare.c: see step-compare.h. */
+/* step-compare.c: see step-compare.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "operator/padding.h"

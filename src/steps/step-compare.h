@@ -4,7 +4,8 @@
  *
  *     ct_step_compare_plan, ct_step_compare_run
  *
- * HU, unless the range is given. The same figures for any number of threads. */
+ * HU, unless the range is given. The same figures for any number of threads.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_STEPS_STEP_COMPARE_H
 #define CT_STEPS_STEP_COMPARE_H
 #include "core/stack.h"

@@ -1,4 +1,4 @@
-/* step-compose.c: see step-compose.h. */
+/* step-compose.c: see step-compose.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "steps/step-compose.h"
 #include "gs/mixture.h"

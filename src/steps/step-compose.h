@@ -5,7 +5,7 @@
  *
  * Gaussians that are the whole object (metadata mode full) stand on LO; where the fit was to
  * projections with overshoots, the base keeps its own. The residual is on the grid of the base.
- * In memory; the same bytes for any number of threads. */
+ * In memory; the same bytes for any number of threads. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_STEPS_STEP_COMPOSE_H
 #define CT_STEPS_STEP_COMPOSE_H
 #include "core/gauss.h"

@@ -1,4 +1,4 @@
-/* step-ddnm.c: see step-ddnm.h. */
+/* step-ddnm.c: see step-ddnm.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "inverse/upsample.h"
 #include "steps/step-ddnm.h"

@@ -6,7 +6,8 @@
  *
  * A rule says what is asked; the plan decides factor, operator, blur and norm by what the stack
  * says of itself, and is const when it runs. Line integrals, density mm, or one picture in [0, 1]
- * (quantity intensity). The same bytes for any number of threads. */
+ * (quantity intensity). The same bytes for any number of threads.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_STEPS_STEP_DDNM_H
 #define CT_STEPS_STEP_DDNM_H
 #include "core/env.h"

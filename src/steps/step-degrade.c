@@ -1,4 +1,4 @@
-/* step-degrade.c: see step-degrade.h. */
+/* step-degrade.c: see step-degrade.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "steps/step-degrade.h"
 

@@ -4,7 +4,8 @@
  *
  *     ct_step_degrade_plan, ct_step_degrade_run
  *
- * HU. Noise is drawn from the seed. The same voxels for any number of threads. */
+ * HU. Noise is drawn from the seed. The same voxels for any number of threads.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_STEPS_STEP_DEGRADE_H
 #define CT_STEPS_STEP_DEGRADE_H
 #include "core/env.h"

@@ -1,4 +1,4 @@
-/* step-field.c: see step-field.h. */
+/* step-field.c: see step-field.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "steps/evidence.h"
 #include "steps/step-field.h"

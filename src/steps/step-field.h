@@ -5,7 +5,8 @@
  *     ct_step_field_plan, ct_field_fit_init of p->how and p->data, [ct_field_fit_unpack,]
  *     ct_step_field_run, ct_step_field_volume
  *
- * The plan is const while a fit runs. HU. The same bytes for any number of threads. */
+ * The plan is const while a fit runs. HU. The same bytes for any number of threads.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_STEPS_STEP_FIELD_H
 #define CT_STEPS_STEP_FIELD_H
 #include "estimate/operator.h"

@@ -1,4 +1,4 @@
-/* step-fit.c: see step-fit.h. */
+/* step-fit.c: see step-fit.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "steps/step-fit.h"
 #include "xray/window.h"

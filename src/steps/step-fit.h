@@ -8,7 +8,7 @@
  *     ct_evidence_check, ct_step_fit_plan, ct_step_fit_begin, [ct_fit_state_unpack,]
  * ct_step_fit_run
  *
- * The same Gaussians for any number of threads. */
+ * The same Gaussians for any number of threads. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_STEPS_STEP_FIT_H
 #define CT_STEPS_STEP_FIT_H
 #include "gs/fit.h"

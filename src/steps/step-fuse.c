@@ -1,4 +1,4 @@
-/* step-fuse.c: see step-fuse.h. */
+/* step-fuse.c: see step-fuse.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "steps/step-fuse.h"
 #include "xray/window.h"

@@ -5,7 +5,7 @@
  *     ct_step_fuse_run, ct_step_fuse_compose
  *
  * The plan is const while the solver runs, which is a struct ct_fuse. HU. The same bytes for any
- * number of threads. */
+ * number of threads. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_STEPS_STEP_FUSE_H
 #define CT_STEPS_STEP_FUSE_H
 #include "recon/fuse.h"

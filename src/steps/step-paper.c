@@ -1,4 +1,4 @@
-/* step-paper.c: see step-paper.h. */
+/* step-paper.c: see step-paper.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "refine/refine.h"

@@ -12,7 +12,7 @@
  * A keeper may keep what the steps make, so that a run that was stopped goes on; without one
  * nothing is kept, and what no later step needs is freed. `up` is made anew where it is needed, so
  * that no two large volumes are held while the Gaussians are fitted. HU; the same bytes for any
- * number of threads. */
+ * number of threads. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_STEPS_STEP_PAPER_H
 #define CT_STEPS_STEP_PAPER_H
 #include "core/gauss.h"

@@ -1,4 +1,4 @@
-/* step-project.c: see step-project.h. */
+/* step-project.c: see step-project.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "recon/scan-grid.h"

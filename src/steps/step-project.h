@@ -5,7 +5,7 @@
  *
  * A rule says what is asked; the plan decides and holds density and detector; a pass makes views,
  * as many as its caller likes. HU, mm; projections are density mm. The same bytes for any number of
- * threads. */
+ * threads. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_STEPS_STEP_PROJECT_H
 #define CT_STEPS_STEP_PROJECT_H
 #include "diffusion/measurement.h"

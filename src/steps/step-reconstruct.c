@@ -1,4 +1,4 @@
-/* step-reconstruct.c: see step-reconstruct.h. */
+/* step-reconstruct.c: see step-reconstruct.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "recon/scan-grid.h"
 #include "steps/evidence.h"

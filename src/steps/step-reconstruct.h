@@ -3,7 +3,8 @@
  *
  *     ct_step_reconstruct_plan, [ct_reconstruct_cost,] ct_step_reconstruct_run
  *
- * Line integrals, density mm. The same voxels for any number of threads. */
+ * Line integrals, density mm. The same voxels for any number of threads.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_STEPS_STEP_RECONSTRUCT_H
 #define CT_STEPS_STEP_RECONSTRUCT_H
 #include "recon/reconstruct.h"

@@ -1,4 +1,4 @@
-/* window-rule.c: see window-rule.h. */
+/* window-rule.c: see window-rule.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "steps/window-rule.h"
 #include "xray/window.h"

@@ -1,5 +1,5 @@
 /* window-rule.h: which window from HU to density holds (xray/window.h): what was asked for and what
- * the data say must agree. HU; no threads. */
+ * the data say must agree. HU; no threads. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_STEPS_WINDOW_RULE_H
 #define CT_STEPS_WINDOW_RULE_H
 #include "core/env.h"

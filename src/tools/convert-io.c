@@ -1,5 +1,5 @@
 /* convert-io.c: what ct-convert reads and writes; DICOM to NIfTI plane by plane, with no volume in
- * memory. */
+ * memory. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/files.h"

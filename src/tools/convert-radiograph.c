@@ -1,4 +1,5 @@
-/* convert-radiograph.c: planes, pictures and DICOM radiographs, as a stack of as many views. */
+/* convert-radiograph.c: planes, pictures and DICOM radiographs, as a stack of as many views.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/modes.h"
 #include "core/mem.h"

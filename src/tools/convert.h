@@ -1,4 +1,4 @@
-/* convert.h: the parts of ct-convert. */
+/* convert.h: the parts of ct-convert. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TOOLS_CONVERT_H
 #define CT_TOOLS_CONVERT_H
 #include "cli/cli.h"

@@ -1,4 +1,5 @@
-/* ct-compose: a base volume and a residual, of Gaussians or of voxels, make the final CT. */
+/* ct-compose: a base volume and a residual, of Gaussians or of voxels, make the final CT.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/keep.h"

@@ -1,5 +1,5 @@
 /* ct-convert: DICOM, raw, NIfTI, MetaImage and NRRD to NIfTI, MetaImage, NRRD and DICOM;
- * projections of numpy, and radiographs, to a stack. */
+ * projections of numpy, and radiographs, to a stack. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/number.h"
 #include "cli/cli.h"

@@ -1,4 +1,5 @@
-/* ct-ddnm: super-resolve projections with a diffusion prior, consistent with the measured ones. */
+/* ct-ddnm: super-resolve projections with a diffusion prior, consistent with the measured ones.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/installed.h"
 #include "cli/cli.h"

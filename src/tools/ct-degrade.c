@@ -1,4 +1,5 @@
-/* ct-degrade: the low-resolution CT that a stated operator makes of a CT. */
+/* ct-degrade: the low-resolution CT that a stated operator makes of a CT.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/modes.h"

@@ -1,4 +1,5 @@
-/* ct-fdk: a volume from projections: filtered back-projection, or iteration. */
+/* ct-fdk: a volume from projections: filtered back-projection, or iteration.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/cost-report.h"

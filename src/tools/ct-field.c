@@ -1,4 +1,5 @@
-/* ct-field: a neural field fitted to one CT, or to projections: for comparison. */
+/* ct-field: a neural field fitted to one CT, or to projections: for comparison.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/number.h"
 #include "cli/cli.h"

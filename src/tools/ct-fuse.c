@@ -1,4 +1,5 @@
-/* ct-fuse: one volume of a base, the low-resolution CT that it was made of, and projections. */
+/* ct-fuse: one volume of a base, the low-resolution CT that it was made of, and projections.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/json.h"

@@ -1,4 +1,4 @@
-/* ct-info: what is in any of our files. */
+/* ct-info: what is in any of our files. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/json.h"

@@ -1,4 +1,5 @@
-/* ct-metrics: compares a CT, or projections, with a reference, or with what they were made from. */
+/* ct-metrics: compares a CT, or projections, with a reference, or with what they were made from.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/number.h"
 #include "cli/cli.h"

@@ -1,4 +1,5 @@
-/* ct-nabgs: fit signed Gaussians to projections, on top of a base volume. */
+/* ct-nabgs: fit signed Gaussians to projections, on top of a base volume.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/json.h"

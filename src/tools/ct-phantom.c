@@ -1,4 +1,5 @@
-/* ct-phantom: volumes of known shapes, and their exact projections. */
+/* ct-phantom: volumes of known shapes, and their exact projections.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "formats/format.h"
 #include "xray/phantom.h"

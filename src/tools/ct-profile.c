@@ -1,4 +1,5 @@
-/* ct-profile: the slice profile of a scanner, from thick and thin slices of one acquisition. */
+/* ct-profile: the slice profile of a scanner, from thick and thin slices of one acquisition.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/cli.h"
 #include "formats/io.h"

@@ -1,4 +1,5 @@
-/* ct-project: X-ray projections of a volume: exact line integrals of its density. */
+/* ct-project: X-ray projections of a volume: exact line integrals of its density.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/cost-report.h"
 #include "cli/keep.h"

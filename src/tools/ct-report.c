@@ -1,4 +1,5 @@
-/* ct-report: one page to look at what became of a CT, and at what in it not to trust. */
+/* ct-report: one page to look at what became of a CT, and at what in it not to trust.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/cli.h"
 #include "formats/format.h"

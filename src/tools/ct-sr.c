@@ -1,4 +1,4 @@
-/* ct-sr: a low-resolution CT in, a super-resolved CT out. */
+/* ct-sr: a low-resolution CT in, a super-resolved CT out. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/files.h"

@@ -1,5 +1,5 @@
 /* ct-train: trains a prior of pictures, or of the slices or volumes of CTs, or a network that makes
- * projections finer. */
+ * projections finer. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/number.h"
 #include "cli/cli.h"

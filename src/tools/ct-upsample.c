@@ -1,4 +1,5 @@
-/* ct-upsample: a CT on a finer grid over the same field of view. */
+/* ct-upsample: a CT on a finer grid over the same field of view.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/keep.h"

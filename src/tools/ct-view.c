@@ -1,4 +1,4 @@
-/* ct-view: slices and projections side by side in a picture. */
+/* ct-view: slices and projections side by side in a picture. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/number.h"
 #include "cli/cli.h"

@@ -1,4 +1,4 @@
-/* ddnm-input.c: see ddnm-parts.h. */
+/* ddnm-input.c: see ddnm-parts.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "tools/ddnm-parts.h"
 #include "core/mem.h"

@@ -1,5 +1,6 @@
 /* ddnm-parts.h: the parts of ct-ddnm beside its step (steps/step-ddnm.h): what it reads and writes
- * (ddnm-input.c), and the views that an interrupted run has finished (ddnm-state.c). */
+ * (ddnm-input.c), and the views that an interrupted run has finished (ddnm-state.c).
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TOOLS_DDNM_PARTS_H
 #define CT_TOOLS_DDNM_PARTS_H
 #include "cli/resume.h"

@@ -1,4 +1,4 @@
-/* ddnm-state.c: see ddnm-parts.h. */
+/* ddnm-state.c: see ddnm-parts.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "tools/ddnm-parts.h"
 #include "core/clock.h"

@@ -1,4 +1,4 @@
-/* page-file.c: see page-file.h. */
+/* page-file.c: see page-file.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/installed.h"
 #include "formats/io.h"

@@ -1,4 +1,4 @@
-/* page-file.h: the page of ct-report as a file. */
+/* page-file.h: the page of ct-report as a file. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TOOLS_PAGE_FILE_H
 #define CT_TOOLS_PAGE_FILE_H
 #include "report/page.h"

@@ -1,5 +1,6 @@
 /* picture.c: ct-picture FILE TIMES: one picture, decoded, to standard output, for the
- * commands, which start it (shim/image-read.h). TIMES is as for ct_inflate_allow. */
+ * commands, which start it (shim/image-read.h). TIMES is as for ct_inflate_allow.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/inflate.h"
 #include "shim/picture-file.h"

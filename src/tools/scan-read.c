@@ -1,4 +1,4 @@
-/* scan-read.c: see scan-read.h. */
+/* scan-read.c: see scan-read.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "dicom/form.h"
 #include "formats/beside.h"

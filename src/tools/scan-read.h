@@ -1,4 +1,5 @@
-/* scan-read.h: a CT for a command that refines it, with what is known of its scanner. */
+/* scan-read.h: a CT for a command that refines it, with what is known of its scanner.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TOOLS_SCAN_READ_H
 #define CT_TOOLS_SCAN_READ_H
 #include "core/env.h"

@@ -2,7 +2,8 @@
  *
  * All steps run once with VIEWS projections, CALLS calls of the network a view and ITERATIONS of
  * the fit, at full size. What they took is scaled; what the fit takes before it begins is not.
- * Processor time, so that other work on the machine does not count. */
+ * Processor time, so that other work on the machine does not count.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/clock.h"
 #include "tools/sr.h"

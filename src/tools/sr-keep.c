@@ -1,5 +1,5 @@
 /* sr-keep.c: the steps of the published method as they are kept, or handed on as files between them
- * would be; see sr.h. */
+ * would be; see sr.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/clock.h"
 #include "core/memory.h"

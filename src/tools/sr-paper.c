@@ -1,4 +1,5 @@
-/* sr-paper.c: the published method, by way of projections, in one process; see sr.h. */
+/* sr-paper.c: the published method, by way of projections, in one process; see sr.h.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/cost-report.h"
 #include "cli/files.h"

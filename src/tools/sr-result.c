@@ -1,4 +1,5 @@
-/* sr-result.c: what ct-sr says that it found and did, in words and as JSON; see sr.h. */
+/* sr-result.c: what ct-sr says that it found and did, in words and as JSON; see sr.h.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/json.h"
 #include "cli/cli.h"

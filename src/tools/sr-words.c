@@ -1,5 +1,5 @@
 /* sr-words.c: the published method as commands: what --dry-run prints, --keep leaves as a script,
- * and the histories tell; see sr.h and ct-pipeline(7). */
+ * and the histories tell; see sr.h and ct-pipeline(7). SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/installed.h"
 #include "cli/files.h"

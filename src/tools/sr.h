@@ -1,4 +1,4 @@
-/* sr.h: the parts of ct-sr. */
+/* sr.h: the parts of ct-sr. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TOOLS_SR_H
 #define CT_TOOLS_SR_H
 #include "cli/cli.h"

@@ -1,4 +1,4 @@
-/* train-loop.c: see train-loop.h. */
+/* train-loop.c: see train-loop.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/cost-report.h"
 #include "cli/stop.h"

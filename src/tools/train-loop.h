@@ -1,4 +1,4 @@
-/* train-loop.h: the command line of ct-train, and its loop. */
+/* train-loop.h: the command line of ct-train, and its loop. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TOOLS_TRAIN_LOOP_H
 #define CT_TOOLS_TRAIN_LOOP_H
 #include "cli/cli.h"

@@ -1,4 +1,4 @@
-/* data.c: see data.h. */
+/* data.c: see data.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "train/data.h"
 #include "core/mem.h"

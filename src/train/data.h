@@ -1,4 +1,5 @@
-/* data.h: pictures and volumes for ct-train, from files and folders of them. */
+/* data.h: pictures and volumes for ct-train, from files and folders of them.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TRAIN_DATA_H
 #define CT_TRAIN_DATA_H
 #include "core/vol.h"

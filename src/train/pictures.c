@@ -1,5 +1,5 @@
 /* pictures.c: ct-train on pictures: a noise predictor for a sampler, or a network of
- * super-resolution. */
+ * super-resolution. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "diffusion/prior.h"

@@ -1,4 +1,5 @@
-/* slices.c: ct-train on volumes: the slice prior of ct-upsample. */
+/* slices.c: ct-train on volumes: the slice prior of ct-upsample.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "core/vol.h"

@@ -1,5 +1,6 @@
 /* subject.h: networks in training, of pictures, slices or volumes, with the data that they learn
  * from.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_TRAIN_SUBJECT_H
 #define CT_TRAIN_SUBJECT_H

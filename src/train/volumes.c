@@ -1,4 +1,5 @@
-/* volumes.c: ct-train on volumes: the ArSSR of ct-upsample -m arssr. */
+/* volumes.c: ct-train on volumes: the ArSSR of ct-upsample -m arssr.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "train/data.h"

@@ -3,6 +3,7 @@
  *
  * It needs the volume with that axis fastest, padded with zeros, so it keeps a copy; for each
  * column of voxels it knows between which heights they are not zero, and skips the rest.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_XRAY_COLUMNS_H
 #define CT_XRAY_COLUMNS_H

@@ -1,4 +1,4 @@
-/* geometry.c: see geometry.h. */
+/* geometry.c: see geometry.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "xray/geometry.h"
 #include "core/vec3.h"

@@ -12,6 +12,7 @@
  * A positive angle turns counter-clockwise seen from above (x to y). These are the conventions
  * of TIGRE (Biguri et al., Biomed. Phys. Eng. Express 2016) with its rows reversed. Lengths mm,
  * angles degrees; sines of whole quarter turns are exact. Pure; thread-safe.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_XRAY_GEOMETRY_H
 #define CT_XRAY_GEOMETRY_H

@@ -1,7 +1,8 @@
 /* packet.c: see packet.h.
  *
  * The voxels, or rows, that the lanes of a vector need are neighbours: they lie in a table of one,
- * two or four registers, from which a permutation picks those of each lane. */
+ * two or four registers, from which a permutation picks those of each lane.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "xray/packet.h"
 #include "core/vec.h"

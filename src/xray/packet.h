@@ -11,6 +11,7 @@
  * voxel, the rest to the other. Joseph: at x0 = x1, between two voxel centres.
  *
  * Pure kernels (core/simd.h).
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_XRAY_PACKET_H
 #define CT_XRAY_PACKET_H

@@ -1,4 +1,5 @@
-/* phantom-sets.c: which shapes make which phantom; see phantom.h. */
+/* phantom-sets.c: which shapes make which phantom; see phantom.h.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "xray/phantom.h"

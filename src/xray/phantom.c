@@ -1,4 +1,5 @@
 /* phantom.c: see phantom.h. Every shape is a unit ball, cube or cylinder in coordinates of its own.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "xray/phantom.h"

@@ -6,6 +6,7 @@
  * have a closed form. The sets made here keep f within [0, 1]: as density of a window
  * [LO, HI] that is LO + f (HI - LO) HU, and clipping to the window changes nothing. Lengths
  * mm, world RAS+. Pure; thread-safe.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_XRAY_PHANTOM_H
 #define CT_XRAY_PHANTOM_H

@@ -1,4 +1,4 @@
-/* photons.c: see photons.h. */
+/* photons.c: see photons.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "xray/photons.h"
 #include "core/rng.h"

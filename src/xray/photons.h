@@ -11,6 +11,7 @@
  * attenuation of a unit of p; density over a window of W HU has mu_p = mu_water W/1000.
  *
  * Pure; thread-safe; a pixel's number depends on seed and index alone.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_XRAY_PHOTONS_H
 #define CT_XRAY_PHOTONS_H

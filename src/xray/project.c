@@ -1,5 +1,5 @@
 /* project.c: see project.h. The plan, and what its threads do: rays one at a time (ray.h), or
- * together where columns.h takes them. */
+ * together where columns.h takes them. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "xray/project.h"
 #include "core/vec3.h"

@@ -19,6 +19,7 @@
  * Numbers: data are float; a ray's ends are found in double, its crossings in float relative to a
  * voxel at most sixteen away, so they are off by no more than some 2e-6 voxel; sums are in double.
  * The same bytes for any number of threads.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_XRAY_PROJECT_H
 #define CT_XRAY_PROJECT_H

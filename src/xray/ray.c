@@ -1,4 +1,5 @@
-/* ray.c: see ray.h. Which rays there are, and which of them meet what. */
+/* ray.c: see ray.h. Which rays there are, and which of them meet what.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "xray/ray.h"
 #include "core/vec3.h"

@@ -1,5 +1,5 @@
 /* ray.h: rays in voxel units, one at a time: the geometry that project.c, columns.c and packet.c
- * share. */
+ * share. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_XRAY_RAY_H
 #define CT_XRAY_RAY_H
 #include "core/simd.h"

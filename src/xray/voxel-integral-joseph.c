@@ -7,6 +7,7 @@
  *
  * times the length from plane to plane. A voxel beyond the box is 0: its weight becomes 0, so sum
  * and spread have the same weights to the last bit.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "xray/ray.h"

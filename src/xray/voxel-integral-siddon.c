@@ -10,6 +10,7 @@
  *
  * Nothing there branches and no slab needs the one before, so sixteen are done at once in vector
  * registers; voxels of different slabs differ, so the adjoint may write them in any order.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "xray/ray.h"

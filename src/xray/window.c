@@ -1,4 +1,4 @@
-/* window.c: see window.h. */
+/* window.c: see window.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/words.h"
 #include "xray/window.h"

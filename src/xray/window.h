@@ -7,6 +7,7 @@
  * A residual is what the density of a base lacks, so the volume that was fitted is the residual on
  * top of the base as its projections have it, cut at LO and HI: ct_window_add, and nothing else,
  * puts the two together.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_XRAY_WINDOW_H
 #define CT_XRAY_WINDOW_H

@@ -2,7 +2,8 @@
  * generator, and the inputs of its corpus; or the files that are named. A crash or a sanitizer
  * report is the failure.
  *   fuzz-x [FILE...]         replay
- *   fuzz-x --seeds FOLDER    write the seeds there; also of the target that libFuzzer drives */
+ *   fuzz-x --seeds FOLDER    write the seeds there; also of the target that libFuzzer drives
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "driver.h"
 #include "../tap.h"

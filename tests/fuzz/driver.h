@@ -3,6 +3,7 @@
  * In make check driver.c feeds it its own seeds, mutations of them, and the inputs of
  * tests/fuzz/corpus/x.tar. scripts/fuzz.sh builds the same target for libFuzzer, which looks for
  * more.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_TESTS_FUZZ_DRIVER_H
 #define CT_TESTS_FUZZ_DRIVER_H

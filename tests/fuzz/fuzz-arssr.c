@@ -1,4 +1,5 @@
-/* Hostile priors of volumes: safetensors that are refused, or an ArSSR. */
+/* Hostile priors of volumes: safetensors that are refused, or an ArSSR.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "driver.h"
 #include "arssr/arssr.h"

@@ -1,4 +1,5 @@
-/* Hostile sidecars: refused with a field, or what is expected of the scanner is sound. */
+/* Hostile sidecars: refused with a field, or what is expected of the scanner is sound.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "driver.h"
 #include "formats/beside.h"

@@ -1,4 +1,5 @@
-/* Hostile DICOM, compressed too: refused, or a picture. vtk-dicom parses and decodes. */
+/* Hostile DICOM, compressed too: refused, or a picture. vtk-dicom parses and decodes.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "driver.h"
 #include "mem-file.h"

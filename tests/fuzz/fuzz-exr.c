@@ -1,4 +1,5 @@
-/* Hostile EXR: the reader must refuse or give a sound stack, and leave nothing behind. */
+/* Hostile EXR: the reader must refuse or give a sound stack, and leave nothing behind.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "driver.h"
 #include "formats/format.h"

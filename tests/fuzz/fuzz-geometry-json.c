@@ -1,4 +1,5 @@
-/* Hostile scanner files: refused, or a scan whose views can be made. */
+/* Hostile scanner files: refused, or a scan whose views can be made.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "driver.h"
 #include "core/mem.h"

@@ -1,5 +1,5 @@
 /* Hostile MetaImage and NRRD: the reader must refuse or give a sound volume, and leave nothing
- * behind. */
+ * behind. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "volume.h"
 

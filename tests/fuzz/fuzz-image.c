@@ -1,5 +1,5 @@
 /* Hostile pictures: refused, or numbers, of which those beyond [0, 1] are told. OpenImageIO
- * decodes. */
+ * decodes. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "driver.h"
 #include "formats/png.h"

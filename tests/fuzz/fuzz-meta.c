@@ -1,4 +1,5 @@
-/* Hostile metadata, lines KEY=VALUE: what is read from them is refused or sound. */
+/* Hostile metadata, lines KEY=VALUE: what is read from them is refused or sound.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/acquired.h"
 #include "driver.h"

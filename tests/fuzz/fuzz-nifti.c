@@ -1,4 +1,5 @@
-/* Hostile NIfTI: the reader must refuse or give a sound volume, and leave nothing behind. */
+/* Hostile NIfTI: the reader must refuse or give a sound volume, and leave nothing behind.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "volume.h"
 

@@ -1,4 +1,5 @@
-/* Hostile numpy arrays: the reader must refuse or give all numbers, and leave nothing behind. */
+/* Hostile numpy arrays: the reader must refuse or give all numbers, and leave nothing behind.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "driver.h"
 #include "formats/raw.h"

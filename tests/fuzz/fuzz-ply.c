@@ -1,4 +1,5 @@
-/* Hostile PLY: the reader must refuse or give a sound set, and leave nothing behind. */
+/* Hostile PLY: the reader must refuse or give a sound set, and leave nothing behind.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "driver.h"
 #include "formats/format.h"

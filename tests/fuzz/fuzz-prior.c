@@ -1,4 +1,5 @@
-/* Hostile priors: safetensors that are refused, or a network. Their numbers are zeros. */
+/* Hostile priors: safetensors that are refused, or a network. Their numbers are zeros.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "driver.h"
 #include "diffusion/prior.h"

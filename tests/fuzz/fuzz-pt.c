@@ -1,6 +1,7 @@
 /* Hostile checkpoints of PyTorch: the reader must refuse or give sound tensors, and leave nothing
  * behind. Half of the inputs are an archive; the others, which begin with P, are its pickle, which
- * the CRC would protect there, beside one storage of eight bytes. */
+ * the CRC would protect there, beside one storage of eight bytes.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "weights.h"
 #include "../pt-make.h"

@@ -1,4 +1,5 @@
-/* Raw voxels: a line "WIDTHxHEIGHTxDEPTH:TYPE AXES" as the command line has it, then the file. */
+/* Raw voxels: a line "WIDTHxHEIGHTxDEPTH:TYPE AXES" as the command line has it, then the file.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "driver.h"
 #include "formats/raw.h"

@@ -1,4 +1,5 @@
-/* Hostile safetensors: the reader must refuse or give sound tensors, and leave nothing behind. */
+/* Hostile safetensors: the reader must refuse or give sound tensors, and leave nothing behind.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "weights.h"
 #include "formats/format.h"

@@ -1,4 +1,5 @@
-/* Hostile slice profiles: refused, or an operator whose rows sum up to 1 and that travels. */
+/* Hostile slice profiles: refused, or an operator whose rows sum up to 1 and that travels.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "driver.h"
 #include "operator/slice-profile.h"

@@ -1,5 +1,6 @@
 /* Hostile priors of slices: safetensors that are refused, or slice networks, which then restore a
- * small scan. Values behind the header that are missing are zeros. */
+ * small scan. Values behind the header that are missing are zeros.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "driver.h"
 #include "formats/format.h"

@@ -1,4 +1,5 @@
-/* Hostile states of ct-ddnm: refused, or the views that are done. */
+/* Hostile states of ct-ddnm: refused, or the views that are done.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "driver.h"
 #include "state-run.h"

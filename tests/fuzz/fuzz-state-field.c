@@ -1,4 +1,5 @@
-/* Hostile states of ct-field: refused, or the fit makes a step from them and has values. */
+/* Hostile states of ct-field: refused, or the fit makes a step from them and has values.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "driver.h"
 #include "state-run.h"

@@ -1,4 +1,5 @@
-/* Hostile states of ct-fuse: refused, or the joint solver goes on from them and ends. */
+/* Hostile states of ct-fuse: refused, or the joint solver goes on from them and ends.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "driver.h"
 #include "state-run.h"

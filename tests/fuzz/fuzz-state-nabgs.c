@@ -1,4 +1,5 @@
-/* Hostile states of ct-nabgs: refused, or the fit makes a step from them. */
+/* Hostile states of ct-nabgs: refused, or the fit makes a step from them.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "driver.h"
 #include "state-run.h"

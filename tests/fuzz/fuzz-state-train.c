@@ -1,4 +1,5 @@
-/* Hostile states of ct-train: refused, or the training has their step. Their numbers are zeros. */
+/* Hostile states of ct-train: refused, or the training has their step. Their numbers are zeros.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "driver.h"
 #include "diffusion/train.h"

@@ -1,4 +1,5 @@
 #!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
 """Writes the DICOM seeds of tests/fuzz/corpus/dicom.tar into a folder: one small synthetic picture in every
 transfer syntax that pydicom and gdcmconv (Debian: libgdcm-tools) can write, deflated, and in archives.
 

@@ -1,4 +1,5 @@
-/* mem-file.h: bytes as a file with a name, for readers that want one. */
+/* mem-file.h: bytes as a file with a name, for readers that want one.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TESTS_FUZZ_MEM_FILE_H
 #define CT_TESTS_FUZZ_MEM_FILE_H
 #include <stdint.h>

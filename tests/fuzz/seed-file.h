@@ -1,4 +1,5 @@
-/* seed-file.h: seeds of a fuzz target made by our own writers. */
+/* seed-file.h: seeds of a fuzz target made by our own writers.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TESTS_FUZZ_SEED_FILE_H
 #define CT_TESTS_FUZZ_SEED_FILE_H
 #include "core/env.h"

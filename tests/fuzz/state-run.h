@@ -1,4 +1,5 @@
-/* state-run.h: a run that goes on from a state given in memory. */
+/* state-run.h: a run that goes on from a state given in memory.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TESTS_FUZZ_STATE_RUN_H
 #define CT_TESTS_FUZZ_STATE_RUN_H
 #include "cli/resume.h"

@@ -1,4 +1,5 @@
-/* volume.h: what a fuzz target of a reader of volumes does with a file. */
+/* volume.h: what a fuzz target of a reader of volumes does with a file.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_FUZZ_VOLUME_H
 #define CT_FUZZ_VOLUME_H
 #include "driver.h"

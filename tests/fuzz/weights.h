@@ -1,4 +1,5 @@
-/* weights.h: what a fuzz target of a reader of weights does with a file. */
+/* weights.h: what a fuzz target of a reader of weights does with a file.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_FUZZ_WEIGHTS_H
 #define CT_FUZZ_WEIGHTS_H
 #include "driver.h"

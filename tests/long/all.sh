@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # all.sh [PART[=COUNT[,COMMAND]]...]: the parts of make check-long, all of them if none is named, and a table
 # of what was tried and what passed, in check-long.md of the present folder too.
 here=$(cd "$(dirname "$0")" && pwd)

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # cluster.sh [COUNT]: COUNT (4) thick scans on a Slurm of two nodes, both on this machine, by
 # examples/cluster/Snakefile, while a node and a job are killed; the results against those of one machine,
 # byte for byte. It starts its own munged, slurmctld and slurmd, and needs root.

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # conda.sh: conda/meta.yaml as conda-build reads it, its build.sh on a copy of the source, and its test commands
 # on what that installed. Where conda's compilers and libraries would be, it takes the machine's: it needs no
 # network, and does not show that conda-forge's versions fit.

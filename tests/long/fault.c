@@ -2,7 +2,7 @@
  * it counts what is asked of malloc, calloc, realloc, aligned memory, anonymous mmap and
  * pthread_create. FAULT_AT=N: the N-th of them fails; with FAULT_ON=1 all after it too.
  * FAULT_COUNT=FILE: how many there were is written there. FAULT_SHOW=1: where it fails. faults.sh
- * uses it. */
+ * uses it. SPDX-License-Identifier: Apache-2.0 */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <execinfo.h>

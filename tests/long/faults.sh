@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # faults.sh [COUNT [COMMAND]]: memory fails within every command (tests/long/fault.c), COUNT (2000) times in all: at
 # each of the first calls, then at random ones, once or from there on. The right result, or status 7
 # and a message (1, if a library ends the run with words of its own), and nothing left. A library that does not

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # full.sh [OFFSETS [COMMAND]]: every command that writes, with no file allowed to grow beyond each of OFFSETS (100)
 # sizes from 0 to all but the last byte of its output (RLIMIT_FSIZE, SIGXFSZ ignored: a write beyond it
 # fails as on a full disk). Status 4 and a message, no output, nothing beside it but a state; and then,

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # fuzz.sh [SECONDS]: libFuzzer on every target for SECONDS (60) each: scripts/fuzz.sh.
 . "$(dirname "$0")/lib.sh"
 "$srcdir/scripts/fuzz.sh" --seconds "${1:-60}" >out 2>err || [ $? -ne 77 ] || { cat err; exit 77; }

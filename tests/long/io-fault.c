@@ -4,7 +4,7 @@
  * IO_NOW=1 from its start, but those on files of the system (/proc, /sys, /dev, /etc, /usr, /lib).
  * IO_AT=N: the N-th fails with the errno IO_ERRNO (a number; 0: it is short, of read and write),
  * with IO_ON=1 all after it too. IO_LOG=FILE: a line a call: "KIND NAME", of sync also what the
- * file is. io-faults.sh uses it, and t-faults.sh. */
+ * file is. io-faults.sh uses it, and t-faults.sh. SPDX-License-Identifier: Apache-2.0 */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>

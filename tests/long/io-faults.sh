@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # io-faults.sh [COUNT [COMMAND]]: the calls on files fail within every command (tests/long/io-fault.c), COUNT (2000) times in
 # all: open, read, write, sync, rename, link, mkdir, unlink and close, with EIO, ENOSPC, EINTR, or they are short; once, or from
 # there on. Over an older output (--force): status 0 and the right result, or another status with a message and

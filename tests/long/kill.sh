@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # kill.sh [COUNT [COMMAND]]: every command with a state, ct-upsample, and ct-sr with a folder that keeps, is
 # stopped by the signal $SIGNAL (KILL) at random times, COUNT (1000) in all, then resumed (ct-upsample: run
 # again): the same result as a run in one go, nothing else left, and no file that cannot be read meanwhile.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # lib.sh: what the parts of make check-long share; source it first. Each part is a script of its own:
 #   builddir=BUILD sh tests/long/PART.sh [COUNT [COMMAND]]
 # of the commands in BUILD, or else of those that are installed.

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # memory.sh [LIMITS [COMMAND]]: every command with LIMITS (24) limits of its memory (ulimit -v) from 64 MB up to where
 # all have room: the right result, or status 7 and a message, and nothing left; never a crash. The
 # loader's own "error while loading shared libraries" counts as a message, and "terminate called" of a library that

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """network.py SHAPES OUT f32|f16: random weights of a network as torch.save writes them, SHAPES being lines of
 a name and sizes. The numbers are normal, a tenth of what keeps the size of what they are multiplied with."""
 import struct

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # network.sh [SIDE]: a checkpoint of the largest published network of guided diffusion (558 million random weights, in 32
 # and in 16 bits) super-resolves a picture of SIDE (512) pixels in less than 6 GB (peak resident set). It says how much
 # that was, and the CPU seconds that one call of the network took. 3.4 GB of disk under TMPDIR.

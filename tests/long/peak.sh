@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # peak.sh [TRIES [COMMAND]]: TRIES (20) random runs of the commands that take --memory, or of COMMAND alone:
 # sizes, factors, methods, threads, .nii, .nii.gz or a pipe, and a bound from the least that the command
 # says it takes on. No process may hold more than the bound and 64 MiB. SEED=2 is another choice. What each

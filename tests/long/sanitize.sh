@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # sanitize.sh [TEST...]: the tests under AddressSanitizer, LeakSanitizer and UBSan, C programs and shell tests, whose
 # commands are built likewise; all of them, or TEST as in t-core, fuzz/fuzz-ply or t-sr.sh. Builds in build-sanitize. Any
 # report of any process is a failure, also where a test expects its command to fail.

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # threads.sh [TEST...]: what uses threads, under ThreadSanitizer: the C tests of kernels, solvers and the
 # fit, and the commands with four threads. Builds in build-thread. oneDNN and its OpenMP are not built for
 # it, so what happens inside them is not looked at. TEST: the name of a C test, without t-; "-" is none.

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # train.sh [MINUTES [NETWORK]]: the training kit of bench/train on a CPU, with toy networks, down to files that the commands
 # read; of one network alone: 4, thick-4, 2, projections. Needs PyTorch, numpy and Pillow, and the sources. The row counts
 # what was checked.

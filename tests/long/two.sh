@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # two.sh [COUNT [COMMAND]]: two processes with the inputs of two patients on one output, and two ct-sr on one
 # --keep folder, COUNT (100) times in all, the second begun up to half a run later. Each that ends with
 # status 0 has its own patient's result (of two ct-upsample, which claim nothing, the later), what is left is

@@ -1,4 +1,4 @@
-/* ahead.c: see ahead.h. */
+/* ahead.c: see ahead.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "tools/lib/ahead.h"
 #include "cli/cost-report.h"

@@ -1,4 +1,5 @@
-/* ahead.h: what refining a CT will take, checked and reported before the work begins. */
+/* ahead.h: what refining a CT will take, checked and reported before the work begins.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TOOLS_LIB_AHEAD_H
 #define CT_TOOLS_LIB_AHEAD_H
 #include "refine/refine.h"

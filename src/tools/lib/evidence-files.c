@@ -1,4 +1,4 @@
-/* evidence-files.c: see evidence-files.h. */
+/* evidence-files.c: see evidence-files.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "tools/lib/evidence-files.h"
 #include "formats/format.h"

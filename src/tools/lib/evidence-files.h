@@ -1,5 +1,5 @@
 /* evidence-files.h: what a base volume is corrected by (steps/evidence.h), from the files of
- * ct-nabgs and ct-fuse. */
+ * ct-nabgs and ct-fuse. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TOOLS_LIB_EVIDENCE_FILES_H
 #define CT_TOOLS_LIB_EVIDENCE_FILES_H
 #include "steps/evidence.h"

@@ -13,6 +13,7 @@
  * volume (its largest extent); without sVoxel, or without a volume, they are mm.
  *   randomAngle, rotDetector, COR  only if they say nothing: false, zeros
  * Keys of these programs that do not place rays are passed over; any other is an error.
+ * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
 #include "formats/io.h"

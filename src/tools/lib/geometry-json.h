@@ -1,4 +1,4 @@
-/* geometry-json.h: scanner files of R2-Gaussian and TIGRE. */
+/* geometry-json.h: scanner files of R2-Gaussian and TIGRE. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TOOLS_LIB_GEOMETRY_JSON_H
 #define CT_TOOLS_LIB_GEOMETRY_JSON_H
 #include "core/err.h"

@@ -1,4 +1,4 @@
-/* geometry-opts.c: see geometry-opts.h. */
+/* geometry-opts.c: see geometry-opts.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/number.h"
 #include "tools/lib/geometry-json.h"

@@ -1,5 +1,5 @@
 /* geometry-opts.h: the options that describe the geometry of projections: one table for all
- * commands that make projections. */
+ * commands that make projections. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TOOLS_LIB_GEOMETRY_OPTS_H
 #define CT_TOOLS_LIB_GEOMETRY_OPTS_H
 #include "cli/cli.h"

@@ -1,7 +1,8 @@
 /* libraries.cc: too little memory for the libraries in C++ is refused before the work, and what
  * they throw where no one catches is a failure like others. Until this runs, and where they write
  * to memory that they did not get, they end the program by a signal. Makes the linker one of C++,
- * too. In a module (CT_MODULE) who loads it has looked for memory. */
+ * too. In a module (CT_MODULE) who loads it has looked for memory.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/err.h"
 #include "core/mem.h"

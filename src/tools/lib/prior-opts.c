@@ -1,4 +1,4 @@
-/* prior-opts.c: see prior-opts.h. */
+/* prior-opts.c: see prior-opts.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/installed.h"
 #include "formats/format.h"

@@ -1,5 +1,5 @@
 /* prior-opts.h: the options of a prior: --prior, its file or the installed one, and --arch
- * KEY=VALUE,..., what its network is, in words. */
+ * KEY=VALUE,..., what its network is, in words. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TOOLS_LIB_PRIOR_OPTS_H
 #define CT_TOOLS_LIB_PRIOR_OPTS_H
 #include "restore/restore.h"

@@ -1,4 +1,4 @@
-/* said.c: see said.h. */
+/* said.c: see said.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "tools/lib/said.h"
 

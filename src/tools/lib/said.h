@@ -1,4 +1,5 @@
-/* said.h: the options that say how a CT was made, and how fine the result is to be. */
+/* said.h: the options that say how a CT was made, and how fine the result is to be.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_TOOLS_LIB_SAID_H
 #define CT_TOOLS_LIB_SAID_H
 #include "cli/cli.h"
