@@ -152,6 +152,28 @@ static void test_base_refused(void)
 		.base = "wide.nii", .in = "narrow.exr");
 }
 
+/* A volume has a place, and values. */
+static void test_volume(void)
+{
+	struct ct_vol v = {0};
+
+	must(ct_vol_alloc(&v, sizes, &err));
+	for (size_t i = 0; i < ct_vol_count(&v); i++)
+		v.data[i] = 0;
+	e = (struct ct_err){0};
+	OK(ct_evidence_volume(&v, "v.nii", &e) == 0, "a volume of numbers is taken");
+	v.data[5] = NAN;
+	OK(ct_evidence_volume(&v, "v.nii", &e) == -1 && e.code == CT_ENUMERIC &&
+			strstr(e.msg, "v.nii: ") == e.msg,
+		"a volume with NaN is refused");
+	v.data[5] = 0;
+	v.affine[0][0] = 0;
+	e = (struct ct_err){0};
+	OK(ct_evidence_volume(&v, "v.nii", &e) == -1 && strstr(e.msg, "v.nii: ") == e.msg,
+		"a volume without a place is refused");
+	ct_vol_free(&v);
+}
+
 static void test_window(void)
 {
 	const struct ct_evidence_files f[] = {{.in = "wide.exr", .base = "base.nii"},
@@ -283,6 +305,7 @@ int main(void)
 	put_files();
 	test_base();
 	test_base_refused();
+	test_volume();
 	test_window();
 	test_lr();
 	test_weight();
