@@ -413,7 +413,7 @@ $(CTSR_SONAME): $(CTSR_SHARED)
 	$(AM_V_GEN)ln -sf $(CTSR_SHARED) $@
 noinst_DATA += $(CTSR_SHARED) $(CTSR_SONAME)
 CLEANFILES += $(CTSR_SHARED) $(CTSR_SONAME)
-EXTRA_DIST += src/ctsr/ctsr.symbols examples/superres.c
+EXTRA_DIST += src/ctsr/ctsr.symbols
 pkgconfigdir = $(libdir)/pkgconfig
 pkgconfig_DATA = src/ctsr/ctsr.pc
 install-shared: $(CTSR_SHARED)
