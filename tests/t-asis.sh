@@ -58,6 +58,10 @@ exits 0 'ct-sr takes a factor of 1.5' ct-sr -f -Q draft -x 1.5 made-bare.nii sr.
 has err 'the result left the range of the scan by up to [0-9]* HU: [0-9.]* % of the voxels are blended with cubic' 'ct-sr reports how many voxels it blended with cubic interpolation'
 ct-info sr.nii | grep -q 'assumed .*of the voxels are blended with cubic'
 ok $? 'ct-info of the result says that voxels were blended with cubic interpolation'
+ct-report -q made-bare.nii sr.nii page.html
+has page.html '<li>The result left the range of the scan by up to [0-9]* HU: [0-9.]* % of the voxels are blended with cubic.</li>' 'the page of ct-report warns of voxels that are blended with cubic interpolation'
+grep -q '"row">Known from</th><td>profile [^<]*sure[^<]*[^; ]</td>' page.html && ! grep -q '<td>[^<]*left the range' page.html
+ok $? 'the page of ct-report lists them among the warnings alone'
 ct-sr -q -f -t 1 -Q draft -x 1.5 made-bare.nii one.nii; ct-sr -q -f -t 3 -Q draft -x 1.5 made-bare.nii three.nii
 same one.nii three.nii; ok $? 'voxels blended with cubic are the same with one and three threads'
 ct-phantom -q --size 72x72x72 --spacing 1 --window=-1024:3071 ellipsoids truth.nii

@@ -65,7 +65,7 @@ done
 ! grep -q '<li>Not all warnings' many40.html && grep -q '<li>Not all warnings' many41.html
 ok $? 'the page says that warnings are left out only if they are more than 40'
 ct-upsample -q -x 2 -m linear lr.nii linear.nii; ct-report -q lr.nii linear.nii linear.html
-has linear.html '<li>The result does not agree with the scan: [0-9.]* HU RMS apart' 'the page warns of a result that does not agree with the scan'
+has linear.html '<li>The result does not agree with the scan: the residual is [0-9.]* HU RMS' 'the page warns of a result that does not agree with the scan'
 n=$(ct-metrics --json --consistency lr.nii linear.nii | sed -n 's/.*"residual-rms-hu": \([^,]*\).*/\1/p')
 has linear.html "<th scope=\"row\">Residual, RMS</th><td>$(printf %.3f "$n") HU</td>" "the page gives the residual of ct-metrics, $n HU"
 has plain.html '"row">Residual, RMS</th><td>0.0[0-9]* HU</td>' 'the residual of a result that agrees with the scan is below 0.1 HU'
@@ -137,6 +137,8 @@ try:
     ok(drawn('.'), 'in the browser three planes are drawn')
     ok(js("return document.querySelectorAll('#panels figure').length") == 3 and js("return document.title").startswith('<script>alert(1)'), 'in the browser the title is the file name as text')
     ok(not js("return document.querySelector('h1').children.length"), 'in the browser the heading holds no element')
+    high = js("return [...document.querySelectorAll('.image')].map(i => i.getBoundingClientRect()).map(r => [r.top, r.height])")
+    ok(len(high) == 3 and max(abs(h[k] - high[0][k]) for h in high for k in (0, 1)) < 1.5, 'in the browser the three planes stand side by side, equally high')
     import nibabel
     import numpy as np
     hr, truth = (np.asarray(nibabel.load(f).dataobj, dtype=float) for f in ('hr.nii', 'truth.nii'))

@@ -6,6 +6,7 @@
 #include "report/page.h"
 
 #include <math.h>
+#include <string.h>
 
 /* A line of a curve: part of the width and of the height of the frame, each 0 to 1. */
 struct line {
@@ -88,10 +89,10 @@ static void end(FILE *f, const char *note)
 		before, after)
 
 /* The median edge of the scan along each axis that was refined: what its blur was measured on. A
- * line that is none, as of a dip, is left out. */
-static void put_scan_edges(FILE *f, const struct ct_page *p)
+ * line that is none, as of a dip, is left out. How many there are. */
+static size_t put_scan_edges(FILE *f, const struct ct_page *p)
 {
-	static const char *const class[] = {"before", "after", "ideal"};
+	static const char *const class[] = {"after", "before", "ideal"};
 	static const char *const name[] = {"along x", "along y", "along z"};
 	const double reach = (CT_EDGE_LONG - 1) / 2.;
 	double x[CT_EDGE_LONG], y[3][CT_EDGE_LONG];
@@ -105,11 +106,13 @@ static void put_scan_edges(FILE *f, const struct ct_page *p)
 			continue;
 		for (size_t k = 0; k < CT_EDGE_LONG; k++)
 			y[a][k] = 0.5 + 0.3 * p->seen[a].edge[k];
-		lines[n++] = (struct line){class[a], name[a], CT_EDGE_LONG, x, y[a]};
+		lines[n] = (struct line){class[n], name[a], CT_EDGE_LONG, x, y[a]};
+		n++;
 	}
 	if (n)
 		put_curve(f, "median edge of the scan", lines, n, -reach, reach, 1,
 			"voxels of the scan");
+	return n;
 }
 
 static void put_scan(FILE *f, const struct ct_page *p)
@@ -118,6 +121,7 @@ static void put_scan(FILE *f, const struct ct_page *p)
 	char noise[CT_NOISE_WORDS];
 	const char *assumed = ct_meta_get(&p->hr.vol.meta, CT_META_ASSUMED);
 	const char *denoised = ct_meta_get(&p->hr.vol.meta, CT_META_DENOISED);
+	const char *range = ct_page_range(p);
 
 	begin(f, "scan", "How the scan was made");
 	fprintf(f, "<table><tbody>\n");
@@ -127,10 +131,13 @@ static void put_scan(FILE *f, const struct ct_page *p)
 		ROW(f, "Blur, standard deviation",
 			"%.3g \u00d7 %.3g \u00d7 %.3g voxels of the result", s[0], s[1], s[2]);
 		ROW(f, "Sampling", "%s", CT_WORD(CT_DECIMATE_LIST, p->by.decimate));
-		ROW(f, "Known from", "%s",
-			p->told   ? "the header of the scan"
-			: assumed ? assumed
-				  : "the command line");
+		if (p->told || !assumed)
+			ROW(f, "Known from", "%s",
+				p->told ? "the header of the scan" : "the command line");
+		else /* the range is among the warnings */
+			ROW(f, "Known from", "%.*s",
+				(int)(range ? range - assumed : (ptrdiff_t)strlen(assumed)),
+				assumed);
 	} else
 		ROW(f, "Operator", "not known");
 	if (p->noise > 0)
@@ -143,8 +150,10 @@ static void put_scan(FILE *f, const struct ct_page *p)
 	if (denoised)
 		ROW(f, "Noise in the result", "%s", denoised);
 	fputs(TABLE_END, f);
-	put_scan_edges(f, p);
-	end(f, NULL);
+	end(f, put_scan_edges(f, p)
+			? "The median edge of the scan along each axis that was refined: "
+			  "the wider its rise, the more blur."
+			: NULL);
 }
 
 static void put_agreement(FILE *f, const struct ct_page *p)
@@ -158,9 +167,9 @@ static void put_agreement(FILE *f, const struct ct_page *p)
 	ROW(f, "Residual, largest", "%.3f HU", p->agrees.max);
 	ROW(f, "Voxels of the scan", "%zu", p->agrees.voxels);
 	fputs(TABLE_END, f);
-	end(f, "The result, made as coarse as the scan was, less the scan. Near zero nothing that the scan "
-	       "saw was changed; that what was added is true it does not say. Noise "
-	       "is not sharpened: where the scan was blurred, it counts as a residual.");
+	end(f, "The result, blurred and sampled as the scan was, minus the scan. Near zero, the result "
+	       "changes nothing that the scan saw. It does not tell whether the added detail is "
+	       "true. Noise is not sharpened: where the scan was blurred, it counts as a residual.");
 }
 
 static void put_tissues(FILE *f, const struct ct_page *p)
@@ -288,8 +297,8 @@ static void put_histogram(FILE *f, const struct ct_page *p)
 	begin(f, "histogram", "What values there are");
 	put_curve(f, "histogram", lines, 2, CT_PAGE_LOWEST,
 		CT_PAGE_LOWEST + CT_PAGE_BIN * CT_PAGE_BINS, 500, "HU");
-	end(f, "Voxels in bins of 32 HU, the height the logarithm of their number; what lies beyond is in "
-	       "the first and the last.");
+	end(f, "Number of voxels in bins of 32 HU, on a logarithmic scale. The first and the last bin hold "
+	       "all values beyond.");
 }
 
 void ct_page_write_cards(FILE *f, const struct ct_page *p)

@@ -218,10 +218,18 @@ static double voxel_of(const struct ct_page *p)
 	return most;
 }
 
+const char *ct_page_range(const struct ct_page *p)
+{
+	const char *assumed = ct_meta_get(&p->hr.vol.meta, CT_META_ASSUMED);
+
+	return assumed ? strstr(assumed, "; the result left the range of the scan by ") : NULL;
+}
+
 static int warn_found(struct ct_page *p)
 {
 	const char *history = ct_meta_get(&p->hr.vol.meta, CT_META_HISTORY);
 	const char *upsampled = ct_meta_get(&p->hr.vol.meta, CT_META_UPSAMPLE);
+	const char *range = ct_page_range(p);
 	size_t body = 0, poor = 0;
 	int bad = 0;
 
@@ -239,9 +247,11 @@ static int warn_found(struct ct_page *p)
 			"--sigma.");
 	if (p->known && p->agrees.rms > CT_PAGE_APART + p->noise)
 		bad |= warn(p,
-			"The result does not agree with the scan: %.3g HU RMS apart, where %.3g are to be "
-			"expected at most.",
+			"The result does not agree with the scan: the residual is %.3g HU RMS, and "
+			"at most %.3g HU are expected.",
 			p->agrees.rms, CT_PAGE_APART + p->noise);
+	if (range)
+		bad |= warn(p, "T%.*s.", (int)strcspn(range + 3, ";"), range + 3);
 	if (!p->known)
 		bad |= warn(p,
 			"The operator of the scan is not known: whether the result agrees with "

@@ -80,6 +80,9 @@ void ct_page_free(struct ct_page *p);
 void ct_page_write_meta(FILE *f, const struct ct_page *p);
 int ct_page_write_pictures(
 	FILE *f, const struct ct_page *p, const struct ct_env *env, struct ct_err *e);
+/* Where the words of what was assumed go on to that the result left the range of the scan ("; the
+ * result ..."), or NULL. */
+const char *ct_page_range(const struct ct_page *p);
 /* The tables and curves (page-cards.c). */
 void ct_page_write_cards(FILE *f, const struct ct_page *p);
 /* What printf makes, as HTML shows it; longer than 1000 bytes it is cut. */
