@@ -171,7 +171,7 @@ dist_check_SCRIPTS += tests/t-supervised.sh
 EXTRA_DIST += tests/supervised-torch.py
 check_PROGRAMS += tests/t-unet tests/t-arch tests/t-product
 tests_t_product_SOURCES = tests/t-product.c
-tests_t_unet_SOURCES = tests/t-unet.c
+tests_t_unet_SOURCES = tests/t-unet.c tests/gold-net.h
 tests_t_arch_SOURCES = tests/t-arch.c
 EXTRA_DIST += tests/gold/unet-a.safetensors tests/gold/unet-b.safetensors \
 	tests/gold/ddnm-plain-x4.safetensors tests/gold/ddnm-plus-x4.safetensors \
@@ -227,7 +227,7 @@ else
 EXTRA_DIST += tests/t-apart.cc tests/t-fragments.cc tests/t-held.cc
 endif
 check_PROGRAMS += tests/t-ddnm-gold
-tests_t_ddnm_gold_SOURCES = tests/t-ddnm-gold.c
+tests_t_ddnm_gold_SOURCES = tests/t-ddnm-gold.c tests/gold-net.h
 dist_check_SCRIPTS += tests/t-ct-ddnm.sh tests/t-ct-ddnm-samplers.sh tests/t-ddnm-options.sh tests/t-nabgs-options.sh tests/t-sr.sh
 dist_check_SCRIPTS += tests/t-all-tools.sh tests/t-style.sh tests/t-names.sh
 check_PROGRAMS += tests/t-consistency tests/t-tv

@@ -51,7 +51,8 @@ exits 3 'projections instead of a prior are refused with status 3' ct-ddnm -x 4 
 sed 's/"num_res_blocks":"1"/"num_res_blocks":"2"/' "$builddir/prior.safetensors" >other.safetensors
 exits 3 'a prior of another architecture is refused with status 3' ct-ddnm -x 4 --prior other.safetensors y.exr n.exr
 has err 'other.safetensors: .*tensor' 'the error of a prior of another architecture names file and tensor'
-exits 0 'a prior that also learns variances is accepted' ct-ddnm -q -x 4 --steps 1 --prior "$srcdir/tests/gold/unet-b.safetensors" y.exr v.exr
+"$builddir/tests/t-unet" unet-b b.safetensors || exit 99
+exits 0 'a prior that also learns variances is accepted' ct-ddnm -q -x 4 --steps 1 --prior b.safetensors y.exr v.exr
 printf '6\0\0\0\0\0\0\0{"x":{"dtype":"F32","shape":[1],"data_offsets":[0,4]}}\0\0\0\0' >plain.safetensors
 exits 3 'weights without metadata are refused as prior with status 3' ct-ddnm -x 4 --prior plain.safetensors y.exr n.exr
 has err 'plain.safetensors: not a diffusion prior: no metadata' 'the error of weights without metadata names the file and what it lacks'

@@ -5,23 +5,12 @@
 #include "formats/format.h"
 #include "diffusion/sampler.h"
 #include "diffusion/prior.h"
+#include "gold-net.h"
 #include "tap.h"
 
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
-
-static void gold(struct ct_tensors *w, const char *name)
-{
-	const char *top = getenv("srcdir");
-	char path[4096];
-
-	snprintf(path, sizeof path, "%s/tests/gold/%s.safetensors", top ? top : ".", name);
-	if (ct_tensors_read(path, w, &err)) {
-		printf("Bail out! %s\n", err.msg);
-		exit(99);
-	}
-}
 
 /* The schedule that a trajectory was recorded with. */
 static void recorded_betas(struct ct_schedule *s, const struct ct_tensors *w)
@@ -126,7 +115,7 @@ static double off(const struct ct_tensor *want, const float *x)
 
 static void test(const char *name)
 {
-	struct ct_tensors w = {0}, weights = {0};
+	struct ct_tensors w = {0}, weights = {0}, net = {0};
 	struct ct_prior prior = {0};
 	struct ct_measurement op = {0};
 	struct ct_schedule schedule;
@@ -135,8 +124,10 @@ static void test(const char *name)
 	int *times;
 	float *x;
 
-	gold(&weights, "unet-a");
-	gold(&w, name);
+	gold_read(&net, "unet-a");
+	gold_weights(&weights, &net);
+	ct_tensors_free(&net);
+	gold_read(&w, name);
 	y = ct_tensors_find(&w, "y");
 	want = ct_tensors_find(&w, "out");
 	recorded_betas(&schedule, &w);
@@ -214,7 +205,7 @@ static void travel(bool plus)
 	float x[3 * 16 * 16];
 	double error;
 
-	gold(&w, "ddnm-travel");
+	gold_read(&w, "ddnm-travel");
 	y = ct_tensors_find(&w, "y");
 	k.r = (size_t)number(&w, "scale");
 	k.eta = number(&w, "eta");

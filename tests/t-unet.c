@@ -4,37 +4,55 @@
 #include "config.h"
 #include "core/rng.h"
 #include "formats/format.h"
+#include "gold-net.h"
 #include "nn/unet.h"
 #include "numbers.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-static int read_gold(struct ct_tensors *w, const char *name)
+/* The names and shapes that the public program gave its state dictionary: "NAME 32,3,3,3;" each. */
+static void test_names(const struct ct_tensors *w, const struct ct_tensors *gold, const char *name)
 {
-	const char *srcdir = getenv("srcdir");
-	char path[1000];
+	const char *at = ct_meta_get(&gold->meta, "tensors");
+	size_t same = 0;
 
-	snprintf(path, sizeof path, "%s/tests/gold/%s", srcdir ? srcdir : ".", name);
-	return ct_tensors_read(path, w, &err);
+	for (size_t i = 0; at && i < w->n; i++) {
+		char want[300];
+		size_t n = (size_t)snprintf(want, sizeof want, "%s", w->t[i].name);
+
+		for (size_t k = 0; k < w->t[i].rank; k++)
+			n += (size_t)snprintf(
+				want + n, sizeof want - n, "%c%zu", k ? ',' : ' ', w->t[i].dim[k]);
+		n += (size_t)snprintf(want + n, sizeof want - n, ";");
+		if (strncmp(at, want, n) != 0)
+			break;
+		at += n;
+		same++;
+	}
+	OK(at && same == w->n && !*at, "%s has the tensors of the public network: %zu of %zu", name,
+		same, w->n);
 }
 
 /* All the plans that there are for one network give the same bytes. */
 static void test_gold(const char *name)
 {
-	struct ct_tensors w = {0};
+	struct ct_tensors w = {0}, gold = {0};
 	struct ct_unet *n = NULL;
 	struct ct_tensor *x, *t, *y;
 	float *out[2];
 	size_t count;
 
-	if (read_gold(&w, name) || ct_unet_alloc(&n, &w, &err)) {
+	gold_read(&gold, name);
+	gold_weights(&w, &gold);
+	test_names(&w, &gold, name);
+	if (ct_unet_alloc(&n, &w, &err)) {
 		OK(0, "%s: %s", name, err.msg);
 		return;
 	}
-	x = ct_tensors_find(&w, "io.x");
-	t = ct_tensors_find(&w, "io.t");
-	y = ct_tensors_find(&w, "io.y");
+	x = ct_tensors_find(&gold, "io.x");
+	t = ct_tensors_find(&gold, "io.t");
+	y = ct_tensors_find(&gold, "io.y");
 	count = ct_tensor_count(y);
 	for (int k = 0; k < 2; k++) { /* a plan to infer, and one to train */
 		struct ct_unet_plan *p = NULL;
@@ -57,6 +75,7 @@ static void test_gold(const char *name)
 		free(out[k]);
 	ct_unet_free(n);
 	ct_tensors_free(&w);
+	ct_tensors_free(&gold);
 }
 
 struct size {
@@ -273,16 +292,15 @@ static void refused(struct ct_tensors *w, int code, const char *word, const char
 
 static void test_refusals(void)
 {
-	struct ct_tensors w = {0};
+	struct ct_tensors w = {0}, gold = {0};
 	struct ct_unet *n = NULL;
 	struct ct_unet_plan *p = NULL;
 	struct ct_tensor *t;
 	size_t two = 2;
 
-	if (read_gold(&w, "unet-b.safetensors")) {
-		OK(0, "%s", err.msg);
-		return;
-	}
+	gold_read(&gold, "unet-b");
+	gold_weights(&w, &gold);
+	ct_tensors_free(&gold);
 	t = ct_tensors_find(&w, "middle_block.1.qkv.weight");
 	t->dim[0]--;
 	refused(&w, CT_EINPUT, "middle_block.1.qkv.weight is [191,64,1]", "a shape");
@@ -403,10 +421,20 @@ static void test_moved(void)
 	ct_unet_free(n[1]);
 }
 
-int main(void)
+int main(int argc, char **argv)
 {
-	test_gold("unet-a.safetensors");
-	test_gold("unet-b.safetensors");
+	if (argc == 3) { /* NAME FILE: only write the weights */
+		struct ct_tensors w = {0}, gold = {0};
+
+		gold_read(&gold, argv[1]);
+		gold_weights(&w, &gold);
+		must(ct_tensors_write_private(argv[2], &w, &err));
+		ct_tensors_free(&w);
+		ct_tensors_free(&gold);
+		return 0;
+	}
+	test_gold("unet-a");
+	test_gold("unet-b");
 	test_counts();
 	for (size_t i = 0; i < sizeof shapes / sizeof *shapes; i++)
 		test_gradient(shapes[i]);
