@@ -23,7 +23,7 @@ no() { # no TOOL OPTION ARGS...: the option is refused by name
 	exits 2 "$tool $*" "$tool" "$@"
 	has err "^$tool: ${opt%%=*}: \(needs\|not with\) " "$tool names $opt in its refusal"
 }
-command -v ct-view >/dev/null && { no ct-view --error-window=0:1; no ct-view --error-map=signed; no ct-view --names=a; no ct-view --thickness=5; no ct-view --slices=2 --slice 0.5,0.6; }
+no ct-view --error-window=0:1; no ct-view --error-map=signed; no ct-view --names=a; no ct-view --thickness=5; no ct-view --slices=2 --slice 0.5,0.6
 no ct-convert --series=1 --raw 8x8x8:i16:1
 no ct-convert --tilt=shear --raw 8x8x8:i16:1
 no ct-convert --gaps=fill --raw 8x8x8:i16:1

@@ -88,7 +88,7 @@ TMPDIR=. run o.nii ct-sr -q -x 4 --paper --expert views=6,iterations=20,gaussian
 [ ! -e $i/dicom ] || run o.json ct-convert -q --sidecar=o.json $i/dicom/ o.nii; rm -f o.nii
 run o.csv ct-metrics -q --per-slice=o.csv $i/hr.nii $i/up.nii
 run o.html ct-report -q $i/lr.nii $i/up.nii o.html
-! command -v ct-view >/dev/null || run o.png ct-view -q $i/hr.nii o.png
+run o.png ct-view -q $i/hr.nii o.png
 signalled 1 9 ct-nabgs -q -b $i/up.nii -n 20 -g 100 --expert max-gaussians=100 -f $i/hr.exr o.ply 2>/dev/null
 run o.ply ct-nabgs -q -f -b $i/up.nii -n 20 -g 100 --expert max-gaussians=100 $i/hr.exr o.ply
 lib=$(ls "$builddir"/libctsr.so.0 "$builddir"/.libs/libctsr.so.0 2>/dev/null | head -n 1)

@@ -18,10 +18,7 @@ for k in range(10):
     with open(('held' if k > 7 else 'pics') + '/%d.pgm' % k, 'wb') as f:
         f.write(b'P5\n%d %d\n255\n' % (w, h) + px)
 EOF
-if ! ct-train -q -n 0 none.safetensors pics 2>err && grep -q OpenImageIO err; then
-	echo '1..0 # SKIP no OpenImageIO'
-	exit 0
-fi
+pictures || { echo '1..0 # SKIP no OpenImageIO'; exit 0; }
 small='--arch model_channels=32,channel_mult=1:1 -p 16 --expert batch=8 -s 5 --expert lr=1e-3'
 
 # learning, resuming

@@ -2,7 +2,6 @@
 # What tests of pictures begin with: ct-view, NumPy and Pillow, and questions to what a test writes
 # into look.py.
 . "$srcdir/tests/tap.sh"
-command -v ct-view >/dev/null || { echo '1..0 # SKIP no OpenImageIO'; exit 0; }
 python_with numpy,PIL.Image || { echo '1..0 # SKIP no numpy or Pillow'; exit 0; }
 py() { # py STATEMENTS: of what look.py knows
 	"$PY" -B -c "from look import *
