@@ -284,6 +284,7 @@ static int refine(ctsr_volume *in, const char *out)
 	o.factor[0] = o.factor[1] = o.factor[2] = number("factor", 0);
 	o.noise = number("noise", o.noise);
 	o.denoise = number("denoise", o.denoise);
+	o.trust = number("trust", 0) > 0;
 	o.method = (int)number("method", o.method);
 	o.prior_file = value("prior");
 	rc = (prior ? ctsr_superres : ctsr_upsample)(&v, NULL, NULL, in, &o, NULL, &e) ||

@@ -26,6 +26,20 @@ exits 0 'blind.mk makes scans that were interpolated along z' make -s -f "$srcdi
 awk -F, 'NR == 1 {for (i = 1; i <= NF; i++) if ($i == "psnr") c = i} {p[$2 $3] = $c}
 	END {exit !(p["mean-2-i15blind"] > p["mean-2-i15cubic"] && p["mean-2-i25blind"] > p["mean-2-i25cubic"])}' o/blind.csv
 ok $? 'slices that were interpolated are refined better than by cubic interpolation'
+# such slices are undone with care, unless the measured blur is trusted
+bare=o/w/mean-2-i25/bare.nii
+psnr() { ct-metrics --csv --ssim none o/w/hr-i25.nii "$1" | tail -n 1 | cut -d, -f5; }
+exits 0 'ct-sr refines slices that were interpolated' ct-sr -f -x 1,1,2 "$bare" careful.nii
+has err '^ct-sr: slices may be soft by themselves: less blur is undone, without the network; --trust does not$' 'the log says that soft slices are undone with care'
+exits 0 'ct-sr refines soft slices as measured' ct-sr -f --trust -Q draft -x 1,1,2 "$bare" trusted.nii
+! grep -q 'soft by themselves' err; ok $? 'with --trust the log says nothing of care'
+awk "BEGIN {exit !($(psnr careful.nii) > $(psnr trusted.nii) + 1)}"; ok $? 'care is more accurate than trust by 1 dB'
+exits 0 'ct-sr refines soft slices whose operator is known' ct-sr -f o/w/mean-2-i25/lr.nii known.nii
+has err '^ct-sr: slices are softer than they were made: undone without the network; --trust does not$' 'the log says that slices of a known operator are soft'
+exits 0 'ct-sr adds the network to soft slices that it trusts' ct-sr -f --trust o/w/mean-2-i25/lr.nii trusted.nii
+has err 'then the prior' 'with --trust the prior adds to slices of a known operator'
+awk "BEGIN {exit !($(psnr known.nii) > $(psnr trusted.nii))}"; ok $? 'soft slices of a known operator are more accurate without the network'
+exits 2 'ct-sr refuses --trust beside --sigma' ct-sr --trust --sigma 1 "$bare" no.nii
 # blind.py: its table, and what it refuses
 ct-convert -q -f o/v/hr.nii hr.mha && ! python3 "$py" bare hr.mha x.nii 2>err && [ -s err ]
 ok $? 'blind.py refuses a scan that is not NIfTI of float32 or int16'

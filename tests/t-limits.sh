@@ -141,13 +141,13 @@ ct-profile --units
 ct-project --beam n--views --arc --det --sampling --paper --scanner --like w--window
 ct-project --overshoot --quantity m--method --coarsen --pixel --photons --expert s--seed --json --dry-run
 ct-report --uncertainty --truth --log --units
-ct-sr x--factor --spacing --sigma --decimate --profile --slice-thickness --denoise --noise Q--quality --series --deid --report
+ct-sr x--factor --spacing --sigma --decimate --profile --slice-thickness --denoise --trust --noise Q--quality --series --deid --report
 ct-sr --confidence --sidecar --memory --prior --paper --release k--keep --expert s--seed --json
 ct-sr --dry-run --units
 ct-train k--kind x--factor a--arch p--patch n--steps m--minutes --validate
 ct-train --patience r--resume --checkpoint-every --half --licence --bytes --with --cache --expert s--seed
 ct-train --json --dry-run
-ct-upsample m--method x--factor --spacing --sigma --decimate --profile --slice-thickness --denoise --noise --estimate --start --iterations
+ct-upsample m--method x--factor --spacing --sigma --decimate --profile --slice-thickness --denoise --trust --noise --estimate --start --iterations
 ct-upsample --tolerance --std --memory p--prior Q--preset --expert --json --dry-run --units
 ct-view o--output p--plane --slice --slices --mip --thickness --views w--window z--zoom e--error
 ct-view --error-map --error-window l--labels --names

@@ -58,6 +58,8 @@ no ct-project --pixel=mean --coarsen 1
 no ct-project @electronic=3
 no ct-project @mu-water=0.02
 no ct-upsample --estimate --sigma 1
+no ct-upsample --trust
+no ct-sr --trust --sigma 1
 for m in linear cubic bspline lanczos sinc; do
 	no ct-upsample --start=none -m $m
 	for o in --denoise=1 --noise=3 --iterations=9 --tolerance=1; do no ct-upsample $o -m $m; done
@@ -118,7 +120,7 @@ no ct-metrics --factor=4
 no ct-metrics --map=m.nii
 no ct-info --factor=2
 for p in --paper --release; do for o in --quality=fast --sigma=1 --denoise=1 --noise=2 --decimate=mean --profile=box --slice-thickness=5; do no ct-sr $o $p; done; done
-for p in --paper --release; do for o in --spacing=1 --confidence=c.nii --sidecar=c.json; do no ct-sr $o $p; done; done
+for p in --paper --release; do for o in --spacing=1 --trust --confidence=c.nii --sidecar=c.json; do no ct-sr $o $p; done; done
 no ct-sr --paper --release
 no ct-sr --keep=k
 no ct-sr --spacing=1 -x 2

@@ -114,6 +114,7 @@ static struct ct_refine_rule rule_of(const ctsr_superres_options *o, bool error)
 	r.said.decimate = o->sampling;
 	r.said.noise = o->noise;
 	r.said.estimate = o->estimate != 0;
+	r.said.trust = o->trust != 0;
 	r.iterations = (size_t)o->iterations;
 	r.tolerance = o->tolerance;
 	r.one_axis = o->preset == CTSR_FAST;

@@ -211,8 +211,7 @@ typedef struct ctsr_superres_options {
 	double sigma[3]; /* in new voxels; NaN (default): unknown; x, NaN, NaN: axes refined */
 	int sampling;    /* of enum ctsr_sampling; -1 (default): unknown */
 	double noise;    /* HU; NaN (default): unknown */
-	int estimate;    /* default 1: measure an operator that is unknown, as ct-sr(1) does; 0: an
-			  * inversion is CTSR_USAGE then */
+	int estimate;    /* default 1: measure an unknown operator; 0: CTSR_USAGE to invert it */
 	const char *prior_file; /* slice prior, safetensors; NULL (default): the installed one */
 	double memory;    /* bytes that the call may use, input and result included; what needs more
 			   * is refined in slabs, within 0.1 HU RMS. 0 (default): what is free */
@@ -222,6 +221,7 @@ typedef struct ctsr_superres_options {
 	double slice_thickness;   /* in place of both along the slice axis, mm; NaN (default) */
 	const char *profile; /* of slices: a shape or file of ct-sr --profile; NULL (default) */
 	double denoise; /* share of the noise to take off, 0 (default: the scan's own stays) to 1 */
+	int trust;      /* 1: take the estimate as measured; default 0 */
 } ctsr_superres_options;
 
 /* What was done. The caller sets size = sizeof, the library fills in as much as fits. */

@@ -111,17 +111,15 @@ static void add_cubic(char *to, const struct ct_operator *is)
 /* ", uncertain by 19 %, so 8 % less blur is undone", of the axis that is known worst. */
 static void add_doubt(char *to, const struct ct_operator *is)
 {
-	const double *x = is->operator.factor;
-	const bool slices = (x[0] > 1) + (x[1] > 1) + (x[2] > 1) == 1;
 	const double deviation = deviation_of(is, is->joint);
 
 	add(to, ", uncertain by %.0f %%", 100 * deviation);
-	for (int a = 0; a < 3 && deviation > POOR; a++) {
+	for (int a = 0; a < 3 && deviation > POOR && !is->trusted; a++) {
 		const struct ct_profile *p = &is->joint[a];
 
 		if (shows(is, is->joint, a) && p->deviation == deviation) {
 			add(to, ", so %.0f %% less blur is undone",
-				100 * (1 - ct_scanner_aim(p, slices) / p->spread));
+				100 * (1 - ct_operator_aim(is, p) / p->spread));
 			return;
 		}
 	}

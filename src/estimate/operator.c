@@ -215,16 +215,20 @@ static int expect(struct ct_operator *r, const struct ct_vol *in, const double x
 	return 0;
 }
 
+/* Spread of a sampling alone, voxels of the scan, squared. */
+static double own_square(double factor, enum ct_decimate decimate)
+{
+	if (decimate == CT_DECIMATE_MEAN)
+		return MEAN_SQUARE;
+	return decimate == CT_DECIMATE_POINT && fmod(factor, 2) == 0
+		       ? 0.25 / (factor * factor) /* the mean of two */
+		       : 0;
+}
+
 /* Gaussian of an axis, voxels of the result: of the spread what its sampling leaves. */
 static double sigma_left(double spread, double factor, enum ct_decimate decimate)
 {
-	double own = 0;
-
-	if (decimate == CT_DECIMATE_MEAN)
-		own = MEAN_SQUARE;
-	else if (decimate == CT_DECIMATE_POINT && fmod(factor, 2) == 0)
-		own = 0.25 / (factor * factor); /* the mean of two */
-	return factor * sqrt(fmax(spread * spread - own, 0));
+	return factor * sqrt(fmax(spread * spread - own_square(factor, decimate), 0));
 }
 
 /* Too few slices show no edges. If nothing else is known they are as thick as far apart. */
@@ -242,7 +246,6 @@ static void assume_slices(struct ct_profile joint[3], const double x[3])
 /* What is known by now, and who said it. */
 static void settle(struct ct_operator *r, const double x[3], const struct ct_env *env)
 {
-	const bool slices = (x[0] > 1) + (x[1] > 1) + (x[2] > 1) == 1;
 	bool some = false, seen = false, told = false;
 
 	for (int a = 0; a < 3; a++) {
@@ -258,7 +261,7 @@ static void settle(struct ct_operator *r, const double x[3], const struct ct_env
 		seen = seen || !isnan(r->seen[a].spread);
 		told = told || (!isnan(r->told[a].spread) && !r->apart[a]);
 		r->operator.sigma[a] =
-			sigma_left(ct_scanner_aim(p, slices), x[a], r->operator.decimate);
+			sigma_left(ct_operator_aim(r, p), x[a], r->operator.decimate);
 		if (!isnan(r->told[a].spread))
 			ct_log(env, CT_INFO,
 				"axis %d: DICOM expects a spread of %.3g +- %.2g voxels, edges show "
@@ -312,11 +315,31 @@ static int estimate_operator(struct ct_operator *r, const struct ct_vol *in,
 		r->apart[a] = ct_scanner_join(&r->joint[a], &r->told[a]);
 		scanner = scanner || !isnan(r->told[a].spread);
 	}
-	r->soft = !scanner && ct_soft_leave(r->joint, x);
+	r->soft = !scanner && !said->trust && ct_soft_leave(r->joint, x);
 	assume_slices(r->joint, x);
 	if (said->decimate < 0)
 		r->operator.decimate = sampling_of(&r->sure, r->joint, x, scanner);
 	settle(r, x, env);
+	return 0;
+}
+
+/* Are slices of a known operator softer than it explains? */
+static int compare_known(
+	struct ct_operator *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_degrade *by = &r->operator;
+	const int a = ct_soft_axis(by->factor);
+	struct ct_profile got[3];
+	double known;
+
+	if (a < 0 || by->factor[a] < CT_SMALL)
+		return 0;
+	if (ct_profile_measure(got, in, by->factor, env->par, e))
+		return -1;
+	known = hypot(by->sigma[a] / by->factor[a], sqrt(own_square(by->factor[a], by->decimate)));
+	r->soft = ct_soft_beyond(&got[a], known);
+	ct_log(env, CT_INFO, "axis %d: a spread of %.3g voxels is known, edges show %.3g", a, known,
+		got[a].spread);
 	return 0;
 }
 
@@ -345,6 +368,14 @@ bool ct_operator_is_estimated(const struct ct_operator *r)
 	return r->from != CT_BY_FILE && r->from != CT_BY_CALLER;
 }
 
+double ct_operator_aim(const struct ct_operator *r, const struct ct_profile *p)
+{
+	const double *x = r->operator.factor;
+	const bool slices = (x[0] > 1) + (x[1] > 1) + (x[2] > 1) == 1;
+
+	return r->trusted ? p->spread : ct_scanner_aim(p, slices);
+}
+
 bool ct_operator_is_cubic(const struct ct_operator *r)
 {
 	bool some = false, other = false;
@@ -365,6 +396,7 @@ int ct_operator_find(struct ct_operator *r, const struct ct_said *said, bool nee
 	int none;
 
 	*r = (struct ct_operator){.operator= {{1, 1, 1}, {0}, CT_DECIMATE_SINC, {0}}, .sure = 1};
+	r->trusted = said->trust;
 	for (int a = 0; a < 3; a++)
 		r->seen[a].spread = r->told[a].spread = r->joint[a].spread = (double)NAN;
 	if (operator_of(r, said, in, e))
@@ -385,6 +417,9 @@ int ct_operator_find(struct ct_operator *r, const struct ct_said *said, bool nee
 			  r->operator.factor, ct_slice_profile_axis(r->operator.factor));
 	if ((said->estimate && !r->known && !settled && estimate_operator(r, in, said, env, e)) ||
 		slice_of(r, said, in, e))
+		return -1;
+	if (need_noise && r->known && !said->trust && !ct_operator_is_estimated(r) &&
+		compare_known(r, in, env, e))
 		return -1;
 	return none && !by_caller && need_noise ? measure_noise(r, in, env, e) : 0;
 }

@@ -36,6 +36,7 @@ struct ct_said {
 	double noise;       /* standard deviation, HU; NaN: not said */
 	struct ct_slice_profile_said slice; /* of the slice axis, in place of the two */
 	bool estimate;                      /* ... the operator if nothing says it */
+	bool trust;                         /* ... and take it as it was measured (soft.h) */
 };
 /* Nothing is said. */
 #define CT_SAID_NOTHING                                                                            \
@@ -69,12 +70,15 @@ struct ct_operator {
 	struct ct_acquired scanner; /* what DICOM says, where it is used */
 	bool apart[3];              /* the two contradict each other: what was measured counts */
 	bool cubic[3];              /* axes to interpolate: factors below CT_SMALL */
+	bool trusted;               /* it is taken as it was measured: not soft, nor less */
 	bool soft;                  /* slices that are softer than a profile explains (soft.h) */
 	double sure;                /* probability of operator.decimate, if it is estimated */
 };
 
 /* Was it estimated, at least in part? */
 bool ct_operator_is_estimated(const struct ct_operator *r);
+/* The spread of p that is assumed of it: that of least expected loss, unless it is trusted. */
+double ct_operator_aim(const struct ct_operator *r, const struct ct_profile *p);
 /* Are all axes that are refined to be interpolated? */
 bool ct_operator_is_cubic(const struct ct_operator *r);
 /* *r gets what is known of `in`. Without a need for noise, it is not measured. A factor that

@@ -4,45 +4,53 @@
 
 #include <math.h>
 
-#define MEAN 0.2887   /* spread of a mean over the spacing */
-#define ADJACENT 0.36 /* up to here a spread is taken for that of adjacent slices */
-#define SOFT 0.50     /* from here on it is softness */
-#define APART 0.58    /* and from here to WIDE it becomes that of slices that overlap */
-#define WIDE 0.64
-#define SURELY 0.8 /* of a spread, what is left of it where slices are soft */
-/* Slices that overlap by half hardly alias: .25 to .28; interpolated ones, .32 to .98. */
-#define ALIASES 0.3
-
-/* From (x0, y0) to (x1, y1). */
-static double between(double x, double x0, double y0, double x1, double y1)
-{
-	return y0 + (y1 - y0) * (x - x0) / (x1 - x0);
-}
+#define CAREFUL 0.37 /* a spread that may be softness is taken for no more */
+#define APART 0.635  /* from here to WIDE it becomes that of slices that overlap */
+#define WIDE 0.68
+#define SURELY 0.84 /* of a spread, what is left of it where slices are soft */
+/* Slices that overlap by half hardly alias: .18 to .28; interpolated ones, .29 to .98. */
+#define ALIASES 0.28
+/* Of a spread that is known: what edges of sharp slices show, 1 to 1.28; of soft ones, 1.36 to 2.2.
+ */
+#define BEYOND 1.35
 
 static double slice_spread(double had)
 {
-	if (had <= ADJACENT || had >= WIDE)
+	if (had <= CAREFUL || had >= WIDE)
 		return had;
-	if (had < SOFT)
-		return between(had, ADJACENT, ADJACENT, SOFT, MEAN);
-	return had < APART ? MEAN : between(had, APART, MEAN, WIDE, WIDE);
+	return had < APART ? CAREFUL : CAREFUL + (WIDE - CAREFUL) * (had - APART) / (WIDE - APART);
+}
+
+int ct_soft_axis(const double factor[3])
+{
+	int axis = -1;
+
+	for (int a = 0; a < 3; a++) {
+		if (factor[a] > 1 && axis >= 0)
+			return -1;
+		if (factor[a] > 1)
+			axis = a;
+	}
+	return axis >= 0 && factor[axis] < CT_SOFT_FACTOR ? axis : -1;
 }
 
 bool ct_soft_leave(struct ct_profile p[static 3], const double factor[static 3])
 {
 	const int axes = (factor[0] > 1) + (factor[1] > 1) + (factor[2] > 1);
-	bool soft = false;
+	const int a = ct_soft_axis(factor);
 
-	for (int a = 0; a < 3 && axes == 1; a++) {
-		const double had = p[a].spread;
-
-		if (!(factor[a] > 1) || !(factor[a] < CT_SOFT_FACTOR) || isnan(had) ||
-			p[a].aliases < ALIASES)
-			continue;
-		p[a].spread = slice_spread(had);
-		soft = p[a].spread < SURELY * had;
-	}
 	if (axes == 3 && !isnan(p[0].spread) && !isnan(p[1].spread) && !isnan(p[2].spread))
 		p[2].spread = fmin(p[2].spread, fmin(p[0].spread, p[1].spread));
-	return soft;
+	if (a >= 0 && !isnan(p[a].spread) && p[a].aliases >= ALIASES) {
+		const double had = p[a].spread;
+
+		p[a].spread = slice_spread(had);
+		return p[a].spread < SURELY * had;
+	}
+	return false;
+}
+
+bool ct_soft_beyond(const struct ct_profile *p, double known)
+{
+	return !isnan(p->spread) && p->spread > BEYOND * known;
 }

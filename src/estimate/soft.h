@@ -6,10 +6,14 @@
  * dB and ends below cubic interpolation; undoing too little costs a part of the gain. So:
  *
  *   slices     less than CT_SOFT_FACTOR times as far apart as the result's: softness of the
- * result's own size is as large as theirs. A spread that no adjacent slice has (a mean over the
- *              spacing has .29, the widest Gaussian .42), and that slices that overlap by half do
- *              not have either (.74), is that of a mean. Slices that do not alias keep theirs.
+ *              result's own size is as large as theirs. A spread of more than .37 (adjacent slices
+ *              have .29 to .42), up to those of slices that overlap by half (.74), is taken for
+ *              .37: by least squares that is not worse than cubic interpolation whether softness
+ *              made it or not. Slices that do not alias keep theirs.
  *   all axes   a band-limited scan is no softer along z than in plane, in voxels.
+ *
+ * Where the operator is known, what edges show beyond it is softness; the operator stays. Soft
+ * slices are inverted by least squares alone (refine.h).
  *
  * doc/blur-estimate.md, "Slices that were interpolated", has what this gains and loses.
  * SPDX-License-Identifier: Apache-2.0
@@ -20,8 +24,12 @@
 
 #define CT_SOFT_FACTOR 2.5
 
+/* The one axis that is refined, and less than CT_SOFT_FACTOR times; or -1. */
+int ct_soft_axis(const double factor[static 3]);
 /* The spreads of the axes that are refined, by `factor`, become those of the profiles alone. True
  * if slices are softer than a profile explains. Pure. */
 bool ct_soft_leave(struct ct_profile p[static 3], const double factor[static 3]);
+/* Do edges show more than slices of a known spread, voxels, explain? Pure. */
+bool ct_soft_beyond(const struct ct_profile *p, double known);
 
 #endif

@@ -85,6 +85,11 @@ void ct_refine_say(const struct ct_refine *r, const struct ct_vol *in, const str
 	else if (!is->known)
 		ct_log(env, CT_TOLD,
 			"assumed: nothing, as too few edges show the blur; --sigma says it");
+	if (r->careful)
+		ct_log(env, CT_TOLD, "slices %s; --trust does not",
+			ct_operator_is_estimated(is)
+				? "may be soft by themselves: less blur is undone, without the network"
+				: "are softer than they were made: undone without the network");
 	if (is->noise_from == CT_BY_MEASURE && is->texture.common > 0) {
 		ct_noise_words(words, &is->texture);
 		ct_log(env, CT_TOLD, "noise: %s", words);

@@ -249,17 +249,28 @@ static int check_start(const struct ct_refine *r, const struct ct_vol *in, struc
 #define QUIET 4
 
 /* Soft slices: the careful inversion, and no prior, whose networks learned what TV and HTV leave.
+ * Where the operator is known a texture keeps HTV.
  */
 static void take_least(struct ct_refine *r, const struct ct_env *env)
 {
 	static const char why[] = "slices softer than a profile explains";
 
-	ct_log(env, CT_INFO, "%s: least squares (dc)", why);
-	r->least = true;
-	r->method = CT_UPSAMPLE_DC;
+	ct_log(env, CT_INFO, "%s: no prior, %s", why,
+		r->textured ? "texture: htv" : "least squares (dc)");
+	r->careful = true;
+	r->least = !r->textured;
+	if (r->least)
+		r->method = CT_UPSAMPLE_DC;
 	if (r->adds)
-		snprintf(r->why_not, sizeof r->why_not, "%s: only inverted by least squares", why);
+		snprintf(r->why_not, sizeof r->why_not, "%s: only inverted", why);
 	r->adds = false;
+}
+
+/* Is the scan asked what TV loses of it? */
+static bool is_asked(const struct ct_refine *r)
+{
+	return r->inverts && r->method == CT_UPSAMPLE_TV && r->rule.method != CT_UPSAMPLE_TV &&
+	       r->scan.noise <= QUIET && !(r->scan.soft && ct_operator_is_estimated(&r->scan));
 }
 
 /* What auto takes, and what TV loses of the scan. */
@@ -276,22 +287,19 @@ static int choose_method(
 		return -1;
 	r->method = choice.method;
 	r->aliasing = choice.aliasing;
-	if (r->inverts && r->scan.soft &&
-		(method == CT_REFINE_PRIOR || method == CT_UPSAMPLE_AUTO)) {
-		take_least(r, env);
-		return 0;
+	if (is_asked(r)) {
+		if (ct_trial_gain(&gain, in, &r->scan.operator, env, e))
+			return -1;
+		r->loss = -gain;
+		r->textured = gain < -CT_TRIAL_LOSS;
 	}
-	if (!r->inverts || r->method != CT_UPSAMPLE_TV || method == CT_UPSAMPLE_TV ||
-		r->scan.noise > QUIET)
-		return 0;
-	if (ct_trial_gain(&gain, in, &r->scan.operator, env, e))
-		return -1;
-	r->loss = -gain;
-	if (gain >= -CT_TRIAL_LOSS)
-		return 0;
-	ct_log(env, CT_INFO, "texture, of which total variation would lose %.2f dB: htv", -gain);
-	r->textured = true;
-	r->method = CT_UPSAMPLE_HTV;
+	if (r->textured) {
+		ct_log(env, CT_INFO, "texture, of which total variation would lose %.2f dB: htv",
+			r->loss);
+		r->method = CT_UPSAMPLE_HTV;
+	}
+	if (r->inverts && r->scan.soft && (method == CT_REFINE_PRIOR || method == CT_UPSAMPLE_AUTO))
+		take_least(r, env);
 	return 0;
 }
 

@@ -65,7 +65,8 @@ struct ct_refine {
 	double aliasing;         /* NaN if the operator is not known */
 	double loss;             /* of TV on a part of the CT, dB (trial.h); NaN: not asked */
 	bool textured;           /* so TV does not suit it: auto takes HTV */
-	bool least;              /* its slices are soft (soft.h): auto takes DC, with no prior */
+	bool careful;            /* its slices are soft (soft.h): inverted without the prior */
+	bool least;              /* ... by DC, as they are no texture */
 	double first[3];         /* the CT is first interpolated (cubic) so many times finer; then
 				  * scan.operator makes that of the result */
 	double before;           /* bytes of the CT beside that, or 0 */

@@ -222,7 +222,8 @@ static int damp(struct ct_refine *r, struct ct_vol *out, const struct ct_vol *in
 			"the operator that was given is too wide, or there is noise that --noise "
 			"would say",
 			left);
-	if (!inverts || !r->rule.said.estimate || !ct_operator_is_estimated(&r->scan))
+	if (!inverts || r->rule.said.trust || !r->rule.said.estimate ||
+		!ct_operator_is_estimated(&r->scan))
 		return 0;
 	if (ct_damp(&r->damped, out, in, r->scan.operator.factor, env->par, e))
 		return -1;

@@ -50,5 +50,6 @@ int said_parse(struct ct_said *to, const struct said_opts *o, double most, struc
 	to->sigma_for_all = o->sigma && !strchr(o->sigma, ',');
 	to->decimate = o->decimate;
 	to->noise = o->noise;
+	to->trust = o->trust;
 	return said_slices(&to->slice, o->profile, o->thickness, e);
 }

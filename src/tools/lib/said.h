@@ -11,14 +11,17 @@ struct said_opts {
 	const char *factor, *spacing, *sigma, *profile;
 	int decimate;
 	double noise, thickness, denoise;
+	bool trust;
 };
 #define SAID_DEFAULTS                                                                              \
 	{                                                                                          \
 		.decimate = -1, .noise = (double)NAN, .thickness = (double)NAN                     \
 	}
 
-/* Their rows, and CT_WHEN of --spacing beside that of -x, of --sigma and --decimate, of --noise. */
-#define SAID_OPTS(f, help_of_factor, spacing_when, when, noise_when)                                 \
+/* Their rows, and CT_WHEN of --spacing beside that of -x, of --sigma and --decimate, of --noise, of
+ * --trust.
+ */
+#define SAID_OPTS(f, help_of_factor, spacing_when, when, noise_when, trust_when)                     \
 	CT_TEXT(f.factor, 'x', "factor", "S|X,Y,Z", help_of_factor),                                 \
 		CT_TEXT(f.spacing, 0, "spacing", "MM|X,Y,Z",                                         \
 			"refine to voxels of this size instead; an axis that is as fine stays",      \
@@ -40,6 +43,8 @@ struct said_opts {
 		CT_OPT_ALONE(f.denoise, "denoise", "SHARE", 0, 1, "1",                               \
 			"take off the noise, or a share of it; else it stays, not sharpened",        \
 			noise_when),                                                                 \
+		CT_FLAG(f.trust, 0, "trust", "take the estimated blur as measured, without care",    \
+			trust_when),                                                                 \
 		CT_OPT(f.noise, 0, "noise", "HU", 0, 1e6,                                            \
 			"standard deviation of the noise of IN; default: from IN, else measured",    \
 			noise_when)
