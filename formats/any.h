@@ -11,6 +11,7 @@
 #include "core/stack.h"
 #include "core/tensors.h"
 #include "core/vol.h"
+#include "formats/nifti.h"
 #include "formats/signature.h"
 
 #include <stdbool.h>
@@ -29,6 +30,14 @@ void ct_any_free(struct ct_any *a);
 /* The metadata of what is there. */
 const struct ct_meta *ct_any_meta(const struct ct_any *a);
 
+/* How a volume is written where its format leaves a choice; of zeroes any format has what it needs.
+ */
+struct ct_format_how {
+	enum ct_nifti_type type;
+	bool shear;  /* NIfTI: ct_nifti_write */
+	bool packed; /* MetaImage, NRRD: ct_headed_write */
+};
+
 struct ct_format {
 	const char *name; /* that of its signatures */
 	enum ct_kind kind;
@@ -37,14 +46,19 @@ struct ct_format {
 	int (*read)(FILE *f, const char *name, struct ct_any *a, struct ct_err *e);
 	int (*read_bytes)(const unsigned char *data, size_t n, const char *name, struct ct_any *a,
 		struct ct_err *e);
-	/* Of volumes, and how the names end that it writes (formats/ends.h); or NULL. */
-	int (*write)(const char *path, const struct ct_vol *v, const struct ct_env *env,
-		struct ct_err *e);
+	/* Of the member of its kind, and how the names end that it writes (formats/ends.h); or
+	 * NULL. */
+	int (*write)(const char *path, const struct ct_any *a, const struct ct_format_how *how,
+		const struct ct_env *env, struct ct_err *e);
 	const char *ends;
 };
 
 extern const struct ct_format ct_format_nifti, ct_format_metaimage, ct_format_nrrd, ct_format_exr,
 	ct_format_ply, ct_format_safetensors, ct_format_pytorch;
+/* Only written: a picture, of a stack of one view, [0, 1] to black and white, 8 bits. */
+extern const struct ct_format ct_format_png;
+/* The list of those of volumes: what ct_vol_read reads and ct_vol_write writes. */
+extern const struct ct_format *const ct_format_volumes[];
 
 /* The format of the list that these first bytes are of, or NULL. */
 const struct ct_format *ct_format_find(
@@ -63,6 +77,11 @@ int ct_format_read(
  * Nothing seeks. */
 int ct_format_read_first(const struct ct_format *const list[static 2], const char *path,
 	struct ct_any *a, struct ct_err *e);
+
+/* In the format of the list that the name asks for by its end; "-" and any other name: the first.
+ * Codes of the writers. */
+int ct_format_write(const struct ct_format *const *list, const char *path, const struct ct_any *a,
+	const struct ct_format_how *how, const struct ct_env *env, struct ct_err *e);
 
 /* Of a regular file, by its first bytes; unknown of what is none or cannot be read. */
 enum ct_kind ct_any_kind(const char *path);

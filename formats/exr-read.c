@@ -10,6 +10,7 @@
 #include "core/inflate.h"
 #include "core/mem.h"
 #include "core/order.h"
+#include "formats/ends.h"
 #include "formats/exr.h"
 #include "formats/format.h"
 #include "formats/any.h"
@@ -465,8 +466,18 @@ static int read_stack(
 	return rc;
 }
 
-const struct ct_format ct_format_exr = {
-	.name = "EXR", .kind = CT_KIND_STACK, .read_bytes = read_stack};
+static int write_stack(const char *path, const struct ct_any *a, const struct ct_format_how *how,
+	const struct ct_env *env, struct ct_err *e)
+{
+	(void)how;
+	return ct_stack_write(path, &a->stack, env, e);
+}
+
+const struct ct_format ct_format_exr = {.name = "EXR",
+	.kind = CT_KIND_STACK,
+	.read_bytes = read_stack,
+	.write = write_stack,
+	.ends = CT_ENDS_STACK};
 
 int ct_stack_read(const char *path, struct ct_stack *s, struct ct_err *e)
 {

@@ -209,3 +209,14 @@ int ct_format_read_first(const struct ct_format *const list[static 2], const cha
 {
 	return retry(read_first, list, path, a, e);
 }
+
+int ct_format_write(const struct ct_format *const *list, const char *path, const struct ct_any *a,
+	const struct ct_format_how *how, const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_format *as = *list;
+
+	for (size_t i = 0; list[i]; i++)
+		if (ct_ends_match(path, list[i]->ends))
+			as = list[i];
+	return as->write(path, a, how, env, e);
+}

@@ -16,7 +16,8 @@
 /* NIfTI-1/2, plain or gzip, MetaImage, NRRD. slope/intercept applied: data are real values (HU).
  * NaN voxels are read as they are: ct_vol_check_finite is the tool's to call. */
 int ct_vol_read(const char *path, struct ct_vol *v, struct ct_err *e);
-/* int16 if every voxel is an integer that fits, else float32. */
+/* NIfTI, MetaImage or NRRD by the end of the name, else NIfTI: int16 if every voxel is an integer
+ * that fits, else float32. */
 int ct_vol_write(
 	const char *path, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e);
 /* What a reader would make of the file of that name that the writer made: the same numbers, with

@@ -297,10 +297,10 @@ out:
 }
 
 /* Which of the two, the name says. */
-static int write_volume(
-	const char *path, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
+static int write_volume(const char *path, const struct ct_any *a, const struct ct_format_how *how,
+	const struct ct_env *env, struct ct_err *e)
 {
-	return ct_headed_write(path, v, CT_NIFTI_AUTO, false, env, e);
+	return ct_headed_write(path, &a->vol, how->type, how->packed, env, e);
 }
 
 const struct ct_format ct_format_metaimage = {.name = "MetaImage",
@@ -313,13 +313,22 @@ const struct ct_format ct_format_nrrd = {.name = "NRRD",
 	.read = read_volume,
 	.write = write_volume,
 	.ends = CT_ENDS_NRRD};
+const struct ct_format *const ct_format_volumes[] = {
+	&ct_format_nifti, &ct_format_nrrd, &ct_format_metaimage, NULL};
+
+int ct_vol_write(
+	const char *path, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
+{
+	return ct_format_write(ct_format_volumes, path,
+		&(struct ct_any){.kind = CT_KIND_VOLUME, .vol = *v}, &(struct ct_format_how){0},
+		env, e);
+}
 
 int ct_vol_read(const char *path, struct ct_vol *v, struct ct_err *e)
 {
-	/* the reader of MetaImage also reads NRRD */
-	static const struct ct_format *const list[] = {&ct_format_nifti, &ct_format_metaimage};
 	struct ct_any a = {0};
-	int rc = ct_format_read_first(list, path, &a, e);
+	/* the reader of NRRD also reads MetaImage */
+	int rc = ct_format_read_first(ct_format_volumes, path, &a, e);
 
 	*v = a.vol;
 	return rc;

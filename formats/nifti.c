@@ -487,14 +487,14 @@ int ct_vol_as_read(struct ct_vol *v, const char *name, struct ct_err *e)
 	return rc ? ct_blame(e, name) : 0;
 }
 
-int ct_vol_write(
-	const char *path, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
+static int write_volume(const char *path, const struct ct_any *a, const struct ct_format_how *how,
+	const struct ct_env *env, struct ct_err *e)
 {
-	return ct_nifti_write(path, v, CT_NIFTI_AUTO, false, env, e);
+	return ct_nifti_write(path, &a->vol, how->type, how->shear, env, e);
 }
 
 const struct ct_format ct_format_nifti = {.name = "NIfTI",
 	.kind = CT_KIND_VOLUME,
 	.read = read_volume,
-	.write = ct_vol_write,
+	.write = write_volume,
 	.ends = CT_ENDS_VOLUME};

@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/keep.h"
+#include "formats/any.h"
 #include "formats/format.h"
 #include "formats/io.h"
 #include "tap.h"
@@ -32,6 +33,8 @@ static void volume(const struct ct_env *env)
 {
 	const size_t n[3] = {3, 4, 5};
 	struct ct_vol v = {0}, back = {0};
+	unsigned char head[CT_SNIFF];
+	struct ct_any any = {0};
 
 	if (ct_vol_alloc(&v, n, &err))
 		exit(99);
@@ -51,6 +54,13 @@ static void volume(const struct ct_env *env)
 	OK(ct_vol_read(found.gl_pathv[0], &back, &err) == 0 &&
 			memcmp(back.data, v.data, 60 * sizeof *v.data) == 0,
 		"it is all there");
+	unlink(found.gl_pathv[0]);
+	OK(ct_keep_vol("gone/o.mha", &v, env, &err) == -1 && kept("tmp/kept.*.o.mha") &&
+			ct_any_read(found.gl_pathv[0], &any, &err) == 0 &&
+			memcmp(any.vol.data, v.data, 60 * sizeof *v.data) == 0 &&
+			ct_any_head(head, found.gl_pathv[0]) && memcmp(head, "ObjectType", 10) == 0,
+		"a MetaImage that cannot be written is kept as MetaImage: %s", err.msg);
+	ct_any_free(&any);
 	unlink(found.gl_pathv[0]);
 	setenv("TMPDIR", "nowhere", 1);
 	OK(ct_keep_vol("gone/o.nii", &v, env, &err) == -1 && err.code == CT_EOUTPUT &&

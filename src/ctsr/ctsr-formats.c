@@ -5,8 +5,5 @@
 
 const ctsr_format *const *ctsr_formats_all(void)
 {
-	static const struct ct_format *const all[] = {
-		&ct_format_nifti, &ct_format_nrrd, &ct_format_metaimage, NULL};
-
-	return (const ctsr_format *const *)all;
+	return (const ctsr_format *const *)ct_format_volumes;
 }

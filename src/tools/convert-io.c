@@ -22,11 +22,6 @@
 #include <string.h>
 #include <sys/stat.h>
 
-static bool is_headed(const char *path)
-{
-	return ct_ends_match(path, CT_ENDS_HEADED);
-}
-
 static int raw_error(const char *text, struct ct_err *e)
 {
 	return ct_fail(e, CT_EUSAGE,
@@ -225,11 +220,13 @@ static int check_beside(const struct convert *p, const struct ct_env *env, struc
 
 int convert_check_out(const struct convert *p, const struct ct_env *env, struct ct_err *e)
 {
-	if (p->compress && !is_headed(p->out))
+	const bool headed = ct_ends_match(p->out, CT_ENDS_HEADED);
+
+	if (p->compress && !headed)
 		return ct_fail(e, CT_EUSAGE,
 			"--compress: %s is neither MetaImage nor NRRD; NIfTI is compressed if its name ends in .gz",
 			p->out);
-	return is_headed(p->out) ? check_beside(p, env, e) : 0;
+	return headed ? check_beside(p, env, e) : 0;
 }
 
 static int write_dicom(
@@ -252,13 +249,14 @@ static int write_dicom(
 int convert_write(
 	const struct convert *p, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
 {
-	const enum ct_nifti_type type = (enum ct_nifti_type)p->type;
+	const struct ct_format_how how = {.type = (enum ct_nifti_type)p->type,
+		.shear = p->tilt == CT_TILT_SHEAR,
+		.packed = p->compress};
 
 	if (p->planes->to)
 		return end_planes(p->planes, v, 0, e);
 	if (ct_files_is_dicom(p->out))
 		return write_dicom(p, v, env, e);
-	if (is_headed(p->out))
-		return ct_headed_write(p->out, v, type, p->compress, env, e);
-	return ct_nifti_write(p->out, v, type, p->tilt == CT_TILT_SHEAR, env, e);
+	return ct_format_write(ct_format_volumes, p->out,
+		&(struct ct_any){.kind = CT_KIND_VOLUME, .vol = *v}, &how, env, e);
 }

@@ -10,7 +10,7 @@
 #include "formats/format.h"
 #include "formats/headed.h"
 #include "formats/units.h"
-#include "tools/convert.h"
+#include "dicom/dicom.h"
 #include "dicom/form.h"
 #include "dicom/sidecar.h"
 #include "tools/lib/ahead.h"
@@ -90,8 +90,6 @@ struct files {
 	struct ct_vol in, out, error;
 	struct ct_slice_prior prior;
 	struct ct_meta prior_meta;
-	struct convert_planes planes;
-	struct convert convert;
 	json_t *about; /* the object of the sidecar */
 	FILE *notes;   /* the log of the page, NULL without one */
 	char *said;    /* what stands in it */
@@ -110,8 +108,7 @@ static void name_of(char name[static 256], const char *path, const char *instead
 	snprintf(name, 256, "%.*s", instead ? 3 : (int)(path + n - from), instead ? instead : from);
 }
 
-/* As ct-convert reads and writes. */
-static void begin(struct files *f, const struct sr *p, const struct ct_env *env)
+static void begin(struct files *f, const struct sr *p)
 {
 	f->p = p;
 	f->paths[0] = p->in;
@@ -120,16 +117,6 @@ static void begin(struct files *f, const struct sr *p, const struct ct_env *env)
 		name_of(f->name[i], f->paths[i], p->deid ? i ? "OUT" : "IN" : NULL);
 		name_of(f->hidden[i], f->paths[i], NULL);
 	}
-	f->convert = (struct convert){.files = {2, f->paths},
-		.in = p->in,
-		.out = p->out,
-		.orient = "LPS",
-		.slope = 1,
-		.iso = (double)NAN,
-		.series = p->series,
-		.deid = p->deid,
-		.units = ct_io_rule_of(env).units,
-		.planes = &f->planes};
 }
 
 static int check(const struct sr *p, const struct ct_env *env, struct ct_err *e)
@@ -197,7 +184,24 @@ static void lift(struct ct_vol *v, const struct ct_vol *scan)
 		v->data[i] = fmaxf(v->data[i], least);
 }
 
-/* Of NIfTI both come at once, of other files the predicted error first. */
+static int write_dicom(struct files *f, const struct ct_env *env, struct ct_err *e)
+{
+	const struct sr *p = f->p;
+	const struct ct_dicom_in in = {.paths = &p->in,
+		.n = 1,
+		.series = p->series,
+		.units = CT_UNITS_HU, /* as what was read was found to be */
+		.out = p->out};
+	const struct ct_dicom_out out = {.source = dicom_form_of(p->in) != NOT_DICOM ? &in : NULL,
+		.series = p->series,
+		.deid = p->deid};
+
+	lift(&f->out, &f->in);
+	return ct_vol_check_grid(&f->out, e) ? ct_blame(e, p->in)
+					     : ct_dicom_write(p->out, &f->out, &out, env, e);
+}
+
+/* Both come at once, but with DICOM the predicted error first. */
 static int write_out(struct files *f, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_meta *const from[] = {&f->in.meta, &f->prior_meta};
@@ -208,13 +212,9 @@ static int write_out(struct files *f, const struct ct_env *env, struct ct_err *e
 				       ct_meta_set(&f->error.meta, CT_META_QUANTITY,
 					       CT_QUANTITY_ERROR, e))))
 		return -1;
-	if (!ct_files_is_dicom(f->p->out) && !ct_ends_match(f->p->out, CT_ENDS_HEADED_ONE))
+	if (!ct_files_is_dicom(f->p->out))
 		return ct_keep_vols(f->p->out, &f->out, confidence, &f->error, env, e);
-	if (ct_files_is_dicom(f->p->out))
-		lift(&f->out, &f->in);
-	f->convert.units = CT_UNITS_HU; /* as what was read was found to be */
-	return (confidence && ct_vol_write(confidence, &f->error, env, e)) ||
-			       convert_write(&f->convert, &f->out, env, e)
+	return (confidence && ct_vol_write(confidence, &f->error, env, e)) || write_dicom(f, env, e)
 		       ? -1
 		       : 0;
 }
@@ -319,7 +319,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		return sr_paper(p, env, e);
 	if (env->seed)
 		return ct_fail(e, CT_EUSAGE, "--seed: needs --paper or --release");
-	begin(&f, p, env);
+	begin(&f, p);
 	if (p->sidecar && !(f.about = json_object()))
 		return ct_fail(e, CT_ENOMEM, "no memory for a sidecar");
 	if (!p->report || ct_stream_open(&f.notes, &f.said, &said, e) == 0) {

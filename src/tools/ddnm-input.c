@@ -1,16 +1,13 @@
 /* ddnm-input.c: see ddnm-parts.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "tools/ddnm-parts.h"
-#include "core/mem.h"
 #include "formats/any.h"
 #include "formats/ends.h"
 #include "formats/format.h"
 #include "formats/hash.h"
 #include "formats/io.h"
-#include "formats/png.h"
 #include "shim/image-read.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -37,27 +34,6 @@ out:
 	return rc;
 }
 
-static int write_png(
-	const char *path, const struct ct_stack *s, const struct ct_env *env, struct ct_err *e)
-{
-	unsigned char *px = NULL, *png = NULL;
-	struct ct_out o = {0};
-	size_t n;
-	int rc = -1;
-
-	if (ct_alloc(&px, s->h, s->w, e))
-		return -1;
-	for (size_t i = 0; i < s->h * s->w; i++)
-		px[i] = (unsigned char)lrint(255.0 * fmin(fmax((double)s->data[i], 0.0), 1.0));
-	if (ct_png_encode(&png, &n, s->w, s->h, 1, px, e) == 0 &&
-		ct_out_open(&o, path, env, e) == 0 && ct_put(&o, png, n, e) == 0)
-		rc = ct_out_commit(&o, e);
-	ct_out_abandon(&o);
-	free(png);
-	free(px);
-	return rc;
-}
-
 int ddnm_picture_read(const char *path, struct ct_stack *s, struct ct_err *e)
 {
 	return ct_any_is_stack(path) ? ct_stack_read(path, s, e) : read_picture(path, s, e);
@@ -76,6 +52,7 @@ int ddnm_picture_check(const char *path, const struct ct_stack *s, struct ct_err
 int ddnm_picture_write(const char *path, const struct ct_stack *s, const char *beside,
 	const struct ct_stack *std, const struct ct_env *env, struct ct_err *e)
 {
+	static const struct ct_format *const formats[] = {&ct_format_exr, &ct_format_png, NULL};
 	struct ct_out_set both = {0};
 	struct ct_io_rule rule = ct_io_rule_of(env);
 	struct ct_env own = *env;
@@ -86,8 +63,9 @@ int ddnm_picture_write(const char *path, const struct ct_stack *s, const char *b
 	if (beside)
 		rc = ct_stack_write(beside, std, &own, e);
 	if (rc == 0)
-		rc = ct_ends_match(path, CT_ENDS_PICTURE) ? write_png(path, s, &own, e)
-							  : ct_stack_write(path, s, &own, e);
+		rc = ct_format_write(formats, path,
+			&(struct ct_any){.kind = CT_KIND_STACK, .stack = *s},
+			&(struct ct_format_how){0}, &own, e);
 	if (rc == 0)
 		rc = ct_out_set_commit(&both, e);
 	ct_out_set_drop(&both);

@@ -130,7 +130,7 @@ static int write_out(struct paper *j, size_t i, struct ct_err *e)
 	if (ct_files_is_dicom(w->p->out)
 			? ct_vol_check_grid(&j->out, e) ||
 				  ct_dicom_write(w->file[SR_OUT], &j->out, &how, &own, e)
-			: ct_headed_write(w->file[SR_OUT], &j->out, CT_NIFTI_AUTO, false, &own, e))
+			: ct_vol_write(w->file[SR_OUT], &j->out, &own, e))
 		return -1;
 	return sr_steps_end(&j->s, i, e);
 }
