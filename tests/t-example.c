@@ -6,8 +6,7 @@
 #include "refine/refine.h"
 #include "restore/example.h"
 #include "tests/tap.h"
-#include "slice-network-make.h"
-#include "texture-make.h"
+#include "slice-make.h"
 
 #include <math.h>
 #include <stdbool.h>

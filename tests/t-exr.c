@@ -478,7 +478,7 @@ static void test_speed(const char *path)
 	ct_stack_free(&t);
 }
 
-/* Parts of t-exr-tools.sh: "keep FILE" writes a stack, "means FILE" prints the mean of every view,
+/* Parts of t-formats.sh: "keep FILE" writes a stack, "means FILE" prints the mean of every view,
  * "same A B" compares two. */
 static int command(char **argv)
 {

@@ -4,6 +4,8 @@
 #include "quality/fsc.h"
 #include "core/rng.h"
 #include "tap.h"
+#include "core/fourier.h"
+#include "core/mem.h"
 
 #include <string.h>
 
@@ -148,6 +150,59 @@ static void thin(void)
 	ct_vol_free(&b);
 }
 
+/* Transforms of any length against direct sums. */
+
+enum { MOST = 360, WIDE = 8 };
+
+static double re[MOST * WIDE], im[MOST * WIDE], from[2][MOST * WIDE], work[2 * MOST * WIDE];
+
+/* Largest difference of the transforms of w random lines of count from their sums. */
+static double miss(size_t count, size_t w)
+{
+	struct ct_fourier forward;
+	float z[2 * MOST * WIDE];
+	double most = 0;
+
+	must(ct_fourier_plan(&forward, count, &err));
+	ct_rng_normals(2 * count * w, z, 7, 0, 0);
+	for (size_t i = 0; i < count * w; i++) {
+		re[i] = from[0][i] = (double)z[2 * i];
+		im[i] = from[1][i] = (double)z[2 * i + 1];
+	}
+	CT_SIMD(ct_fourier_apply)(&forward, w, re, im, work);
+	ct_fourier_free(&forward);
+	for (size_t l = 0; l < w; l++)
+		for (size_t k = 0; k < count; k++) {
+			double x = 0, y = 0;
+
+			for (size_t t = 0; t < count; t++) {
+				const double a = -2 * M_PI * (double)(k * t % count) /
+						 (double)count,
+					     p = from[0][t * w + l], q = from[1][t * w + l];
+
+				x += p * cos(a) - q * sin(a);
+				y += p * sin(a) + q * cos(a);
+			}
+			most = fmax(most, hypot(re[k * w + l] - x, im[k * w + l] - y));
+		}
+	return most;
+}
+
+static void t_fourier(void)
+{
+	static const size_t sizes[] = {
+		1, 2, 3, 4, 5, 6, 7, 8, 9, 12, 15, 16, 31, 32, 49, 60, 64, 97, 128, 250, 256, 360};
+
+	for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+		const double one = miss(sizes[i], 1), three = miss(sizes[i], 3),
+			     all = miss(sizes[i], WIDE);
+
+		OK(one < 1e-12 * (double)sizes[i] && three < 1e-12 * (double)sizes[i] &&
+				all < 1e-12 * (double)sizes[i],
+			"%zu samples (%.1e)", sizes[i], fmax(one, fmax(three, all)));
+	}
+}
+
 int main(void)
 {
 	struct ct_fsc one = {0};
@@ -180,5 +235,6 @@ int main(void)
 	ct_par_free(env.par);
 	ct_vol_free(&ref);
 	ct_vol_free(&test);
+	t_fourier();
 	return tap_done();
 }

@@ -6,7 +6,7 @@
 #include "restore/predict.h"
 #include "restore/restore.h"
 
-#include "slice-network-make.h"
+#include "slice-make.h"
 
 #include <string.h>
 

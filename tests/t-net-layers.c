@@ -5,6 +5,19 @@
 #include "solve/adam.h"
 #include "nn/layers.h"
 #include "differences.h"
+#include "core/par.h"
+#include "core/rng.h"
+#include "core/simd.h"
+#include "numbers.h"
+#include "nn/dnn.h"
+#include "nn/product.h"
+#include "tap.h"
+#include "nn/arena.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
 
 static double silu(double z)
 {
@@ -399,6 +412,135 @@ static void test_adam(void)
 	OK(fabs((double)p[2] - 0.5 * pow(1 - 0.001, 20)) < 1e-6, "decay without gradient");
 }
 
+/* Products with a matrix that stays: against sums in double; any number of rows; two threads on one
+ * product. */
+
+enum { ROWS = 21, COLUMNS = 137, WIDE = 24, MOST_ROWS = 96 };
+
+static double worst_of(const float *y, const float *x, const float *w, size_t n)
+{
+	double off = 0;
+
+	for (size_t i = 0; i < n; i++)
+		for (size_t k = 0; k < ROWS; k++) {
+			double sum = 0;
+
+			for (size_t j = 0; j < COLUMNS; j++)
+				sum += (double)x[i * COLUMNS + j] * (double)w[k * COLUMNS + j];
+			off = fmax(off, fabs(sum - (double)y[i * WIDE + k]));
+		}
+	return off;
+}
+
+struct job {
+	const struct ct_product *p;
+	const float *x;
+	float (*y)[MOST_ROWS * WIDE];
+};
+
+static void run(void *arg, size_t i, size_t worker)
+{
+	struct job *j = arg;
+	struct ct_err e = {0};
+	const int was = ct_dnn_enter();
+
+	(void)worker;
+	if (ct_product_run(j->p, j->x, MOST_ROWS, j->y[i], &e))
+		j->y[i][0] = NAN;
+	ct_dnn_leave(was);
+}
+
+static void product(void)
+{
+	static float w[ROWS * COLUMNS], x[MOST_ROWS * COLUMNS], y[MOST_ROWS * WIDE],
+		two[4][MOST_ROWS * WIDE];
+	const size_t rows[] = {1, 31, 32, 33, MOST_ROWS};
+	struct ct_product *p;
+	struct ct_par *par;
+	int fit = 0;
+
+	ct_rng_normals(ROWS * COLUMNS, w, 1, 0, 0);
+	ct_rng_normals(MOST_ROWS * COLUMNS, x, 2, 0, 0);
+	must(ct_product_alloc(&p, w, ROWS, COLUMNS, WIDE, &err));
+	for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
+		const int was = ct_dnn_enter();
+		double off;
+
+		for (size_t i = 0; i < MOST_ROWS * WIDE; i++)
+			y[i] = 7;
+		must(ct_product_run(p, x, rows[k], y, &err));
+		ct_dnn_leave(was);
+		off = worst_of(y, x, w, rows[k]);
+		OK(off < 5e-5 && y[WIDE - 1] == 7, "%zu rows (%g)", rows[k], off);
+	}
+	must(ct_par_alloc(&par, 2, &err));
+	ct_par_for(par, 4, run, &(struct job){p, x, two});
+	for (int k = 0; k < 4; k++) {
+		const double off = worst_of(two[k], x, w, MOST_ROWS);
+
+		fit += off < 5e-5;
+	}
+	OK(fit == 4, "two threads on one");
+	ct_par_free(par);
+	ct_product_free(p);
+}
+
+static void t_product(void)
+{
+	product();
+	for (int level = ct_simd_level(); level > 2; level--) {
+		must(ct_simd_use(level == 4 ? "v4" : "v3", &err));
+		product();
+	}
+}
+
+/* Places of a plan: disjoint, aligned, the first that is large enough; how much room all took. */
+
+enum { UNITS = 400, UNIT = 16, SPANS = 30 };
+
+static void t_arena(void)
+{
+	struct ct_arena a = {0};
+	bool taken[UNITS] = {false};
+	size_t at[SPANS], units[SPANS], n = 0, top = 0, wrong = 0, exact = 0, full = 0;
+
+	for (uint64_t q = 0; q < 4000; q++) {
+		if (n < SPANS && ct_rng_below(1, 0, q, 5) < 3) {
+			const size_t count = ct_rng_below(1, 1, q, 5 * UNIT),
+				     want = count / UNIT + 1;
+			size_t first = 0, run = 0;
+
+			for (size_t i = 0; i < UNITS && run < want; i++) {
+				run = taken[i] ? 0 : run + 1;
+				first = i + 1 - run;
+			}
+			exact += run == want && first + want < UNITS && taken[first + want];
+			must(ct_arena_take(&a, count, &at[n], &err));
+			wrong += at[n] != first * UNIT;
+			for (size_t i = 0; i < want; i++)
+				taken[first + i] = true;
+			top = first + want > top ? first + want : top;
+			units[n++] = want;
+			full += n == SPANS;
+		} else if (n > 0) {
+			const size_t k = ct_rng_below(1, 2, q, n);
+
+			ct_arena_give(&a, at[k]);
+			for (size_t i = 0; i < units[k]; i++)
+				taken[at[k] / UNIT + i] = false;
+			at[k] = at[--n];
+			units[k] = units[n];
+		}
+		wrong += a.n != n || a.top != top * UNIT;
+	}
+	OK(wrong == 0, "the first place that is free and large enough, in units of 64 bytes");
+	OK(exact > 20 && full > 20, "some fit exactly (%zu), and many live (%zu)", exact, full);
+	ct_arena_give(&a, 12345 * UNIT);
+	OK(a.n == n, "what was not taken is not given back");
+	ct_arena_free(&a);
+	OK(!a.live && a.n == 0 && a.top == 0, "it is freed");
+}
+
 int main(void)
 {
 	begin();
@@ -435,5 +577,7 @@ int main(void)
 	test_conv("conv 3x3x3 of one channel",
 		(struct ct_conv_shape){4, 3, 1, 16, 3, 1, true, false, 3});
 	end();
+	t_product();
+	t_arena();
 	return tap_done();
 }

@@ -9,6 +9,11 @@
 #include "operator/padding.h"
 #include "operator/resample.h"
 #include "estimate/profile.h"
+#include "operator/mirror.h"
+#include "inverse/tv.h"
+#include "inverse/upsample.h"
+#include "operator/cosine.h"
+#include "tap.h"
 
 #include <stdbool.h>
 #include <string.h>
@@ -412,6 +417,237 @@ static void test_least(void)
 	ct_vol_free(&v);
 }
 
+/* A volume and the dual of its variation, mirrored; and the mean of solutions of a scan that is. */
+
+static const size_t size[3] = {9, 6, 7};
+enum { ALL = 9 * 6 * 7, EDGE = 32, ITERATIONS = 40, REST = 4000 };
+
+static size_t mirrored(size_t i, const size_t n[3], unsigned axes)
+{
+	const size_t at[3] = {i % n[0], i / n[0] % n[1], i / n[0] / n[1]};
+	size_t of[3];
+
+	for (int a = 0; a < 3; a++)
+		of[a] = axes >> a & 1 ? n[a] - 1 - at[a] : at[a];
+	return (of[2] * n[1] + of[1]) * n[0] + of[0];
+}
+
+/* Forward differences along the axes, 0 at the last voxels. */
+static void differences(int16_t *d, const float *x)
+{
+	const size_t stride[3] = {1, size[0], size[0] * size[1]};
+
+	for (int a = 0; a < 3; a++)
+		for (size_t i = 0; i < ALL; i++)
+			*d++ = i / stride[a] % size[a] + 1 < size[a]
+				       ? (int16_t)(x[i + stride[a]] - x[i])
+				       : 0;
+}
+
+static void test_volumes(void)
+{
+	float x[ALL], y[ALL];
+	int16_t want[3 * ALL], got[3 * ALL];
+	struct ct_par *par;
+	bool volume = true, dual = true, twice = true;
+
+	for (size_t i = 0; i < ALL; i++)
+		x[i] = (float)ct_rng_below(1, 2, i, 2000);
+	must(ct_par_alloc(&par, 3, &err));
+	for (unsigned axes = 0; axes < 8; axes++) {
+		memcpy(y, x, sizeof y);
+		differences(got, x);
+		ct_mirror_volume(y, size, axes, par);
+		ct_mirror_dual(got, size, axes, par);
+		for (size_t i = 0; i < ALL; i++)
+			volume = volume && fabsf(y[i] - x[mirrored(i, size, axes)]) <= 0;
+		differences(want, y);
+		dual = dual && memcmp(want, got, sizeof got) == 0;
+		ct_mirror_volume(y, size, axes, NULL);
+		ct_mirror_dual(got, size, axes, NULL);
+		differences(want, x);
+		twice = twice && memcmp(x, y, sizeof y) == 0 && memcmp(want, got, sizeof got) == 0;
+	}
+	OK(volume, "a volume is mirrored along any axes");
+	OK(dual, "and its differences become those of the mirrored one");
+	OK(twice, "twice changes nothing");
+	ct_par_free(par);
+}
+
+static void solve(struct ct_vol *hi, const struct ct_vol *lo, enum ct_upsample method,
+	size_t iterations, bool mirrors)
+{
+	const struct ct_upsample_rule rule = {.method = method,
+		.known = true,
+		.by = {{4, 4, 4}, {1.4, 1.4, 1.4}, CT_DECIMATE_SINC, {0}},
+		.iterations = iterations,
+		.mirrors = mirrors};
+	const struct ct_env env = {0};
+	struct ct_upsample_report did;
+
+	*hi = (struct ct_vol){0};
+	must(ct_upsample(hi, lo, &rule, &did, &env, &err));
+	OK(did.iterations == iterations && did.residual < 1e-3,
+		"%zu iterations: it agrees with the scan", iterations);
+}
+
+/* As it is, and after few iterations nearly, the mean for the scan as it lies and mirrored. */
+static void test_mirrors(void)
+{
+	static const unsigned turns[] = {0, 5, 3, 6};
+	const size_t n[3] = {EDGE / 4, EDGE / 4, EDGE / 4}, all = EDGE * EDGE * EDGE;
+	const size_t fine[3] = {EDGE, EDGE, EDGE};
+	const struct ct_degrade by = {{4, 4, 4}, {1.4, 1.4, 1.4}, CT_DECIMATE_SINC, {0}};
+	struct ct_vol lo = {0}, hi = {0}, one;
+	float *mean = calloc(all, sizeof *mean);
+
+	must(!mean || ct_vol_alloc(&hi, fine, &err));
+	for (size_t i = 0; i < all; i++) {
+		const double x = (double)(i % EDGE), y = (double)(i / EDGE % EDGE),
+			     z = (double)(i / EDGE / EDGE);
+
+		hi.data[i] = x + 0.6 * y < 22                       ? -1000
+			     : hypot(y - 20, z - 14) + 0.3 * x < 18 ? 900
+								    : 40;
+	}
+	for (int a = 0; a < 3; a++)
+		hi.affine[a][a] = 1;
+	must(ct_degrade_volume(&lo, &hi, &by, 0, 0, NULL, &err));
+	ct_vol_free(&hi);
+	for (int k = 0; k < 4; k++) {
+		ct_mirror_volume(lo.data, n, turns[k], NULL);
+		solve(&one, &lo, CT_UPSAMPLE_TV, REST, false);
+		ct_mirror_volume(lo.data, n, turns[k], NULL);
+		ct_mirror_volume(one.data, fine, turns[k], NULL);
+		for (size_t i = 0; i < all; i++)
+			mean[i] += one.data[i] / 4;
+		if (k < 3)
+			ct_vol_free(&one);
+	}
+	solve(&hi, &lo, CT_UPSAMPLE_TV, REST, true);
+	OK(apart(all, hi.data, mean) < 0.05 * apart(all, one.data, mean),
+		"the mean for the scan as it lies and mirrored (%.2g of %.2g)",
+		apart(all, hi.data, mean), apart(all, one.data, mean));
+	ct_vol_free(&hi);
+	solve(&hi, &lo, CT_UPSAMPLE_TV, ITERATIONS, true);
+	OK(apart(all, hi.data, mean) < 0.25, "each way begins with the dual of that before (%.2g)",
+		apart(all, hi.data, mean));
+	for (int k = 0; k < 2; k++) {
+		ct_vol_free(k ? &one : &hi);
+		solve(k ? &one : &hi, &lo, CT_UPSAMPLE_HTV, ITERATIONS, k);
+	}
+	OK(memcmp(hi.data, one.data, all * sizeof *hi.data) == 0, "only TV has ways");
+	ct_vol_free(&hi);
+	ct_vol_free(&one);
+	ct_vol_free(&lo);
+	free(mean);
+}
+
+static void t_mirror(void)
+{
+	test_volumes();
+	test_mirrors();
+}
+
+/* Products with bases of even and odd functions, against sums in double: cosines, others that fold
+ * alike, and some that hardly fold. */
+
+enum { MOST = 96, W = 37 };
+
+/* Function k at sample j, n samples. */
+typedef double basis(size_t k, size_t j, size_t n);
+
+static double cosines(size_t k, size_t j, size_t n)
+{
+	return sqrt((k ? 2.0 : 1.0) / (double)n) *
+	       cos(M_PI * (double)k * ((double)j + 0.5) / (double)n);
+}
+
+/* Even and odd about all the middles that cosines have. */
+static double steps(size_t k, size_t j, size_t n)
+{
+	const double c = cosines(k, j, n);
+
+	return fabs(c) < 1e-9 ? 0 : c > 0 ? 0.3 : -0.3;
+}
+
+/* Only about the first. */
+static double powers(size_t k, size_t j, size_t n)
+{
+	return pow(((double)j + 0.5) / (double)n * 2 - 1, (double)k);
+}
+
+static double most(double worst, double got, double want)
+{
+	return fmax(worst, fabs(got - want));
+}
+
+static void products(const char *name, basis *f, size_t m, size_t N)
+{
+	static double v[MOST * MOST];
+	static float x[MOST * W], turned[W * MOST], c[MOST * W], out[MOST * W], back[W * MOST];
+	struct ct_cosine b = {0};
+	struct ct_err e = {0};
+	float *scratch;
+	double worst[4] = {0};
+
+	for (size_t k = 0; k < m; k++)
+		for (size_t j = 0; j < N; j++)
+			v[k * N + j] = f(k, j, N);
+	for (size_t j = 0; j < N; j++)
+		for (size_t i = 0; i < W; i++)
+			x[j * W + i] = turned[i * N + j] =
+				(float)sin((double)(7 * j + i * i)) + (j == i);
+	if (ct_cosine_alloc(&b, v, m, N, &e) ||
+		!(scratch = calloc(ct_cosine_scratch(&b), sizeof *scratch)))
+		exit(99);
+	for (int way = 0; way < 2; way++) {
+		CT_SIMD(ct_cosine_analyse)
+		(&b, c, W, way ? turned : x, way ? N : W, W, way == 1, scratch);
+		for (size_t k = 0; k < m; k++)
+			for (size_t i = 0; i < W; i++) {
+				double sum = 0;
+
+				for (size_t j = 0; j < N; j++)
+					sum += v[k * N + j] * (double)x[j * W + i];
+				worst[way] = most(
+					worst[way], (double)c[ct_cosine_place(&b, k) * W + i], sum);
+			}
+	}
+	CT_SIMD(ct_cosine_synthesise)(&b, out, W, x, c, W, W, false, scratch);
+	CT_SIMD(ct_cosine_synthesise)(&b, back, N, NULL, c, W, W, true, scratch);
+	for (size_t j = 0; j < N; j++)
+		for (size_t i = 0; i < W; i++) {
+			double sum = 0;
+
+			for (size_t k = 0; k < m; k++)
+				sum += v[k * N + j] * (double)c[ct_cosine_place(&b, k) * W + i];
+			worst[2] =
+				most(worst[2], (double)out[j * W + i], sum + (double)x[j * W + i]);
+			worst[3] = most(worst[3], (double)back[i * N + j], sum);
+		}
+	OK(worst[0] < 1e-4 && worst[1] < 1e-4, "%s, %zu of %zu: V x, turned too (%.1g, %.1g)", name,
+		m, N, worst[0], worst[1]);
+	OK(worst[2] < 3e-4 && worst[3] < 3e-4, "and V^T c (%.1g, %.1g)", worst[2], worst[3]);
+	free(scratch);
+	ct_cosine_free(&b);
+}
+
+static void t_cosine(void)
+{
+	static const size_t samples[][2] = {{16, 64}, {64, 64}, {24, 48}, {20, 40}, {7, 35},
+		{11, 33}, {21, 63}, {48, 96}, {31, 62}, {9, 36}};
+
+	for (size_t k = 0; k < sizeof samples / sizeof *samples; k++)
+		products("cosines", cosines, samples[k][0], samples[k][1]);
+	products("steps", steps, 16, 64);
+	products("steps", steps, 13, 64);
+	products("steps", steps, 15, 45);
+	products("steps", steps, 30, 60);
+	products("powers", powers, 8, 64);
+	products("powers", powers, 7, 35);
+}
+
 int main(void)
 {
 	const struct ct_degrade two = {{2, 2, 2}, {0.85, 0.85, 0.85}, CT_DECIMATE_SINC, {0}};
@@ -430,5 +666,7 @@ int main(void)
 	overshoots();
 	ct_vol_free(&v);
 	ct_vol_free(&lo);
+	t_mirror();
+	t_cosine();
 	return tap_done();
 }

@@ -454,7 +454,7 @@ int main(int argc, char **argv)
 	struct ct_gauss g;
 	int fd;
 
-	if (argc > 1) { /* a file for t-ply-tools.sh and others */
+	if (argc > 1) { /* a file for t-formats.sh and others */
 		fill(&g, 500);
 		ct_gauss_write(argv[1], &g, &force, &e);
 		ct_gauss_free(&g);

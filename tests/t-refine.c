@@ -8,8 +8,7 @@
 #include "refine/slabs.h"
 #include "refine/texture.h"
 #include "tests/tap.h"
-#include "slice-network-make.h"
-#include "texture-make.h"
+#include "slice-make.h"
 
 #include <pthread.h>
 #include <string.h>

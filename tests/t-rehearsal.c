@@ -3,8 +3,7 @@
 #include "config.h"
 #include "refine/rehearsal.h"
 #include "tests/tap.h"
-#include "slice-network-make.h"
-#include "texture-make.h"
+#include "slice-make.h"
 
 #include <string.h>
 

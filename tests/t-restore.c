@@ -11,8 +11,7 @@
 #include "restore/restore.h"
 #include "solve/jacobi.h"
 #include "tests/tap.h"
-#include "slice-network-make.h"
-#include "texture-make.h"
+#include "slice-make.h"
 #include "nn/dnn.h"
 
 #include <stdbool.h>

@@ -2,7 +2,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "driver.h"
-#include "mem-file.h"
+#include "fuzz-file.h"
 #include "series/series.h"
 #include "shim/dicom-file.h"
 

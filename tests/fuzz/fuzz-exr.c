@@ -4,7 +4,7 @@
 #include "driver.h"
 #include "formats/format.h"
 #include "formats/any.h"
-#include "seed-file.h"
+#include "fuzz-file.h"
 
 #include <stdlib.h>
 

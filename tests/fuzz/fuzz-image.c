@@ -3,7 +3,7 @@
 #include "config.h"
 #include "driver.h"
 #include "formats/png.h"
-#include "mem-file.h"
+#include "fuzz-file.h"
 #include "shim/image-read.h"
 #include "shim/picture-file.h"
 

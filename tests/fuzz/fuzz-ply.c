@@ -6,7 +6,7 @@
 #include "formats/any.h"
 #include "gs/splat.h"
 #include "gs/mixture.h"
-#include "seed-file.h"
+#include "fuzz-file.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -4,8 +4,7 @@
 #include "driver.h"
 #include "diffusion/prior.h"
 #include "formats/format.h"
-#include "mem-file.h"
-#include "seed-file.h"
+#include "fuzz-file.h"
 
 const int fuzz_rounds = 100;
 

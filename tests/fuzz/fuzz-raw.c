@@ -3,7 +3,7 @@
 #include "config.h"
 #include "driver.h"
 #include "formats/raw.h"
-#include "mem-file.h"
+#include "fuzz-file.h"
 
 const int fuzz_rounds = 1500;
 

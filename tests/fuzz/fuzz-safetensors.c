@@ -1,9 +1,9 @@
 /* Hostile safetensors: the reader must refuse or give sound tensors, and leave nothing behind.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
-#include "weights.h"
+#include "look.h"
 #include "formats/format.h"
-#include "seed-file.h"
+#include "fuzz-file.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -4,9 +4,8 @@
 #include "config.h"
 #include "driver.h"
 #include "formats/format.h"
-#include "mem-file.h"
 #include "restore/restore.h"
-#include "seed-file.h"
+#include "fuzz-file.h"
 
 #include <stdio.h>
 

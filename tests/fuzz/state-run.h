@@ -3,8 +3,7 @@
 #ifndef CT_TESTS_FUZZ_STATE_RUN_H
 #define CT_TESTS_FUZZ_STATE_RUN_H
 #include "cli/resume.h"
-#include "mem-file.h"
-#include "seed-file.h"
+#include "fuzz-file.h"
 
 enum { STATE_MOST = 1 << 24 };
 

@@ -1,7 +1,10 @@
-/* mem-file.h: bytes as a file with a name, for readers that want one.
- * SPDX-License-Identifier: Apache-2.0 */
-#ifndef CT_TESTS_FUZZ_MEM_FILE_H
-#define CT_TESTS_FUZZ_MEM_FILE_H
+/* fuzz-file.h: bytes as a file with a name, for readers that want one; and seeds made by our own
+ * writers. SPDX-License-Identifier: Apache-2.0 */
+#ifndef CT_TESTS_FUZZ_FILE_H
+#define CT_TESTS_FUZZ_FILE_H
+#include "core/env.h"
+#include "formats/io.h"
+
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -51,6 +54,36 @@ __attribute__((unused)) static size_t mem_length(const uint8_t *data, size_t n, 
 		end = x > end ? x : end;
 	}
 	return end < most ? 8 + (size_t)header + (size_t)end : n;
+}
+
+__attribute__((unused)) static const struct ct_env seed_env = {
+	.files = &(const struct ct_io_rule){.force = true}};
+__attribute__((unused)) static char seed_name[] = "/tmp/fuzz-seed-XXXXXX";
+
+/* Where the writer is to write. */
+__attribute__((unused)) static const char *seed_path(void)
+{
+	int fd = seed_name[sizeof seed_name - 2] == 'X' ? mkstemp(seed_name) : -1;
+
+	if (fd >= 0)
+		close(fd);
+	return seed_name;
+}
+
+/* What it wrote, given its return value; the file is gone. */
+__attribute__((unused)) static size_t seed_file(unsigned char **data, int failed)
+{
+	enum { MOST = 1 << 20 };
+	FILE *f = fopen(seed_name, "rb");
+	size_t n;
+
+	*data = malloc(MOST);
+	if (failed || !f || !*data)
+		exit(99);
+	n = fread(*data, 1, MOST, f);
+	fclose(f);
+	unlink(seed_name);
+	return n;
 }
 
 #endif
