@@ -439,7 +439,7 @@ SHIM_OIIO = src/shim/picture-file.h src/shim/picture-file.cc
 SHIM_VTK = src/shim/dicom-file.h src/shim/dicom-file.cc src/shim/dicom-scan.cc src/shim/dicom-tags.h src/shim/dicom-tags.cc \
 	src/shim/held.h src/shim/held.cc src/shim/dicom-write.cc src/shim/fragments.h \
 	src/shim/fragments.cc src/shim/apart.h src/shim/apart.cc src/shim/pixels.h src/shim/pixels.cc \
-	src/shim/outline.h src/shim/outline.cc src/shim/pixel-tags.h src/shim/pixel-tags.cc
+	src/shim/outline.h src/shim/outline.cc src/shim/pixel-tags.cc
 EXTRA_DIST += $(SHIM_OIIO) $(SHIM_VTK)
 if HAVE_OIIO
 libctshim_a_SOURCES += $(SHIM_OIIO)

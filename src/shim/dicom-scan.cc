@@ -7,7 +7,6 @@
 #include "shim/guard.h"
 #include "shim/held.h"
 #include "shim/outline.h"
-#include "shim/pixel-tags.h"
 
 #include <vtkDICOMItem.h>
 #include <vtkNew.h>

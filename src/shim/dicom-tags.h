@@ -3,6 +3,7 @@
 #ifndef CT_SHIM_DICOM_TAGS_H
 #define CT_SHIM_DICOM_TAGS_H
 #include "series/slice.h"
+#include "shim/outline.h"
 
 #include <vtkDICOMMetaData.h>
 #include <vtkDICOMParser.h>
@@ -18,5 +19,13 @@ size_t count_frames(vtkDICOMMetaData *m, std::string *wrong);
 std::string describe_frame(vtkDICOMMetaData *m, size_t frame, ct_slice *s);
 /* Is the storage class one that holds pictures of CT, or screens, or not known? */
 bool may_hold_picture(vtkDICOMMetaData *m);
+
+/* Of the numbers of its pictures (pixel-tags.cc). Why PixelData is not what the header says, or
+ * empty: its length, or what its syntax calls it. What has a length is not compressed, whatever the
+ * file's syntax (PS3.5 A.4): then o's is changed.
+ */
+std::string wrong_pixels(vtkDICOMMetaData *m, Outline *o, uint64_t file_size, size_t frames);
+/* How numbers lie in their bits, and what they are. */
+void describe_bits(vtkDICOMMetaData *m, const Outline &o, ct_slice *s);
 
 #endif

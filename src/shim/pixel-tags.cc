@@ -1,7 +1,7 @@
-/* pixel-tags.cc: see pixel-tags.h. SPDX-License-Identifier: Apache-2.0 */
+/* pixel-tags.cc: see dicom-tags.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "shim/fragments.h"
-#include "shim/pixel-tags.h"
+#include "shim/dicom-tags.h"
 
 #include <vtkDICOMDictionary.h>
 #include <vtkDICOMValue.h>
