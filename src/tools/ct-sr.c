@@ -300,7 +300,7 @@ static int refine(struct files *f, const struct ct_env *env, struct ct_err *e)
 	part = (struct ct_env_part){.env = env, .from = part.to, .to = 1};
 	if (f->p->report && write_report(f, ct_clock_wall() - did.began, &own, e))
 		return -1;
-	return env->command->json ? sr_result_json(&did, f->p, env, e) : 0;
+	return env->command->json ? sr_result_json(&did, f->p, e) : 0;
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)

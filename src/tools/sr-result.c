@@ -51,13 +51,11 @@ int sr_result_print(json_t *o, const struct sr *p, double began, struct ct_err *
 	return rc;
 }
 
-int sr_result_json(
-	const struct sr_result *did, const struct sr *p, const struct ct_env *env, struct ct_err *e)
+int sr_result_json(const struct sr_result *did, const struct sr *p, struct ct_err *e)
 {
 	const struct ct_refine *r = did->plan;
 	json_t *o = ahead_plan(r, did->in);
 
-	(void)env;
 	if (json_object_set_new(o, "method", json_string(ct_upsample_name(r->did.method))) ||
 		json_object_set_new(o, "iterations", json_integer((json_int_t)r->did.iterations)) ||
 		json_object_set_new(o, "prior-passes",

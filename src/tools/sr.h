@@ -133,8 +133,7 @@ struct sr_result {
 /* On standard error: what was assumed, and a line of what was found and done. CT_ENOMEM. */
 int sr_result_say(const struct sr_result *did, const struct ct_env *env, struct ct_err *e);
 /* The same as JSON on standard output. CT_ENOMEM. */
-int sr_result_json(const struct sr_result *did, const struct sr *p, const struct ct_env *env,
-	struct ct_err *e);
+int sr_result_json(const struct sr_result *did, const struct sr *p, struct ct_err *e);
 /* An object, released here, with what every run has: seconds, memory and files. CT_ENOMEM. */
 int sr_result_print(json_t *o, const struct sr *p, double began, struct ct_err *e);
 
