@@ -3,7 +3,7 @@
 #include "config.h"
 #include "driver.h"
 #include "core/mem.h"
-#include "mem-file.h"
+#include "fuzz-file.h"
 #include "tools/lib/geometry-json.h"
 
 #include <stdbool.h>
