@@ -22,12 +22,11 @@ EXTRA_DIST += tests/extremes.sh tests/extremes.py
 EXTRA_DIST += tests/long/all.sh tests/long/lib.sh tests/long/kill.sh tests/long/full.sh \
 	tests/long/peak.sh tests/long/memory.sh tests/long/two.sh tests/long/sanitize.sh tests/long/threads.sh tests/long/fuzz.sh \
 	tests/long/network.sh tests/long/network.py tests/long/train.sh tests/long/cluster.sh tests/long/conda.sh tests/long/faults.sh tests/long/fault.c tests/long/io-faults.sh tests/long/io-fault.c
-EXTRA_DIST += tests/test-names.awk tests/test-names-left tests/tap.sh tests/peak.sh tests/tap.h tests/numbers.h tests/alarm.h
+EXTRA_DIST += tests/test-names.awk tests/test-names-left tests/tap.sh tests/tap.h tests/numbers.h tests/alarm.h
 check_PROGRAMS += tests/t-core
 tests_t_core_SOURCES = tests/t-core.c
 check_PROGRAMS += tests/t-number
 tests_t_number_SOURCES = tests/t-number.c
-dist_check_SCRIPTS += tests/t-train-options.sh tests/t-train-slices.sh tests/t-patience.sh tests/t-supervised.sh tests/t-contradictions.sh tests/t-limits.sh tests/t-verbose.sh tests/t-cost-figures.sh tests/t-sr-says.sh tests/t-cohort.sh tests/t-trade.sh tests/t-asis.sh tests/t-blind.sh tests/t-recipes.sh tests/t-pipeline.sh tests/t-resume.sh tests/t-harm.sh tests/t-std.sh tests/t-upsample-operator.sh tests/t-upsample-bytes.sh tests/t-complete.sh tests/t-nabgs-options.sh
 dist_check_SCRIPTS += tests/t-believed.sh tests/t-locale.sh
 EXTRA_DIST += tests/t-numbers.py
 EXTRA_DIST += tests/fits.py
@@ -113,7 +112,7 @@ dist_check_SCRIPTS += tests/t-convert.sh tests/t-dicom.sh tests/t-dicom-out.sh t
 	tests/t-series-kinds.sh tests/t-series-peers.sh tests/t-series-real.sh tests/t-tilt.sh tests/t-planes.sh tests/t-pixels.sh
 EXTRA_DIST += tests/t-convert.py tests/t-sidecar.py tests/t-dicom.py tests/t-dicom-out.py tests/exr.py tests/t-python.py \
 	tests/describe.py tests/dicom.py tests/t-series.py tests/t-series-in.py tests/t-series-kinds.py tests/t-series-peers.py \
-	tests/t-series-real.py tests/t-tilt.py tests/t-planes.py tests/t-pixels.py tests/htj2k
+	tests/t-series-real.py tests/t-tilt.py tests/t-planes.py tests/t-pixels.py tests/htj2k.zip
 check_PROGRAMS += tests/t-exr tests/t-exr-parts
 tests_t_exr_parts_SOURCES = tests/t-exr-parts.c
 tests_t_exr_SOURCES = tests/t-exr.c tests/bound.h
@@ -136,7 +135,7 @@ tests_t_gsfit_SOURCES = tests/t-gsfit.c
 check_PROGRAMS += tests/t-field-fit
 tests_t_field_fit_SOURCES = tests/t-field-fit.c tests/field-tensors.h
 dist_check_SCRIPTS += tests/t-ct-field.sh
-dist_check_SCRIPTS += tests/t-nabgs.sh tests/t-compose.sh
+dist_check_SCRIPTS += tests/t-nabgs.sh tests/t-nabgs-options.sh tests/t-compose.sh
 check_PROGRAMS += tests/t-net-layers
 tests_t_net_layers_SOURCES = tests/t-net-layers.c tests/differences.h
 check_PROGRAMS += tests/t-super-layers
@@ -174,7 +173,7 @@ tests_t_scan_grid_CFLAGS = $(AM_CFLAGS) $(BOUNDS)
 tests_t_scan_grid_SOURCES = tests/t-scan-grid.c src/recon/scan-grid.c
 tests_t_survey_SOURCES = tests/t-survey.c src/report/survey.c
 tests_t_montage_SOURCES = tests/t-montage.c src/picture/montage.c src/picture/canvas.c
-dist_check_SCRIPTS += tests/t-page.sh tests/t-formats.sh
+dist_check_SCRIPTS += tests/t-cohort.sh tests/t-pipeline.sh tests/t-asis.sh tests/t-blind.sh tests/t-recipes.sh tests/t-trade.sh tests/t-page.sh tests/t-formats.sh
 dist_check_SCRIPTS += tests/t-slice-profile.sh tests/t-from-dicom.sh tests/t-ct-profile.sh tests/t-ct-report.sh tests/t-info.sh tests/t-view.sh
 tests_t_text_CFLAGS = $(AM_CFLAGS) $(BOUNDS)
 if HAVE_OIIO

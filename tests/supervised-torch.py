@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""RDN and Omni-SR in PyTorch, for tests/t-supervised.sh: written from the papers.
+"""RDN and Omni-SR in PyTorch, for tests/t-train.sh: written from the papers.
 
     supervised-torch.py make        NET-SIZE.pt: random weights, a picture and a target
     supervised-torch.py compare     with what t-super-net answers, NET-SIZE.safetensors

@@ -44,4 +44,97 @@ if [ -n "$lib" ] && "$PY" -c 'import nipype' 2>/dev/null && ! sanitized ct-sr; t
 else
 	skip 'nipype' 'no nipype, or no shared library'
 fi
+
+# What the shells offer behind a command when a tab is pressed, as make wrote it from the option tables.
+part complete
+made=$builddir/complete
+mkdir sub; : >a.nii; : >b.nii.gz; : >C.NII; : >notes.txt; : >'two words.nii'; : >p.exr
+
+# offers LINE: into got, the words that the shell puts in place of the last one
+bash_offers() { timeout 100 python3 "$srcdir/tests/tab.py" bash ". '$made/bash/${1%% *}'" "$1" >got; }
+lazy_offers() { # as installed, bash-completion finds the file
+	timeout 100 env XDG_DATA_DIRS="$PWD/share" python3 "$srcdir/tests/tab.py" bash ". $loader" "$1" >got
+}
+zsh_offers() {
+	timeout 100 python3 "$srcdir/tests/tab.py" zsh \
+		"fpath=('$made/zsh' \$fpath); autoload -U compinit; compinit -u -D" "$1" >got
+}
+fish_offers() {
+	# as fish 4 reads a question mark
+	HOME=$PWD timeout 100 fish --features qmark-noglob -c "source '$made/fish/${1%% *}.fish'; complete -C '$1'" | cut -f 1 >got
+}
+there() { # there WORD...: each is offered
+	for w in "$@"; do grep -qx -- "$w" got || { echo "# no $w in:"; sed 's/^/# /' got; return 1; }; done
+}
+not_there() { for w in "$@"; do ! grep -qx -- "$w" got || { echo "# $w is there"; return 1; }; done; }
+
+# What all three offer; $2 is what stands behind a long name that takes a value, $3 behind a folder.
+all_offer() {
+	shell=$1 value=$2 folder=$3
+	"${shell}_offers" 'ct-degrade --dec'
+	there "--decimate$value" && not_there '--memory.*' '--factor.*'; ok $? "$shell: a long name"
+	"${shell}_offers" 'ct-degrade --decimate '; there sinc point mean; ok $? "$shell: the words of a choice"
+	"${shell}_offers" 'ct-degrade --decimate=p'
+	grep -qE '^(--decimate=)?point$' got && not_there '.*sinc' '.*mean'; ok $? "$shell: a word behind ="
+	"${shell}_offers" 'ct-degrade -p '; there P1 P2 P3; ok $? "$shell: the words of a short option"
+	"${shell}_offers" 'ct-degrade -'
+	there "--sigma$value" "--factor$value" --force; ok $? "$shell: all long names"
+	"${shell}_offers" 'ct-phantom '; there ellipsoids shepp-logan marks; ok $? "$shell: an operand that is a word"
+	"${shell}_offers" 'ct-degrade '; there a.nii notes.txt p.exr; ok $? "$shell: any file that is read"
+	"${shell}_offers" 'ct-degrade -x 2 --decimate sinc --noise=3 -fq notes.txt '
+	there a.nii b.nii.gz C.NII "sub$folder" && not_there p.exr; ok $? "$shell: of what is written the ends"
+	! grep -qx notes.txt got || [ "$(grep -cx notes.txt got)" -eq 1 ]; ok $? "$shell: no other"
+	"${shell}_offers" 'ct-view a.nii b.nii.gz '
+	there a.nii C.NII notes.txt; ok $? "$shell: any number of files, and any of them"
+	"${shell}_offers" 'ct-upsample --std '
+	there a.nii "sub$folder" && not_there p.exr notes.txt; ok $? "$shell: those of an option"
+	"${shell}_offers" 'ct-sr --keep '; there "sub$folder" && not_there a.nii; ok $? "$shell: a folder"
+	"${shell}_offers" 'ct-sr --re'; there --release "--report$value"; ok $? "$shell: what may be said"
+	"${shell}_offers" 'ct-sr --paper --re'
+	there "--report$value" && not_there --release; ok $? "$shell: not what another option excludes"
+	"${shell}_offers" 'ct-sr --spacing=1 --s'
+	there "--seed$value" && not_there "--scale$value"; ok $? "$shell: nor what excludes another"
+}
+
+for t in $CT_TOOLS; do
+	[ -s "$made/bash/$t" ] && [ -s "$made/zsh/_$t" ] && [ -s "$made/fish/$t.fish" ]; ok $? "$t has its files"
+	bad=
+	for s in bash:bash/$t zsh:zsh/_$t fish:fish/$t.fish; do
+		! command -v "${s%%:*}" >/dev/null || "${s%%:*}" -n "$made/${s#*:}" || bad="$bad $s"
+	done
+	[ -z "$bad" ]; ok $? "$t: the shells can read them$bad"
+	"$t" --complete - >all
+	for o in $("$t" --help | sed -n 's/^  [-, a-zA-Z0-9]\{3\} --\([a-z0-9-]*\).*/\1/p'); do
+		grep -q "^--$o=\{0,1\}	" all || bad="$bad --$o"
+	done
+	[ -z "$bad" ]; ok $? "$t: all options are told$bad"
+	! grep -qE '(;|\. )' all; ok $? "$t: a description ends at its first remark"
+done
+exits 2 'an unknown shell is an unknown option' ct-degrade --complete=csh
+if ! terminal; then
+	skip 'bash' 'no python3, or no terminal'; skip 'zsh' 'likewise'
+else
+	all_offer bash = ''
+	bash_offers 'ct-degrade -x 2 a.nii tw'; there 'two words.nii'; ok $? 'bash: a name with a blank'
+	bash_offers 'ct-degrade --noise 5 --no'; not_there '--noise='; ok $? 'bash: an option once'
+	loader=/usr/share/bash-completion/bash_completion
+	if [ -r $loader ]; then
+		mkdir -p share/bash-completion/completions
+		cp "$made"/bash/* share/bash-completion/completions
+		lazy_offers 'ct-degrade --decimate=p'; there '--decimate=point'; ok $? 'bash-completion finds the file'
+	else
+		skip 'bash-completion' 'not installed'
+	fi
+	if command -v zsh >/dev/null; then
+		all_offer zsh '' ''
+	else
+		skip 'zsh' 'not installed'
+	fi
+fi
+if command -v fish >/dev/null; then
+	all_offer fish '' /
+	fish_offers 'ct-degrade -x 2 a.nii tw'; there 'two words.nii'; ok $? 'fish: a name with a blank'
+else
+	skip 'fish' 'not installed'
+fi
 done_testing

@@ -110,7 +110,7 @@ if command -v gdcmconv >/dev/null && "$PY" -c 'import pydicom' 2>/dev/null; then
 else
 	skip 'compressed by JPEG and JPEG 2000' 'no gdcmconv or no pydicom'
 fi
-exits 0 'a series compressed by HTJ2K is converted' ct-convert "$srcdir/tests/htj2k" h.nii
+exits 0 'a series compressed by HTJ2K is converted' ct-convert "$srcdir/tests/htj2k.zip" h.nii
 "$PY" -c 'import nibabel, numpy, sys
 v = nibabel.load("h.nii").get_fdata()
 i, j, k = numpy.indices(v.shape)

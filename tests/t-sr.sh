@@ -74,4 +74,107 @@ has err '^ct-sr: by.nii: a factor of 1 refines nothing' 'the error of a factor o
 printf junk >bad.nii
 exits 3 'bad input' ct-sr -x 4 bad.nii no.nii
 [ ! -e no.nii ]; ok $? 'nothing is left'
+
+# The line that ct-sr ends with: what really ran.
+part says
+says() { # says PATTERN NAME: the last line of err, less seconds and MiB, is that
+	sed -nE '$s/; [0-9.]+ s, [0-9]+ MiB$//p' err | grep -qE "^ct-sr: $1\$"; ok $? "$2"
+	tail -n 1 err | sed 's/^/# /'
+}
+number='[0-9.]+(e-[0-9]+)?'
+ct-phantom -q --size 48x48x32 shepp-logan t.nii
+ct-degrade -q -x 2 t.nii scan.nii
+ct-degrade -q -x 2 --noise 15 t.nii noisy.nii
+exits 0 'a scan that says how it was made' ct-sr -x 2 scan.nii up.nii
+[ "$(wc -l <err)" -eq 1 ]; ok $? 'one line'
+blur='blur 0.8493 voxels, sinc \(from the file\)'
+says "24x24x16 to 48x48x32, 2 times; $blur; noise 0 HU \\(from the file\\); tv, [0-9]+ iterations \\(band-limited\\), then the prior; data residual $number HU RMS" \
+	'sizes, factor, operator, solver, prior'
+# its numbers are those of the steps
+ct-upsample -v -x 2 --estimate --tolerance 0.1 scan.nii u.nii 2>err.up
+n=$(sed -nE 's/.* ([0-9]+) iterations.*/\1/p' err.up)
+has err "; tv, $n iterations" 'the iterations that ct-upsample tells'
+ct-upsample -m prior -v -x 2 --estimate --tolerance 0.1 scan.nii r.nii 2>err.re
+sed -nE 's/.*within ([0-9.e-]+) HU RMS.*/\1/p' err.re >fit; sed -nE 's/.*data residual ([0-9.e-]+) HU.*/\1/p' err >said
+awk 'NR == FNR {a = $1; next} {exit !(a > 0 && ($1 - a) ^ 2 <= (.06 * a) ^ 2)}' fit said; ok $? 'the residual that ct-upsample tells'
+exits 0 'noise of the file, to a pipe' sh -c 'ct-sr -x 2 noisy.nii - >p.nii'
+says "24x24x16 to 48x48x32, 2 times; $blur; noise 15 HU \\(from the file\\); tv, [0-9]+ iterations \\(band-limited\\), then the prior; data residual [0-9](\.[0-9])? HU RMS" \
+	'noise that stays as far as it is not amplified'
+has err '^ct-sr: [0-9.]* HU RMS of noise kept, not sharpened; --denoise takes it off$' 'and is said to stay'
+exits 0 'the same without its noise' ct-sr -f --denoise -x 2 noisy.nii p.nii
+says "24x24x16 to 48x48x32, .*; data residual (15|1[0-4])(\.[0-9])? HU RMS" 'noise that is taken off, to which it is consistent'
+ct-info p.nii >info; has info ' denoised  *[0-9.]* HU RMS of noise taken off (--denoise)$' 'and the header says so'
+exits 0 'no noise to take off' ct-sr -q -f --denoise -x 2 -Q draft scan.nii p.nii
+ct-info p.nii >info; has info ' denoised  *nothing taken off: no noise is certain' 'and the header says that nothing went'
+tail -c 6912 noisy.nii >n.raw && ct-convert -q --raw 12x12x12:f32:4 --orient RAS n.raw bare.nii
+exits 0 'a blur that few edges show is measured' ct-sr -Q draft -x 2 bare.nii m.nii
+has err '^ct-sr: assumed: nothing, as too few edges show the blur; --sigma says it$' 'nothing to assume'
+says "12x12x12 to 24x24x24, 2 times; blur not known; no certain noise \\(measured\\); bspline" 'edges that do not tell'
+ct-phantom -q --size 96x96x96 shepp-logan big.nii && ct-degrade -q -x 2 big.nii h.nii
+tail -c 442368 h.nii >h.raw && ct-convert -q --raw 48x48x48:f32:4 --orient RAS h.raw h.nii -f
+ct-degrade -q -x 2 --noise 20 big.nii l.nii && tail -c 442368 l.nii >l.raw && ct-convert -q --raw 48x48x48:f32:4 --orient RAS l.raw loud.nii
+exits 0 'edges that do' ct-sr -f -Q draft -x 2 h.nii m.nii
+says "48x48x48 to 96x96x96, 2 times; blur [0-9.,]+ voxels, (sinc|point|mean) \\(measured\\); no certain noise \\(measured\\); h?tv, [0-9]+ iterations \\([a-z, -]+\\); data residual $number HU RMS" \
+	'what was measured'
+grep -qE '^ct-sr: assumed: profile [0-9.]+,[0-9.]+,[0-9.]+ mm wide [(]FWHM[)] along x,y,z, uncertain by [0-9]+ %(, so [0-9]+ % less blur is undone)?, [a-z -]+ [(][0-9]+ % sure[)]; measured on edges; edges overshoot by [0-9]+ % [(]a sharp kernel, or thin bone[)]; --sigma and --decimate say it better$' err
+ok $? 'and how surely'
+ct-info m.nii >info; has info ' assumed  *profile ' 'which the result keeps'
+exits 0 'given' ct-sr -Q draft -x 2,2,1 --sigma .8 --decimate point --noise 4 bare.nii g.nii
+says "12x12x12 to 24x24x12, 2,2,1 times; blur 0.8,0.8,0 voxels, point \\(given\\); noise 4 HU \\(given\\); tv, [0-9]+ iterations \\(not aliased\\); data residual [1-4](\.[0-9])? HU RMS" \
+	'what was given, along each axis'
+# noise of neighbours that a Gaussian made alike
+ct-degrade -q -x 1 --noise 40 h.nii soft0.nii -f && ct-degrade -q -f -x 1 --sigma .6,.6,.6 soft0.nii soft.nii && tail -c 442368 soft.nii >soft.raw &&
+	ct-convert -q --raw 48x48x48:f32:4 --orient RAS soft.raw soft.nii -f
+exits 0 'correlated noise' ct-sr -Q draft -x 2 --sigma 1 soft.nii g1.nii
+has err 'noise [0-9.]* HU, correlated [(]measured' 'is told'
+# the operator is given, the noise is not: it is measured
+exits 0 'noise that nothing says' ct-sr -Q draft -x 2 --sigma .8493 loud.nii g2.nii
+says "48x48x48 to 96x96x96, 2 times; blur 0.8493 voxels, sinc \\(given\\); noise [1-3][0-9.]+ HU \\(measured\\); tv, [0-9]+ iterations \\(band-limited\\); data residual $number HU RMS" \
+	'is measured'
+exits 0 'none' ct-sr -f -Q draft -x 2 --sigma .8493 --noise 0 loud.nii g2.nii
+says "48x48x48 to 96x96x96, .*; noise 0 HU \\(given\\); tv, [0-9]+ iterations \\(band-limited\\); data residual $number HU RMS" \
+	'and --noise 0 is none'
+exits 0 'what a rehearsal finds' ct-sr -f -v --confidence e.nii scan.nii up.nii
+has err '^ct-sr: rehearsal: what the prior adds is multiplied by 1[.]' 'of the detail' && has err '^ct-sr: rehearsal: the predicted error is multiplied by ' 'and of the error'
+exits 0 'quiet' ct-sr -q -f -x 2 scan.nii up.nii
+[ ! -s err ]; ok $? '-q says nothing'
+exits 3 'what fails' ct-sr -f -x 2 err up.nii
+! grep -q ' times; ' err; ok $? 'says no such line'
+exits 2 'a factor that the file contradicts' ct-sr -f -x 3 scan.nii up.nii
+has err '^ct-sr: scan.nii: the factor 3,3,3 contradicts the file, which was reduced 2,2,2 times$' 'names the file that the user gave'
+exits 2 'one of the published method' ct-sr -f --paper -x 3 scan.nii up.nii
+has err '^ct-sr: scan.nii: the factor 3,3,3 contradicts the file, which was reduced 2,2,2 times$' 'the published method names the file that the user gave, too'
+[ "$(grep -c '^ct-sr: ' err)" -eq 1 ]; ok $? 'an error of the published method is one line'
+ct-phantom -q -w -512:3071 --size 24x24x24 --spacing 4 cube w.nii && ct-degrade -q -x 2 w.nii window.nii
+exits 0 'the published method says what it did' ct-sr -f --paper --expert views=2,iterations=2,gaussians=20 window.nii up.nii
+has err '^ct-sr: 2 times finer, by the published method (paper); 2 views, 20 Gaussians, [0-9]* of them negative, after 2 iterations; error [0-9.]*; [0-9.]* s, [0-9]* MiB$' 'the published method ends with a line of what it did'
+[ "$(grep -vc ': warning: ' err)" -eq 1 ]; ok $? 'beside warnings the published method says one line'
+exits 0 'the published method is quiet if asked' ct-sr -q -f --paper --expert views=2,iterations=2,gaussians=20 window.nii up.nii
+[ "$(grep -vc ': warning: ' err)" -eq 0 ]; ok $? '-q of the published method leaves warnings alone'
+ct-phantom -q -f --size 20x20x20 ellipsoids five.nii && ct-degrade -q -f -x 1,1.25,10 five.nii five-lr.nii
+exits 0 'factors that no prior knows' ct-sr -f --report five.html five-lr.nii up.nii
+has err '^ct-sr: warning: five-lr.nii: ' 'a warning names it' && has five.html 'five-lr.nii: the prior has no network' 'and so does the page'
+exits 2 'of a stream' sh -c 'ct-sr -f -x 3 - up.nii <scan.nii'
+has err '^ct-sr: -: the factor 3,3,3 contradicts the file' 'the error names the stream'
+# the same for a program
+exits 0 'the result as JSON' ct-sr -q -f --json --report five.html -x 2 scan.nii up.nii
+[ ! -s err ] && "${PY:-python3}" - <<'END'
+import json
+r = json.load(open('out'))
+assert r['operator']['factor'] == [2, 2, 2] and r['operator']['from'] == 'from the file' and len(r['size']) == 3, r
+assert r['noise']['hu'] >= 0 and r['residual-rms-hu'] >= 0 and r['seconds'] > 0 and r['iterations'] > 0, r
+assert r['files'] == {'in': 'scan.nii', 'out': 'up.nii', 'report': 'five.html'}, r
+END
+ok $? '--json prints operator, noise, residual, seconds and files'
+exits 2 '--json with OUT on standard output is refused' ct-sr --json scan.nii -
+has err '^ct-sr: --json: OUT is standard output: name a file$' 'that error says what to do'
+exits 0 'the published method as JSON' ct-sr -q -f --json --paper --expert views=2,iterations=2,gaussians=20 window.nii up.nii
+has out '"method": "paper"' '--json of the published method names it'
+has out '"gaussians": ' '--json of the published method counts Gaussians'
+exits 0 'what a run would make' ct-sr --dry-run -f -x 2 scan.nii up.nii
+for line in 'size      [0-9]*x[0-9]*x[0-9]*' 'spacing   [0-9.]*,[0-9.]*,[0-9.]* mm' 'factor    2,2,2' 'blur      .* [(]from the file[)]' 'noise     .* HU ' 'time      '; do
+	has out "^$line" "a dry run prints ${line%% *} of the result"
+done
+exits 0 'what a run would make, as JSON' ct-sr --dry-run --json -f -x 2 scan.nii up.nii
+grep -q '"spacing-mm"' out && grep -q '"memory-bytes"' out; ok $? 'a dry run prints plan and cost as one object'
 done_testing

@@ -1,7 +1,7 @@
 /* The networks of super-resolution as wholes: numbers of parameters, the architecture found from
  * tensors and from metadata, sizes and files that do not fit.
  *
- *   t-super-net answer IN OUT   for tests/t-supervised.sh: IN has the weights of a network, "io.x"
+ *   t-super-net answer IN OUT   for tests/t-train.sh: IN has the weights of a network, "io.x"
  *   and "io.y"; OUT gets "y" of the network, and the gradients of mean |y - io.y| by their names.
  * SPDX-License-Identifier: Apache-2.0
  */
