@@ -466,6 +466,35 @@ static void test_texture(void)
 	ct_vol_free(&v);
 }
 
+/* Rods of 1000 HU, 2 voxels wide and some 4 apart, with little noise. */
+static void test_spongy(void)
+{
+	const double factor[3] = {4, 4, 4};
+	struct ct_vol v;
+	double busy, less;
+
+	alloc(&v, 40);
+	for (size_t i = 0; i < ct_vol_count(&v); i++) {
+		const double x = (double)(i % 40), y = (double)(i / 40 % 40);
+		const double z = (double)(i / (40 * 40));
+		const double wave = sin(1.1 * x + .7 * z) + sin(1.3 * y - .5 * x) +
+				    sin(.9 * z + .8 * y + .3 * x);
+
+		v.data[i] = (float)(1000 / (1 + exp(-3 * (wave - 1)))) + 5 * ct_rng_normal(6, 2, i);
+	}
+	must(ct_noise_busy(&busy, &v, factor, 0, &err));
+	OK(busy > CT_NOISE_BUSY, "spongy bone is busy throughout (%.3g)", busy);
+	OK(measure(&v).common > 50 && measure(&v).sure == 0,
+		"none of spongy bone is taken for noise");
+	must(ct_noise_busy(&less, &v, factor, 100, &err));
+	OK(less < busy, "noise that is known is no texture (%.3g)", less);
+	for (size_t i = 0; i < ct_vol_count(&v) / 2; i++)
+		v.data[i] = 40 + 5 * ct_rng_normal(6, 3, i);
+	must(ct_noise_busy(&busy, &v, factor, 0, &err));
+	OK(busy < CT_NOISE_BUSY / 2, "a scan that is flat in one half is not busy (%.3g)", busy);
+	ct_vol_free(&v);
+}
+
 /* A chessboard of 0 and 1: the squares of a block of 3 x 3 x 3, 13 of one and 14 of the other, over
  * the values that are free after a mean and a slope along each axis. The slopes are 0, but across
  * two planes, of 5 ones and of 4. */
@@ -495,6 +524,7 @@ int main(void)
 {
 	test_slope();
 	test_texture();
+	test_spongy();
 	test_chessboard();
 	test_correlated();
 	test_anatomy();

@@ -237,11 +237,12 @@ static void weighs(void)
 	plan(&r, &v, 4.1, 1, false);
 	OK(!r.textured, "with more it is not asked");
 	plan(&r, &v, 0, (double)NAN, false);
-	its = r.restore.weight;
-	r.restore.weight = 1;
+	its = r.share;
 	must(ct_rehearsal_run(&t, &r, &v, &quiet, &err));
 	OK(t.weight < 0.2, "little of it is right (%.3g)", t.weight);
-	NEAR(its, t.weight, 0, "so little is added");
+	NEAR(its, fmin(fmax(t.share, 0), 1), 0,
+		"a texture throughout keeps the share it rehearsed");
+	OK(its < 0.5, "which is less than half (%.3g)", its);
 	OK(ct_rehearsal_weigh(&r, &v, &env, &failed) && failed.code == CT_ESTOP && stop,
 		"its progress is told, and it is stopped");
 	ct_vol_free(&v);

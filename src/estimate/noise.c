@@ -3,6 +3,7 @@
 #include "estimate/noise.h"
 #include "core/mem.h"
 #include "core/order.h"
+#include "inverse/upsample.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -25,6 +26,7 @@ enum {
 static const double air = -850, clipped_air = -1024;      /* HU */
 static const double texture = 8, in_parts = 4;            /* HU, of a block and of its parts */
 static const double even = 1.4, uneven = 1.8, inside = 2; /* inside a body, of what is outside */
+static const double lopsided = 0.3;                       /* skewness */
 static const size_t bodies = 3;                           /* one in so many blocks is no bone */
 
 /* Values that clipping and masks leave. */
@@ -80,7 +82,8 @@ static struct block look(const float *x, const size_t m[3], const size_t stride[
 		for (size_t q = 0; q < m[1]; q++)
 			for (size_t i = 0; i < m[0]; i++) {
 				const size_t at[3] = {i, q, k};
-				const double here = (double)x[i + q * stride[1] + k * stride[2]];
+				const double here =
+					(double)x[i * stride[0] + q * stride[1] + k * stride[2]];
 				const double d = here - first; /* keeps the squares small */
 
 				for (int a = 0; a < 3; a++)
@@ -357,12 +360,89 @@ static void see(struct seen *s, const struct ct_vol *v, const struct voids *void
 			}
 }
 
+/* Texture throughout: its values are no Gaussian, as those of noise alone are. */
+static bool is_texture(const struct ct_vol *v, double busy)
+{
+	const double n = (double)ct_vol_count(v), sd = ct_upsample_spread(v);
+	double mean = 0, cube = 0;
+
+	for (size_t i = 0; i < ct_vol_count(v); i++)
+		mean += (double)v->data[i] / n;
+	for (size_t i = 0; i < ct_vol_count(v) && sd > 0; i++)
+		cube += pow(((double)v->data[i] - mean) / sd, 3) / n;
+	return busy > CT_NOISE_BUSY && fabs(cube) > lopsided;
+}
+
+/* The median of the deviations of blocks that begin in the box from lo to hi, every step of them.
+ */
+static double median_sd(float *sd, const struct ct_vol *v, const size_t lo[3], const size_t hi[3],
+	const size_t m[3], const size_t stride[3], size_t step)
+{
+	size_t n = 0;
+
+	for (size_t k = lo[2]; k < hi[2]; k += step)
+		for (size_t q = lo[1]; q < hi[1]; q += step)
+			for (size_t i = lo[0]; i < hi[0]; i += step)
+				sd[n++] = (float)look(
+					&v->data[i + v->n[0] * (q + v->n[1] * k)], m, stride)
+						  .sd;
+	if (n == 0)
+		return 0;
+	qsort(sd, n, sizeof *sd, by_value);
+	return (double)sd[n / 2];
+}
+
+int ct_noise_busy(double *busy, const struct ct_vol *v, const double factor[static 3], double noise,
+	struct ct_err *e)
+{
+	const double coarsest = fmax(factor[0], fmax(factor[1], factor[2]));
+	const size_t m[3] = {BLOCK, BLOCK, BLOCK}, row[3] = {1, v->n[0], v->n[0] * v->n[1]};
+	const double spread = ct_upsample_spread(v);
+	double least = (double)INFINITY, second = (double)INFINITY;
+	size_t stride[3], half[3], all[3], step = 1;
+	float *sd;
+
+	*busy = 0;
+	for (int a = 0; a < 3; a++) {
+		const size_t far = factor[a] > 1 ? 1 : (size_t)fmax(nearbyint(coarsest), 1);
+
+		if (v->n[a] < (BLOCK - 1) * far + 2 * BLOCK)
+			return 0;
+		stride[a] = far * row[a];
+		all[a] = v->n[a] - (BLOCK - 1) * far;
+		half[a] = all[a] / 2;
+	}
+	if (!(spread > 0))
+		return 0;
+	while (all[0] / step * (all[1] / step) * (all[2] / step) > MOST_BLOCKS)
+		step++;
+	if (ct_alloc(&sd, (all[0] / step + 2) * (all[1] / step + 2) * (all[2] / step + 2),
+		    sizeof *sd, e))
+		return -1;
+	for (int c = 0; c < 8; c++) {
+		size_t lo[3], hi[3];
+		double its;
+
+		for (int a = 0; a < 3; a++) {
+			lo[a] = c >> a & 1 ? half[a] : 0;
+			hi[a] = c >> a & 1 ? all[a] : half[a];
+		}
+		its = median_sd(sd, v, lo, hi, m, stride, step);
+		second = fmin(second, fmax(least, its));
+		least = fmin(least, its);
+	}
+	*busy = without(second, noise) / spread;
+	free(sd);
+	return 0;
+}
+
 int ct_noise_measure(struct ct_noise *out, const struct ct_vol *v, struct ct_err *e)
 {
 	size_t m[3], step = 1, all, tissue;
 	struct seen s = {0};
 	struct voids voids;
-	double level;
+	const double voxel[3] = {2, 2, 2}; /* blocks of neighbours */
+	double level, busy;
 	int rc = -1;
 
 	*out = (struct ct_noise){0};
@@ -389,7 +469,11 @@ int ct_noise_measure(struct ct_noise *out, const struct ct_vol *v, struct ct_err
 	qsort(s.sd, s.tissue, sizeof *s.sd, by_value);
 	qsort(s.end - s.air, s.air, sizeof *s.sd, by_value);
 	out->common = common_sd(s.sd, s.tissue);
-	level = sure_sd(s.sd, s.tissue, s.end - s.air, s.air, free_values(m), out->common);
+	if (ct_noise_busy(&busy, v, voxel, 0, e))
+		goto out;
+	level = is_texture(v, busy) ? 0
+				    : sure_sd(s.sd, s.tissue, s.end - s.air, s.air, free_values(m),
+					      out->common);
 	out->sure = without(level, texture);
 	if (level > 0 && s.parts)
 		correlate(out, s.parts, tissue, level);

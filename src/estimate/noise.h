@@ -15,6 +15,8 @@
  *   Air that was clipped, a block with a voxel of -1024 HU or of the lowest value, is not looked
  *   at.
  * - Fewer than 2000 blocks of tissue say nothing.
+ * - Where v is busy throughout (ct_noise_busy) and its values are lopsided (a skewness above 0.3,
+ * of a Gaussian 0), no tissue need be flat: nothing is sure.
  *
  * Anatomy hardly varies along three axes at once. So eight parts of each block are looked at: along
  * each axis 1 -2 1 (even) or 1 0 -1 (odd). The fortieth of the blocks counts of which the rest is
@@ -57,5 +59,15 @@ void ct_noise_words(char to[static CT_NOISE_WORDS], const struct ct_noise *is);
 /* Measure v, in HU. A volume of one line has none. CT_ENUMERIC for NaN and infinite voxels,
  * CT_ENOMEM. */
 int ct_noise_measure(struct ct_noise *out, const struct ct_vol *v, struct ct_err *e);
+
+/* How busy v is throughout: the median deviation of blocks, over that of all voxels, in the eighth
+ * of v (halves along each axis) where it is least but one. A patient has eighths that are mostly
+ * flat, spongy bone has not. Blocks are as wide along each axis as they are along those that will
+ * be refined `factor` times. So much noise, HU, is no texture. 0 where v is too small. CT_ENOMEM.
+ */
+int ct_noise_busy(double *busy, const struct ct_vol *v, const double factor[static 3], double noise,
+	struct ct_err *e);
+/* From here on it is texture throughout, such as spongy bone. */
+#define CT_NOISE_BUSY 0.42
 
 #endif

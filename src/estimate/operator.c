@@ -289,6 +289,22 @@ static void leave_small(struct ct_operator *r, double x[3])
 	}
 }
 
+/* Texture has no clean edges: slices of it are taken to be no wider than means. */
+static int leave_texture(
+	struct ct_profile p[3], const struct ct_vol *in, const double x[3], struct ct_err *e)
+{
+	double busy;
+
+	if ((x[0] > 1) + (x[1] > 1) + (x[2] > 1) != 1)
+		return 0;
+	if (ct_noise_busy(&busy, in, x, 0, e))
+		return -1;
+	for (int a = 0; a < 3; a++)
+		if (x[a] > 1 && busy > CT_NOISE_BUSY && p[a].spread > sqrt(MEAN_SQUARE))
+			p[a].spread = sqrt(MEAN_SQUARE);
+	return 0;
+}
+
 /* The operator that DICOM and edges show: a Gaussian of the spread that its sampling leaves. */
 static int estimate_operator(struct ct_operator *r, const struct ct_vol *in,
 	const struct ct_said *said, const struct ct_env *env, struct ct_err *e)
@@ -316,6 +332,8 @@ static int estimate_operator(struct ct_operator *r, const struct ct_vol *in,
 		scanner = scanner || !isnan(r->told[a].spread);
 	}
 	r->soft = !scanner && !said->trust && ct_soft_leave(r->joint, x);
+	if (!scanner && !said->trust && leave_texture(r->joint, in, x, e))
+		return -1;
 	assume_slices(r->joint, x);
 	if (said->decimate < 0)
 		r->operator.decimate = sampling_of(&r->sure, r->joint, x, scanner);

@@ -70,6 +70,8 @@ static int need_of(double *bytes, const struct ct_refine *r, const size_t n[3], 
 			error + fmax(agree + networks, one + ct_restore_bytes(p->prior, &r->restore,
 								     n, p->error)));
 	}
+	if (r->share < 1)
+		most = fmax(most, 2 * one + agree + error + networks);
 	if (r->rest.passes > 0)
 		most = fmax(most, one + error + ct_rest_bytes(&r->scan.operator, coarse) +
 					  (r->adds ? networks : 0));
@@ -245,19 +247,20 @@ static int check_start(const struct ct_refine *r, const struct ct_vol *in, struc
 							 : 0;
 }
 
+/* Of texture throughout so much of what HTV and the prior make beyond DC is believed, where no
+ * rehearsal tells: less where what they add stands for what aliased. doc/blur-estimate.md, "Texture
+ * throughout". */
+#define BUSY_SHARE 0.5
+#define BUSY_ALIASED 0.15
 /* With more noise, HU, the scan cannot be asked what TV loses: TV smoothes the noise. */
 #define QUIET 4
 
-/* Soft slices: the careful inversion, and no prior, whose networks learned what TV and HTV leave.
- * Where the operator is known a texture keeps HTV.
- */
-static void take_least(struct ct_refine *r, const struct ct_env *env)
+/* The careful inversion, and no prior, whose networks learned what TV and HTV leave. A texture
+ * keeps HTV. */
+static void take_least(struct ct_refine *r, const char *why, const struct ct_env *env)
 {
-	static const char why[] = "slices softer than a profile explains";
-
 	ct_log(env, CT_INFO, "%s: no prior, %s", why,
 		r->textured ? "texture: htv" : "least squares (dc)");
-	r->careful = true;
 	r->least = !r->textured;
 	if (r->least)
 		r->method = CT_UPSAMPLE_DC;
@@ -273,6 +276,20 @@ static bool is_asked(const struct ct_refine *r)
 	       r->scan.noise <= QUIET && !(r->scan.soft && ct_operator_is_estimated(&r->scan));
 }
 
+/* Does a scan show texture throughout? Soft slices of no known operator are not asked. */
+static int is_busy(bool *is, double *busy, const struct ct_refine *r, const struct ct_vol *in,
+	struct ct_err *e)
+{
+	*is = false;
+	if (!r->adds || !r->inverts || !isnan(r->rule.weight) || r->rule.said.trust ||
+		(r->scan.soft && ct_operator_is_estimated(&r->scan)))
+		return 0;
+	if (ct_noise_busy(busy, in, r->scan.operator.factor, r->scan.noise, e))
+		return -1;
+	*is = *busy > CT_NOISE_BUSY;
+	return 0;
+}
+
 /* What auto takes, and what TV loses of the scan. */
 static int choose_method(
 	struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
@@ -280,13 +297,27 @@ static int choose_method(
 	const int method = r->rule.method;
 	struct ct_upsample_rule inversion = ct_refine_inversion(r);
 	struct ct_upsample_report choice = {.aliasing = (double)NAN};
-	double gain;
+	double gain, busy = 0;
 
 	inversion.start = method == CT_REFINE_PRIOR ? NULL : r->rule.start;
 	if (ct_upsample_choose(&choice, &inversion, r->n, e))
 		return -1;
 	r->method = choice.method;
 	r->aliasing = choice.aliasing;
+	if (is_busy(&r->busy, &busy, r, in, e))
+		return -1;
+	if (r->busy && ct_operator_is_estimated(&r->scan)) {
+		take_least(r, "texture throughout, whose edges show no operator for certain", env);
+		return 0;
+	}
+	if (r->busy) {
+		ct_log(env, CT_INFO, "texture throughout (%.2f): htv, and a share of what it adds",
+			busy);
+		r->share = r->aliasing > CT_UPSAMPLE_ALIAS ? BUSY_ALIASED : BUSY_SHARE;
+		r->textured = true;
+		r->method = CT_UPSAMPLE_HTV;
+		return 0;
+	}
 	if (is_asked(r)) {
 		if (ct_trial_gain(&gain, in, &r->scan.operator, env, e))
 			return -1;
@@ -298,8 +329,11 @@ static int choose_method(
 			r->loss);
 		r->method = CT_UPSAMPLE_HTV;
 	}
-	if (r->inverts && r->scan.soft && (method == CT_REFINE_PRIOR || method == CT_UPSAMPLE_AUTO))
-		take_least(r, env);
+	if (r->inverts && r->scan.soft &&
+		(method == CT_REFINE_PRIOR || method == CT_UPSAMPLE_AUTO)) {
+		r->careful = true;
+		take_least(r, "slices softer than a profile explains", env);
+	}
 	return 0;
 }
 
@@ -404,6 +438,7 @@ int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const
 	*r = (struct ct_refine){.rule = *rule,
 		.inverts = !prior || !rule->start,
 		.loss = (double)NAN,
+		.share = 1,
 		.residual = (double)NAN,
 		.first = {1, 1, 1},
 		.rest.share = rule->denoise};
@@ -442,7 +477,7 @@ const char *ct_refine_why(const struct ct_refine *r)
 	if (!r->scan.known)
 		return "operator not known";
 	if (r->least)
-		return "soft slices";
+		return r->busy ? "texture" : "soft slices";
 	if (r->textured)
 		return "texture";
 	if (!(r->aliasing > CT_UPSAMPLE_ALIAS))

@@ -66,6 +66,8 @@ struct ct_refine {
 	double loss;             /* of TV on a part of the CT, dB (trial.h); NaN: not asked */
 	bool textured;           /* so TV does not suit it: auto takes HTV */
 	bool careful;            /* its slices are soft (soft.h): inverted without the prior */
+	bool busy;               /* texture throughout, such as spongy bone (noise.h) */
+	double share;            /* of what is made of it beyond DC; 1 unless it is busy */
 	bool least;              /* ... by DC, as they are no texture */
 	double first[3];         /* the CT is first interpolated (cubic) so many times finer; then
 				  * scan.operator makes that of the result */

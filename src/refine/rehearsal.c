@@ -16,6 +16,7 @@
  * missed. */
 struct sums {
 	double added, right, missed, expected;
+	double beyond, so; /* of all beyond DC, and of it times what DC missed */
 };
 
 /* The one axis that is refined, or -1. */
@@ -96,6 +97,18 @@ static void add(struct sums *s, const struct ct_vol *part, const float *base, co
 	s->missed += fmax(missed - (double)n * noise * noise, NOT_NOISE * missed);
 }
 
+/* plain: of DC. */
+static void add_beyond(
+	struct sums *s, const struct ct_vol *part, const float *plain, const float *made)
+{
+	for (size_t i = 0; i < ct_vol_count(part); i++) {
+		const double h = (double)(made[i] - plain[i]);
+
+		s->beyond += h * h;
+		s->so += h * (double)(part->data[i] - plain[i]);
+	}
+}
+
 /* The middle n voxels, their padding filled as that of a scan is (run.c). */
 static int cut(struct ct_vol *part, const struct ct_vol *in, const size_t n[3], struct ct_err *e)
 {
@@ -118,7 +131,7 @@ static int try(struct sums *s, const struct ct_refine *r, const struct ct_vol *i
 	const size_t voxels = n[0] * n[1] * n[2];
 	struct ct_upsample_rule inversion = ct_refine_inversion(r);
 	struct ct_restore_rule rule = r->restore;
-	struct ct_vol part = {0}, coarse = {0}, made = {0};
+	struct ct_vol part = {0}, coarse = {0}, made = {0}, plain = {0};
 	float *base = NULL, *error = NULL;
 	struct ct_upsample_report up;
 	struct ct_restore_report did;
@@ -146,11 +159,17 @@ static int try(struct sums *s, const struct ct_refine *r, const struct ct_vol *i
 	if (ct_restore(&made, error, &coarse, r->rule.prior, &rule, &did, &its, e))
 		goto out;
 	add(s, &part, base, made.data, error, r->scan.noise);
+	inversion.method = CT_UPSAMPLE_DC;
+	if (r->busy && ct_upsample(&plain, &coarse, &inversion, &up, &its, e))
+		goto out;
+	if (r->busy)
+		add_beyond(s, &part, plain.data, made.data);
 	rc = 0;
 out:
 	ct_vol_free(&part);
 	ct_vol_free(&coarse);
 	ct_vol_free(&made);
+	ct_vol_free(&plain);
 	free(base);
 	free(error);
 	return rc;
@@ -165,7 +184,7 @@ int ct_rehearsal_run(struct ct_rehearsal *t, const struct ct_refine *r, const st
 	struct ct_env quiet;
 	size_t n[3], parts = 0;
 
-	*t = (struct ct_rehearsal){0, 1, 1};
+	*t = (struct ct_rehearsal){.weight = 1, .error = 1, .share = 1};
 	while (ct_rehearsal_part(n, &own, r, in, (int)parts))
 		parts++;
 	ct_env_part(&quiet, &part);
@@ -180,6 +199,8 @@ int ct_rehearsal_run(struct ct_rehearsal *t, const struct ct_refine *r, const st
 	t->parts = parts;
 	if (s.added > 0)
 		t->weight = s.right / s.added;
+	if (s.beyond > 0)
+		t->share = s.so / s.beyond;
 	if (s.expected > 0 && s.missed > 0)
 		t->error = sqrt(s.missed / s.expected);
 	return 0;
@@ -204,7 +225,7 @@ static int axes_of(const struct ct_refine *r)
 /* No weight was said, and the scan was asked what it is. */
 static bool is_open(const struct ct_refine *r)
 {
-	return r->adds && !isnan(r->loss) && isnan(r->rule.weight);
+	return r->adds && (r->busy || !isnan(r->loss)) && isnan(r->rule.weight);
 }
 
 static bool loss_tells(const struct ct_refine *r)
@@ -216,6 +237,8 @@ bool ct_rehearsal_weighs(const struct ct_refine *r)
 {
 	const bool said = r->scan.from == CT_BY_FILE || r->scan.from == CT_BY_CALLER;
 
+	if (r->busy)
+		return is_open(r) && axes_of(r) == 1;
 	return is_open(r) && (r->textured ? !loss_tells(r) : axes_of(r) > 1 && said);
 }
 
@@ -231,6 +254,12 @@ int ct_rehearsal_weigh(
 	r->restore.weight = 1;
 	if (ct_rehearsal_weighs(r) && ct_rehearsal_run(&its, r, in, env, e))
 		return -1;
+	if (r->busy && its.parts > 0)
+		r->share = fmin(fmax(its.share, 0), 1);
+	if (r->busy) {
+		ct_log(env, CT_INFO, "texture: of what is made beyond dc %.2f stays", r->share);
+		return 0;
+	}
 	less = its.weight - (axes_of(r) > 1 ? COARSER_MORE : 0);
 	if (loss_tells(r))
 		r->restore.weight = fmin(1, TEXTURE_LOSS * most / r->loss);

@@ -31,6 +31,7 @@ struct ct_rehearsal {
 	size_t parts;
 	double weight; /* what the prior added, times this, is nearest to what it should; 1 if
 			  there is no part */
+	double share;  /* of a busy scan: what was made beyond DC, times this, likewise */
 	double error;  /* what is missed over the predicted error, RMS; or 1 */
 };
 /* The method and the prior's weights of *r are decided. Codes of ct_refine_run. */

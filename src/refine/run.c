@@ -57,6 +57,23 @@ static int add_prior(struct ct_refine *r, struct ct_vol *out, float *error, cons
 	return 0;
 }
 
+/* Of what was made beyond DC only a share stays. Both agree with the scan, and so does this. */
+static int take_share(struct ct_refine *r, struct ct_vol *out, const struct ct_vol *in,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_upsample_rule rule = ct_refine_inversion(r);
+	struct ct_upsample_report did;
+	struct ct_vol plain = {0};
+	int rc;
+
+	rule.method = CT_UPSAMPLE_DC;
+	rc = ct_upsample(&plain, in, &rule, &did, env, e);
+	for (size_t i = 0; rc == 0 && i < ct_vol_count(out); i++)
+		out->data[i] = plain.data[i] + (float)r->share * (out->data[i] - plain.data[i]);
+	ct_vol_free(&plain);
+	return rc;
+}
+
 /* Is something of the scan left out as noise? */
 static bool leaves_rest(const struct ct_refine *r)
 {
@@ -92,6 +109,8 @@ static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 		return -1;
 	part = (struct ct_env_part){.env = env, .from = r->inverts ? part.to : 0, .to = 1};
 	if (r->adds && add_prior(r, out, error ? error->data : NULL, in, &own, e))
+		return -1;
+	if (r->share < 1 && r->inverts && take_share(r, out, in, &own, e))
 		return -1;
 	if (error && !r->adds &&
 		ct_expected_error(error->data, out, &r->scan.operator, r->scan.noise, env, e))
@@ -325,7 +344,7 @@ int ct_refine_run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 {
 	const bool inverts = r->inverts && r->scan.known && r->method >= CT_UPSAMPLE_DC;
 	struct ct_env_part part = {.env = env, .to = REHEARSAL};
-	struct ct_rehearsal its = {0, 1, 1};
+	struct ct_rehearsal its = {.error = 1};
 	struct ct_padding p = {0};
 	struct ct_env own;
 	double grain;
