@@ -173,7 +173,7 @@ tests_t_scan_grid_CFLAGS = $(AM_CFLAGS) $(BOUNDS)
 tests_t_scan_grid_SOURCES = tests/t-scan-grid.c src/recon/scan-grid.c
 tests_t_survey_SOURCES = tests/t-survey.c src/report/survey.c
 tests_t_montage_SOURCES = tests/t-montage.c src/picture/montage.c src/picture/canvas.c
-dist_check_SCRIPTS += tests/t-cohort.sh tests/t-pipeline.sh tests/t-asis.sh tests/t-blind.sh tests/t-recipes.sh tests/t-trade.sh tests/t-page.sh tests/t-formats.sh
+dist_check_SCRIPTS += tests/t-examples.sh tests/t-page.sh tests/t-formats.sh
 dist_check_SCRIPTS += tests/t-slice-profile.sh tests/t-from-dicom.sh tests/t-ct-profile.sh tests/t-ct-report.sh tests/t-info.sh tests/t-view.sh
 tests_t_text_CFLAGS = $(AM_CFLAGS) $(BOUNDS)
 if HAVE_OIIO

@@ -1,0 +1,335 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# examples/, and what the documents tell to run.
+. "$srcdir/tests/tap.sh"
+
+# examples/cohort.mk: a folder of scans, and the table of what came out.
+mkdir scans truth
+for n in a b; do
+	ct-phantom -q -s 3 --size 24x24x48 --spacing 3 ellipsoids truth/$n.nii
+	ct-degrade -q -x 1,1,4 --sigma 0 --decimate mean truth/$n.nii scans/$n.nii
+done
+gzip scans/b.nii && mv scans/b.nii.gz 'scans/b $c.nii.gz' && rm truth/b.nii # a name with a blank and more
+ct-phantom -q --size 24x24x12 marks c.nii && ct-convert -q c.nii scans/c/
+: >scans/bad.nii
+[ -x /usr/bin/time ] || time=TIME=./time
+printf '#!/bin/sh\nout=$2; shift 4; "$@" && echo 1 1 >$out\n' >time && chmod +x time
+run() { make -s -f "$srcdir/examples/cohort.mk" TRUTH=truth OUT=fine OPTIONS='-x 1,1,4 -Q draft' THREADS=1 ${time:-} "$@"; }
+exits 0 'cohort.mk refines a folder of scans' run
+has err '^scans/bad.nii: ct-sr: ' 'an unreadable scan is reported and does not stop the others'
+sed 's/^# //' fine/cohort.csv | sed 's/^/# /'
+cat >want <<'EOF'
+scan,size,factor,seconds,memory-mib,cubic-psnr-db,psnr-db,ssim,residual-rms-hu
+"a",24x24x48,1x1x4,S,M,C,P,I,
+"b $c",24x24x48,1x1x4,S,M,,,,R
+"bad",failed,,,,,,,
+EOF
+sed 's/,1x1x4,[0-9.]*,[0-9]*,/,1x1x4,S,M,/; s/M,[0-9][0-9.]*,[0-9][0-9.]*,[0-9.]*,/M,C,P,I,/; s/M,,,,[0-9].*/M,,,,R/; /^"c"/d; /^mean/d; /^deviation/d' fine/cohort.csv | cmp -s - want
+ok $? 'cohort.csv has one row for each scan with its size, factor, time and memory'
+p=$(ct-metrics truth/a.nii fine/a.nii.gz | awk '$1 == "psnr" {print $2}')
+has fine/cohort.csv "^\"a\",.*,$p,[0-9.]*,\$" 'a scan with a truth has its PSNR in cohort.csv'
+awk -F, '$1 == "\"b $c\"" {near = $9 > 0 && $9 < .01} END {exit !near}' fine/cohort.csv
+ok $? 'a scan without a truth has its data consistency in cohort.csv'
+has fine/cohort.csv '^"c",24x24x48,1x1x4,' 'cohort.csv has a row for a DICOM folder'
+ct-upsample -q -m cubic scans/a.nii cubic.nii
+p=$(ct-metrics truth/a.nii cubic.nii | awk '$1 == "psnr" {print $2}')
+has fine/cohort.csv "^\"a\",.*,$p,[0-9.]*,[0-9.]*,\$" 'a scan with a truth has the PSNR of cubic interpolation in cohort.csv'
+[ "$(grep -c '^|' fine/cohort.md)" = 8 ] && [ "$(awk -F'|' '{print NF}' fine/cohort.md | sort -u)" = 11 ]
+ok $? 'cohort.md has a row of nine columns for each scan, the mean and the deviation'
+awk -F, '/^"/ && $4 ~ /^[0-9]/ {n++; s += $4} $1 == "mean" {m = $4} END {exit !(n == 3 && s - 3 * m < .01 && 3 * m - s < .01)}' fine/cohort.csv
+ok $? 'the mean of cohort.csv is that of its scans'
+grep -q '<svg' fine/cohort.svg && [ "$(grep -c '<circle' fine/cohort.svg)" = 2 ]; ok $? 'cohort.svg has a point for cubic and one for the result'
+cp fine/a.nii.gz first.nii.gz; cp "fine/b \$c.row" b.row
+rm fine/a.nii.gz
+exits 0 'cohort.mk runs again after a result was removed' run
+cmp -s fine/a.nii.gz first.nii.gz; ok $? 'a second run makes the result that was removed, with the same bytes'
+cmp -s "fine/b \$c.row" b.row; ok $? 'a second run leaves the other rows as they were'
+cp truth/a.nii scans/bad.nii
+exits 0 'cohort.mk runs again after a bad scan was mended' run
+! grep -q failed fine/cohort.csv; ok $? 'a scan that was mended is no longer listed as failed'
+exits 0 'cohort.mk runs with other OPTIONS' run OPTIONS='-x 1,1,2 --sigma 0'
+has fine/cohort.csv '^"c",24x24x24,1x1x2,' 'other OPTIONS make another table'
+cp fine/cohort.csv again.csv
+exits 0 'cohort.mk runs again with the same OPTIONS' run OPTIONS='-x 1,1,2 --sigma 0'
+cmp -s fine/cohort.csv again.csv; ok $? 'the same OPTIONS leave the table as it was'
+mkdir one && cp scans/a.nii one
+exits 0 'cohort.mk accepts CONFIDENCE=yes with REPORT=yes' run SCANS=one OUT=page OPTIONS="-x 1,1,4 --prior $builddir/slices.safetensors" CONFIDENCE=yes REPORT=yes
+[ "$(cd page && echo a.*)" = 'a.html a.log a.nii.gz a.row a.std.nii.gz' ]
+ok $? 'CONFIDENCE=yes and REPORT=yes give a map and a page for each scan'
+
+# The pipeline of README.md and of ct-pipeline(7) is what ct-sr --paper runs, and is run here as it stands
+# there, on a small phantom with fewer views, Gaussians and iterations.
+part pipeline
+# The lines from ct-convert to ct-compose of a text, one command a line, nothing else.
+commands() {
+	sed -n '/^ *ct-convert scan/,/^ *ct-compose/p' "$1" | sed 's/ *#.*//; s/\\e$/\\/' |
+		sed -e ':a' -e '/\\$/N; s/ *\\\n */ /; ta' | sed 's/^ *//; /^$/d'
+}
+commands "$srcdir/README.md" >readme
+commands "$srcdir/man/ct-pipeline.7" >page
+[ "$(wc -l <readme)" -eq 7 ]; ok $? 'README has a pipeline'
+cmp -s readme page; ok $? 'and ct-pipeline(7) the same'
+mkdir scan
+ct-sr --dry-run --paper --keep . scan/ hr.nii | sed 's,\./,,g; s, --prior=[^ ]*,,' >runs
+cmp -s readme runs; ok $? 'which is what ct-sr runs'
+diff readme runs | sed 's/^/# /'
+
+ct-phantom -q -w -512:3071 ellipsoids --size 32x32x32 --spacing 4 truth.nii && ct-degrade -q --clip -512:3071 -x 4 truth.nii scan.nii
+ok $? 'a scan to refine is made'
+few='s/--views=[0-9]*/--views=16/; s/--iterations=[0-9]*/--iterations=200/; s/--gaussians=[0-9]*/--gaussians=4000/'
+sed "s,scan/,scan.nii,; $few" readme >script
+sh -e script >/dev/null 2>err; ok $? 'the script of ct-pipeline(7) runs as it stands'
+sed 's/^/# /' err
+ct-sr -q --paper --expert views=16,iterations=200,gaussians=4000 scan.nii sr.nii; ok $? 'ct-sr --paper runs on the same scan'
+voxels() { ct-convert -q --type f32 "$1" - | tail -c 131072; }
+voxels hr.nii >a; voxels sr.nii >b
+[ "$(wc -c <a)" -eq 131072 ] && cmp -s a b; ok $? 'to the same voxels'
+ct-upsample -q -m cubic scan.nii cubic.nii
+db() { ct-metrics "$@" | awk '/^psnr/ {print $2}'; }
+awk "BEGIN {exit !($(db truth.nii hr.nii) > $(db truth.nii cubic.nii) - 1.5)}"
+ok $? "at most 1.5 dB below cubic, of few views: $(db truth.nii hr.nii), $(db truth.nii cubic.nii)"
+
+# Scans that say nothing of how they were made, by small and other factors: what ct-sr makes stays in their range.
+part asis
+command -v python3 >/dev/null || { skip 'scans as they come' 'python3 is not here'; done_testing; }
+ct-phantom -q --size 48x48x48 --spacing 1.5 --window=-1024:3071 ellipsoids made.nii || exit 99
+ct-degrade -q -x 1 --noise 12 made.nii loud.nii
+for v in made loud; do python3 "$srcdir/examples/blind.py" bare $v.nii $v-bare.nii; done
+asis() { make -s -f "$srcdir/examples/asis.mk" CUBE=40 RESULT=56 OUT=o "$@" >table; }
+wrong() { grep 'wrong$' table | sed 's/^/# /'; }
+# every factor: the result stays in the range of the scan
+asis VOLUMES=made-bare.nii FACTORS='1.01 1.02 1.05 1.1 1.2 1.25 1.5 2 3 1,1,1.1 1,1,1.5 1.5,1.5,1 1.1,1.2,3 1,1,3'
+ok $? "a draft of a noise-free scan stays in its range at each factor: $(tail -n 1 table)"; wrong
+asis VOLUMES=loud-bare.nii FACTORS='1.02 1.2 1.3 2'
+ok $? "a draft of a noisy scan stays in its range at each factor: $(tail -n 1 table)"
+wrong
+asis VOLUMES=made-bare.nii CUBE=32 QUALITY='fast balanced' FACTORS='1.05 1.3 2'
+ok $? "fast and balanced results stay in the range of the scan: $(tail -n 1 table)"
+wrong
+[ "$(grep -c '^made' table)" -eq 6 ]; ok $? 'the table has one row for each factor and preset'
+same() { ct-metrics --ssim none "$1" "$2" | awk '$1 == "max-hu" {exit !($2 == 0)}'; }
+
+# small factors
+ct-upsample -q -x 1.1 -m cubic made-bare.nii cubic.nii
+for q in draft fast balanced; do
+	ct-sr -q -f -Q $q -x 1.1 made-bare.nii sr.nii && same cubic.nii sr.nii
+	ok $? "ct-sr -Q $q -x 1.1 gives the voxels of cubic interpolation"
+done
+exits 0 'ct-upsample --estimate takes a factor of 1.1' ct-upsample -m tv --estimate -x 1.1 made-bare.nii up.nii
+same cubic.nii up.nii
+ok $? 'ct-upsample --estimate -x 1.1 gives the voxels of cubic interpolation'
+exits 0 'ct-sr takes a factor of 1.1' ct-sr -f -x 1.1 made-bare.nii sr.nii
+has err 'assumed: along x,y,z only interpolated (cubic), as the factor is below 1.25; --sigma and --decimate say it better' 'ct-sr reports that it only interpolates factors below 1.25'
+ct-info sr.nii | grep -q 'assumed .*only interpolated (cubic), as the factor is below 1.25'
+ok $? 'ct-info of a result at 1.1 times says that it is only interpolated'
+ct-info --operator -x 1.1 made-bare.nii | grep -q 'assumed .*only interpolated'
+ok $? 'ct-info --operator says before the run that 1.1 times is only interpolated'
+exits 0 'ct-sr takes a spacing that is a factor of 1.15' ct-sr -Q draft --spacing 1.3 made-bare.nii mm.nii
+has err 'only interpolated (cubic)' 'a factor below 1.25 that follows from --spacing is only interpolated'
+exits 3 '--confidence of an interpolated factor is refused with status 3' ct-sr -Q draft -x 1.1 --confidence e.nii made-bare.nii no.nii
+has err 'made-bare.nii: factors below 1.25 are only interpolated' 'the error of --confidence for an interpolated factor names the file'
+exits 0 'ct-sr takes --sigma with a factor of 1.1' ct-sr -f -Q draft -x 1.1 --sigma .4 made-bare.nii given.nii
+has err '; h\{0,1\}tv, .*iterations' 'with --sigma a factor of 1.1 is inverted, not interpolated'
+ct-degrade -q -x 1.2 --protocol P1 made.nii lr.nii
+exits 0 'ct-sr takes a factor of 1.2 that ct-degrade recorded in the scan' ct-sr -f -Q draft -x 1.2 lr.nii file.nii
+has err '; h\{0,1\}tv, .*iterations' 'with an operator recorded in the scan a factor of 1.2 is inverted'
+exits 0 'small and large factors may stand in one -x' ct-sr -Q draft -x 1.1,1.1,3 made-bare.nii mixed.nii
+grep -q 'wide (FWHM) along z, .*along x,y only interpolated' err
+ok $? 'of small and large factors only the small ones are interpolated'
+has err '48x48x48 to 53x53x144, 1.1,1.1,3 times; .*tv, [0-9]* iterations' 'with small and large factors the inversion runs on the grid of all of them'
+ct-info mixed.nii | grep -q ' factor  *1.1,1.1,3'; ok $? 'ct-info of a result of mixed factors shows all three'
+ct-upsample -q -x 1.1,1.1,3 -m cubic made-bare.nii grid.nii
+ct-metrics --ssim none grid.nii mixed.nii >/dev/null
+ok $? '-x 1.1,1.1,3 gives the grid that cubic interpolation gives'
+
+# what is damped
+exits 0 'ct-sr takes a factor of 1.5' ct-sr -f -Q draft -x 1.5 made-bare.nii sr.nii
+has err 'the result left the range of the scan by up to [0-9]* HU: [0-9.]* % of the voxels are blended with cubic' 'ct-sr reports how many voxels it blended with cubic interpolation'
+ct-info sr.nii | grep -q 'assumed .*of the voxels are blended with cubic'
+ok $? 'ct-info of the result says that voxels were blended with cubic interpolation'
+ct-report -q made-bare.nii sr.nii page.html
+has page.html '<li>The result left the range of the scan by up to [0-9]* HU: [0-9.]* % of the voxels are blended with cubic.</li>' 'the page of ct-report warns of voxels that are blended with cubic interpolation'
+grep -q '"row">Known from</th><td>profile [^<]*sure[^<]*[^; ]</td>' page.html && ! grep -q '<td>[^<]*left the range' page.html
+ok $? 'the page of ct-report lists them among the warnings alone'
+ct-sr -q -f -t 1 -Q draft -x 1.5 made-bare.nii one.nii; ct-sr -q -f -t 3 -Q draft -x 1.5 made-bare.nii three.nii
+same one.nii three.nii; ok $? 'voxels blended with cubic are the same with one and three threads'
+ct-phantom -q --size 72x72x72 --spacing 1 --window=-1024:3071 ellipsoids truth.nii
+ct-upsample -q -x 1.5 -m cubic made-bare.nii c.nii
+psnr() { ct-metrics --ssim none truth.nii "$1" | awk '$1 == "psnr" {print $2}'; }
+awk -v a="$(psnr sr.nii)" -v b="$(psnr c.nii)" 'BEGIN {exit !(a > b + 2)}'
+ok $? 'a blended result is 2 dB nearer to the truth than cubic interpolation'
+ct-metrics --harm --ssim none truth.nii sr.nii | awk '$1 == "structures-false" {exit !($2 == 0)}'
+ok $? 'a blended result at 1.5 times has no false structures'
+exits 0 'ct-sr takes a --sigma that is wider than the blur of the scan' ct-sr -f -Q draft -x 1.3 --sigma 1.2 --noise 0 made-bare.nii wide.nii
+has err 'the result leaves the range of the scan by [0-9]* HU, more than all of it' 'a --sigma that is too wide gives a warning about the range of the result'
+
+# examples/blind.mk: the same voxels without metadata, and what not knowing the operator costs.
+part blind
+command -v python3 >/dev/null || { skip 'blind.mk' 'python3 is not here'; done_testing; }
+py=$srcdir/examples/blind.py
+ct-phantom -q --size 48x48x48 --spacing 1.5 --window=-512:3071 ellipsoids v.nii || exit 99
+# the scans that blind.mk makes, and their bare copies
+exits 0 'blind.mk measures a scan with two cases' make -s -f "$srcdir/examples/blind.mk" VOLUMES=v.nii CUBE=48 CASES='P1-2 g40n-4' QUALITY=draft OUT=o
+[ "$(cut -d, -f1-3 o/blind.csv | tail -n +2 | tr '\n' ' ')" = 'v,P1-2,cubic v,P1-2,known v,P1-2,blind v,g40n-4,cubic v,g40n-4,known v,g40n-4,blind ' ]
+ok $? 'blind.csv has a line for each case and method in order'
+ct-info --json o/v/g40n-4/lr.nii | tr -d ' \n' | grep -q '"factor":"1,1,4".*"sigma":"0,0,1.6","decimate":"point"'
+ok $? 'case g40n-4 blurs with a Gaussian of 40 % of the thickness'
+ct-info o/v/g40n-4/lr.nii | grep -q '^  noise  *15$'; ok $? 'case g40n-4 adds noise of 15 HU'
+exits 0 'blind.mk makes single scans averaged over cells' make -s -f "$srcdir/examples/blind.mk" CUBE=48 OUT=o VOLUMES=v.nii CASES='mean-2 meann-2' o/v/mean-2/lr.nii o/v/meann-2/lr.nii
+! ct-info o/v/mean-2/lr.nii | grep -q '^  noise  *15$'; ok $? 'case mean-2 adds no noise to the scan'
+ct-info o/v/meann-2/lr.nii | grep -q '^  noise  *15$'; ok $? 'case meann-2 adds noise of 15 HU'
+ct-info o/v/g40n-4/bare.nii >info
+! grep -qE '^  (factor|sigma|decimate|noise|history)' info
+ok $? 'the bare copy records neither factor nor blur, noise or history'
+ct-metrics --ssim none o/v/g40n-4/lr.nii o/v/g40n-4/bare.nii | awk '$1 == "max-hu" {exit !($2 > 0 && $2 <= .5)}'
+ok $? 'the bare copy has the voxels of the scan, rounded to whole HU'
+# scans whose slices were interpolated before: softer along z by themselves
+ct-phantom -q --size 60x60x60 --spacing 1.5 --window=-512:3071 ellipsoids w.nii || exit 99
+exits 0 'blind.mk makes scans that were interpolated along z' make -s -f "$srcdir/examples/blind.mk" VOLUMES=w.nii CUBE=60 CASES='mean-2-i15 mean-2-i25' QUALITY=draft OUT=o
+awk -F, 'NR == 1 {for (i = 1; i <= NF; i++) if ($i == "psnr") c = i} {p[$2 $3] = $c}
+	END {exit !(p["mean-2-i15blind"] > p["mean-2-i15cubic"] && p["mean-2-i25blind"] > p["mean-2-i25cubic"])}' o/blind.csv
+ok $? 'slices that were interpolated are refined better than by cubic interpolation'
+# such slices are undone with care, unless the measured blur is trusted
+bare=o/w/mean-2-i25/bare.nii
+psnr() { ct-metrics --csv --ssim none o/w/hr-i25.nii "$1" | tail -n 1 | cut -d, -f5; }
+exits 0 'ct-sr refines slices that were interpolated' ct-sr -f -x 1,1,2 "$bare" careful.nii
+has err '^ct-sr: slices may be soft by themselves: less blur is undone, without the network; --trust does not$' 'the log says that soft slices are undone with care'
+exits 0 'ct-sr refines soft slices as measured' ct-sr -f --trust -Q draft -x 1,1,2 "$bare" trusted.nii
+! grep -q 'soft by themselves' err; ok $? 'with --trust the log says nothing of care'
+awk "BEGIN {exit !($(psnr careful.nii) > $(psnr trusted.nii) + 1)}"; ok $? 'care is more accurate than trust by 1 dB'
+exits 0 'ct-sr refines soft slices whose operator is known' ct-sr -f o/w/mean-2-i25/lr.nii known.nii
+has err '^ct-sr: slices are softer than they were made: undone without the network; --trust does not$' 'the log says that slices of a known operator are soft'
+exits 0 'ct-sr adds the network to soft slices that it trusts' ct-sr -f --trust o/w/mean-2-i25/lr.nii trusted.nii
+has err 'then the prior' 'with --trust the prior adds to slices of a known operator'
+awk "BEGIN {exit !($(psnr known.nii) > $(psnr trusted.nii))}"; ok $? 'soft slices of a known operator are more accurate without the network'
+exits 2 'ct-sr refuses --trust beside --sigma' ct-sr --trust --sigma 1 "$bare" no.nii
+# blind.py: its table, and what it refuses
+ct-convert -q -f o/v/hr.nii hr.mha && ! python3 "$py" bare hr.mha x.nii 2>err && [ -s err ]
+ok $? 'blind.py refuses a scan that is not NIfTI of float32 or int16'
+printf 'scan,case,run,psnr,ssim-r2,structures-false,deep-smooth-rmse-hu,banding-rms-hu\na,P1-4,cubic,30,.8,1,5,.1\na,P1-4,known,34,.9,1,4,.2\na,P1-4,blind,33.5,.89,2,6,1\nb,P1-4,cubic,31,.8,3,,\nb,P1-4,known,32,.9,1,,\nb,P1-4,blind,32.1,.9,1,,\n' >t.csv
+python3 "$py" table t.csv >t.txt; ok $? 'blind.py table accepts a CSV of measurements'
+grep -qE '^a +P1-4 +30.00 +34.00 +33.50 +0.8000 0.9000 0.8900 +0.50 +1 +1 +2 +5.00 +4.00 +6.00 +0.10 +0.20 +1.00$' t.txt
+ok $? 'the table of blind.py has one line for each scan and case'
+grep -q '^2 cases: blind loses 0.20 dB in the mean, 0.50 at worst; gains 2.30 dB over cubic in the mean, 1.10 at least$' t.txt
+ok $? 'below the table stand the losses and gains of blind in dB'
+grep -q '^more false structures than with the operator known: 1; a larger error inside soft tissue than cubic: 1; more banding than cubic: 1$' t.txt
+ok $? 'below the table stand the cases where blind does harm'
+sed 1q t.csv >none.csv
+! python3 "$py" table none.csv 2>err && grep -q 'none.csv: no results' err
+ok $? 'a CSV without results is refused, with its name'
+
+# What documents tell to run, on phantoms and with few steps: the recipe of the shipped prior, and the tutorials.
+part recipes
+mkdir ct xray
+ct-phantom -q --size 24x24x24 ellipsoids ct/a.nii.gz
+ct-view -q -p axial -o xray/a.png ct/a.nii.gz || exit 99
+readme=$srcdir/src/prior/README.md
+# options FILE: what stands behind its name in README's command, on one line
+options() { sed -n "/make-$1.sh .* $1.safetensors/,/^$/p" "$readme" | tr -d '\\\n' | sed "s/.*$1.safetensors//"; }
+said=$(options prior | sed 's/--validate HELD_OUT//; s/,validate-every=250//; s/3200/1/; s/--patch 96/--patch 32/; s/batch=8/batch=1/')
+echo "$said" | grep -q 'steps 1 '; ok $? "README has options:$said"
+if pictures; then
+	# shellcheck disable=SC2086
+	exits 0 'they make a prior' sh "$srcdir/src/prior/make-prior.sh" ct xray work prior.safetensors $said --arch model_channels=32,channel_mult=1
+	exits 0 'which can be read' ct-info prior.safetensors; has out 'scales=1,2' 'as it was made'
+	[ "$(ls work | wc -l)" -eq 6 ]; ok $? 'the recipe of poses makes six files'
+else
+	skip 'the recipe of the shipped prior' 'no OpenImageIO'
+fi
+[ -e "$builddir/ctsr-dicom.so" ] || { skip 'the tutorials' 'built without vtk-dicom'; done_testing; }
+# every command of the tutorials, and every picture in them is made by one
+ln -s "$srcdir/examples" examples && mkdir truths
+for n in a b; do ct-phantom -q -f --size 24x24x32 --spacing 2 ellipsoids truths/$n.nii.gz || exit 99; done
+ct-degrade -q -x 1,1,5 truths/a.nii.gz thick.nii && ct-convert -q thick.nii scan/ && ct-phantom -q -w -512:3071 --size 32x32x32 --spacing 2 ellipsoids hr0.nii &&
+	ct-degrade -q -x 4 hr0.nii lr.nii || exit 99
+[ -x /usr/bin/time ] || { printf '#!/bin/sh\nout=$2; shift 4; "$@" && echo 1 1 >$out\n' >time; chmod +x time; export MAKEFLAGS=TIME=./time; }
+for page in patient evaluate paper; do
+	sed -n 's/^    //p' "$srcdir/doc/tutorial-$page.md" >commands
+	while IFS= read -r line; do
+		fast=$(echo "$line" | sed 's/--views=[0-9]*/--views=4/; s/--steps=50/--steps=2/; s/--iterations=5000/--iterations=20/; s/--gaussians=50000/--gaussians=50/')
+		sh -c "$fast" >out 2>err </dev/null; rc=$?
+		[ $rc -eq 0 ]; ok $? "tutorial-$page.md: $(echo "$line" | cut -c1-100)"
+		[ $rc -eq 0 ] || sed 's/^/# /' err
+	done <commands
+	grep -o '](tutorial-[a-z]*\.svg)' "$srcdir/doc/tutorial-$page.md" | sed 's/.*tutorial-//; s/.svg.*//' | while read -r name; do
+		[ -s "$srcdir/doc/tutorial-$name.svg" ] && [ -n "$(find . -name "$name.svg")" ] || echo "$name"
+	done >lost
+	[ ! -s lost ]; ok $? "tutorial-$page.md: each picture is made by a command in it"
+done
+
+# examples/trade.mk and trade.py: what was measured, what is on the front, what is made again; paper.mk: its tables.
+part trade
+python_with matplotlib || { skip 'trade.py writes a table and a plot' 'no matplotlib'; done_testing; }
+py=$srcdir/examples/trade.py
+row() { printf '%s,P1,%s,%s,0,%s,%s,%s,%s,1,%s,%s\n' "$@"; }
+{
+	echo 'scan,case,run,cpu-s,seconds,peak-mib,psnr,ssim-r2,structures-false,structures-missed,deep-smooth-rmse-hu,edge-rise-test-mm'
+	row a quick 1 10 30 .8 5 3 2; row b quick 3 30 32 .9 7 5 2
+	row a worse 4 20 30 .85 6 4 2; row b worse 4 20 32 .85 6 4 2
+	row a slow 9 20 33 .95 4 2 ''; row b slow 9 20 35 .95 4 2 ''
+	row a same 2 20 30 .8 5 3 2; row b same 4 20 32 .9 7 5 2
+} >t.csv
+"$PY" "$py" t.csv t.svg >t.txt; ok $? 'trade.py writes a table and a plot'
+[ "$(sed -n 1p t.txt)" = 'means of 2 scans' ]; ok $? 'the table of trade.py gives the number of scans'
+grep -qE '^P1 +quick +2\.00 +30 +31\.000 +0\.8500 +6\.0 +1\.0 +4\.00 +2\.00 +\*$' t.txt
+ok $? 'a row of trade.py has means over scans and the largest memory'
+grep -qE '^P1 +worse .* 2\.00$' t.txt; ok $? 'a slower run that is no better is not on the front'
+grep -qE '^P1 +slow .* - +\*$|^P1 +slow .* 2\.00 +- +\*$|^P1 +slow .*\*$' t.txt
+ok $? 'a slower run that is better is on the front'
+grep -qE '^P1 +same .* 2\.00$' t.txt; ok $? 'a slower run that is as good is not on the front'
+grep -q '<svg' t.svg; ok $? 'the plot of trade.py is SVG'
+"$PY" "$py" t.csv t2.svg >/dev/null; cmp -s t.svg t2.svg; ok $? 'trade.py draws the same bytes twice'
+sed 1q t.csv >none.csv
+! "$PY" "$py" none.csv x.svg 2>err && grep -q 'none.csv: no results' err
+ok $? 'a CSV without results is refused with its name'
+
+# trade.mk
+ct-phantom -q --size 40x40x40 --spacing 1.5 --window=-512:3071 ellipsoids v.nii || exit 99
+trade() { make -s -f "$srcdir/examples/trade.mk" PYTHON="$PY" VOLUMES=v.nii CUBE=32 CASES='P3n thick' RUNS="$1" OUT=o; }
+exits 0 'trade.mk measures a scan with two cases and methods' trade 'cubic htv:iterations=5:tolerance=0'
+[ "$(grep -c . o/trade.csv)" = 5 ] && [ "$(cut -d, -f1-3 o/trade.csv | tail -n +2 | tr '\n' ' ')" = 'v,P3n,cubic v,P3n,htv:iterations=5:tolerance=0 v,thick,cubic v,thick,htv:iterations=5:tolerance=0 ' ]
+ok $? 'trade.csv has a line for each case and method'
+ct-metrics --ssim none -w -1024:3071 o/v/hr.nii o/v/P3n/cubic.nii | awk '$1 == "psnr" {print $2}' >want
+awk -F, 'NR == 1 {for (i = 1; i <= NF; i++) if ($i == "psnr") at = i} $2 == "P3n" && $3 == "cubic" {print $at}' o/trade.csv | cmp -s - want
+ok $? 'trade.csv has the PSNR of ct-metrics'
+ct-info o/v/P3n/lr.nii | grep -qE '^ *noise +15$' && ct-info o/v/thick/lr.nii | grep -qE '^ *factor +1,1,4$'
+ok $? 'the cases of trade.mk are P3n with noise and thick slices'
+ct-info o/v/P3n/htv_iterations-5_tolerance-0.nii | grep -q 'iterations'
+ok $? 'trade.mk passes the options of a run to the method'
+touch -r o/v/P3n/cubic.nii stamp
+exits 0 'trade.mk runs again with one more method' trade 'cubic htv:iterations=5:tolerance=0 dc'
+[ "$(grep -c . o/trade.csv)" = 7 ] && [ ! o/v/P3n/cubic.nii -nt stamp ]
+ok $? 'a second run of trade.mk makes the new method alone'
+exits 2 'an unknown method is refused by trade.mk' trade 'none'
+mkdir bin && printf '#!/bin/sh\necho "$CT_THREADS $*" >>"%s/said"\nexec "%s" "$@"\n' "$PWD" "$(command -v ct-ddnm)" >bin/ct-ddnm && chmod +x bin/ct-ddnm
+grid() { PATH=$PWD/bin:$PATH make -s -f "$srcdir/examples/trade.mk" PYTHON="$PY" VOLUMES=v.nii CUBE=32 CASES=P3 RUNS=cubic PROJECTIONS='3:2:50:4 2:1:60:3' THREADS="$1" OUT=g; }
+exits 0 'trade.mk accepts settings of views, steps, Gaussians and iterations' grid ''
+[ "$(cut -d, -f3 g/trade.csv | tail -n +2 | tr '\n' ' ')" = 'cubic paper:views=3:steps=2:gaussians=50:iterations=4 paper:views=2:steps=1:gaussians=60:iterations=3 ' ]
+ok $? 'trade.csv has a line for each setting'
+[ "$(sed 's/.*\(--steps=[0-9]*\).*/\1/' said | tr '\n' ' ')" = '--steps=2 --steps=1 ' ]
+ok $? 'trade.mk passes the steps of each setting to ct-ddnm'
+ct-info g/v/P3/paper_views-2_steps-1_gaussians-60_iterations-3.nii >info; grep -q ct-compose info && [ ! -e g/v/P3/paper_views-2_steps-1_gaussians-60_iterations-3.nii.work ]
+ok $? 'each setting runs to its last step and leaves no working folder'
+rm said; exits 0 'trade.mk accepts several numbers of threads' grid '1 2'
+[ "$(grep -c . g/trade.csv)" = 7 ] && [ "$(cut -d' ' -f1 said | tr '\n' ' ')" = '1 2 1 2 ' ]
+ok $? 'each setting is measured with each number of threads'
+
+# paper.mk
+paper() {
+	make -s -f "$srcdir/examples/paper.mk" VOLUMES=v.nii CUBE=16 FACTORS=4 VIEWS=4 STEPS=2 ITERATIONS=4 GAUSSIANS=50 BUDGET=2 \
+		NETWORK=1x8 BIRD=2 OUT=p
+}
+exits 0 'paper.mk makes the results of the published tables' paper
+paper >tables
+figures='[0-9.]+ +-?[01]\.[0-9]+ +[0-9.]+ +[1-9][0-9]*'
+[ "$(grep -c '^table [123], 4x' tables)" = 3 ] && grep -qE "^paper +$figures +25\.42 +\.8957$" tables
+ok $? 'paper.mk prints three tables beside the published figures'
+grep -qE "^ctsr +$figures +- +-$" tables; ok $? 'the row of ctsr has no published figures'
+for m in nerf cunerf arssr rdn omni bird naf sax-nerf; do
+	grep -qE "^$m +$figures +[0-9.]+ +\.[0-9]+$" tables
+	ok $? "the row of $m has published figures"
+done
+ct-metrics -w -512:3071 --ssim wang p/v/hr.nii p/v/4x/fdk.nii | awk '$1 == "psnr" {p = $2} /^ssim/ {printf "fdk %.2f %.4f\n", p, $2}' >want
+awk '$1 == "fdk" {printf "fdk %.2f %.4f\n", $2, $3}' tables | cmp -s - want
+ok $? 'the row of fdk has the figures of ct-metrics'
+done_testing
