@@ -172,20 +172,31 @@ enum { NOTHING = -4096, METAL = 16000 }; /* HU: between them all that CTs have *
 /* Of a slice without padding: the range of its values, if that is one that CTs have. */
 static bool quick_range(double range[2], const struct ct_slice *s, const float *stored)
 {
+	enum { LANES = 8 };
 	const double zero = s->slope * ct_slice_base(s) + s->intercept;
 	const size_t n = s->columns * s->rows;
-	float lo = stored[0], hi = lo;
+	float lo[LANES], hi[LANES]; /* of every LANES-th value: a vector to a compiler */
 	double a, b;
 
 	if (s->padded)
 		return false;
-	_Pragma("omp simd reduction(min : lo) reduction(max : hi)") for (size_t i = 0; i < n; i++)
-	{
-		lo = stored[i] < lo ? stored[i] : lo;
-		hi = stored[i] > hi ? stored[i] : hi;
+	for (size_t l = 0; l < LANES; l++)
+		lo[l] = hi[l] = stored[l < n ? l : 0];
+	for (size_t i = 0; i + LANES <= n; i += LANES)
+		for (size_t l = 0; l < LANES; l++) {
+			lo[l] = stored[i + l] < lo[l] ? stored[i + l] : lo[l];
+			hi[l] = stored[i + l] > hi[l] ? stored[i + l] : hi[l];
+		}
+	for (size_t i = n - n % LANES; i < n; i++) {
+		lo[0] = stored[i] < lo[0] ? stored[i] : lo[0];
+		hi[0] = stored[i] > hi[0] ? stored[i] : hi[0];
 	}
-	a = s->slope * (double)lo + zero;
-	b = s->slope * (double)hi + zero;
+	for (size_t l = 1; l < LANES; l++) {
+		lo[0] = lo[l] < lo[0] ? lo[l] : lo[0];
+		hi[0] = hi[l] > hi[0] ? hi[l] : hi[0];
+	}
+	a = s->slope * (double)lo[0] + zero;
+	b = s->slope * (double)hi[0] + zero;
 	range[0] = fmin(a, b);
 	range[1] = fmax(a, b);
 	return range[0] >= NOTHING && range[1] <= METAL;
