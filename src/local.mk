@@ -216,7 +216,7 @@ libct_a_SOURCES += src/recon/scan-grid.c src/recon/scan-grid.h src/recon/reconst
 
 # src/quality
 # What is measured: PSNR, SSIM, differences, edges, harm, the data residual.
-libct_a_SOURCES += src/quality/ssim.c src/quality/ssim.h
+libct_a_SOURCES += src/quality/ssim.c src/quality/ssim.h src/quality/ms-ssim.c src/quality/ms-ssim.h
 SIMD_SOURCES += src/quality/ssim-tile.c src/quality/ssim-block.c src/quality/ssim-block-real.h src/quality/ssim-kernels.h
 libct_a_SOURCES += src/quality/difference.c src/quality/difference.h
 libct_a_SOURCES += src/quality/data-residual.c src/quality/data-residual.h
@@ -350,7 +350,7 @@ libct_a_SOURCES += src/tools/lib/prior-opts.c src/tools/lib/prior-opts.h
 
 # src/gs
 # The fit of signed 3-D Gaussians.
-libct_a_SOURCES += src/gs/fit.c src/gs/fit.h
+libct_a_SOURCES += src/gs/fit-rule.c src/gs/fit.c src/gs/fit.h
 libct_a_SOURCES += src/gs/fit-state.c src/gs/fit-cost.c
 libct_a_SOURCES += src/gs/place.c src/gs/place.h
 libct_a_SOURCES += src/gs/densify.c src/gs/densify.h

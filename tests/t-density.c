@@ -101,6 +101,27 @@ static void pruned(enum ct_activation activation)
 	ct_gs_adam_free(&a);
 }
 
+/* As the release: the density counts, not what learns; -3e-5 of a slope of 0.1 is -3e-6. */
+static void pruned_by_density(void)
+{
+	struct ct_densify_rule r = rule();
+	struct ct_densify_count c;
+	struct ct_gauss g;
+	struct ct_gs_adam a;
+
+	for (int k = 0; k < 2; k++) {
+		set(&g, &a, 3);
+		g.gamma = 0.1;
+		g.raw[1] = -3e-5f;
+		r.by_density = k == 1;
+		must(ct_densify_control(&g, &a, &r, &c, 1, 600, &err));
+		OK(c.pruned == (size_t)k, "%s prunes a small density of a large raw one",
+			k ? "the release" : "the paper never");
+		ct_gauss_free(&g);
+		ct_gs_adam_free(&a);
+	}
+}
+
 /* For softplus the density counts: that of raw -12 is 6e-6, of -11 1.7e-5. */
 static void positive(void)
 {
@@ -591,6 +612,30 @@ static void rates(struct scene *s, const struct ct_env *env)
 	must(ct_fit_run(&f, &d, env, &err));
 	NEAR(fabs(f.g.gamma - CT_GAMMA_INIT), 0.01, 1e-6, "that of gamma");
 	ct_fit_free(&f);
+	{ /* what learns is ln(e^(gamma - 1e-6) - 1), which no step takes below 1e-6 */
+		struct ct_fit_options soft = o;
+		double raw[2] = {log(expm1(0.001 - 1e-6)), 0};
+
+		soft.gamma = 0.001;
+		soft.gamma_last = 1e-4;
+		soft.gamma_soft = true;
+		must(ct_fit_init(&f, &soft, &d, env, &err));
+		NEAR(f.g.gamma, 0.001, 0, "the slope begins where it is asked to");
+		for (size_t i = 0; i < f.g.n; i += 2)
+			f.g.raw[i] = -0.1f;
+		must(ct_fit_run(&f, &d, env, &err));
+		raw[1] = log(expm1(f.g.gamma - 1e-6));
+		NEAR(fabs(raw[1] - raw[0]), pow(0.01, 0.9) * pow(1e-4, 0.1), 1e-9,
+			"the softplus of the slope moves by its rate, which falls");
+		ct_fit_free(&f);
+		soft.gamma_rate = 1000;
+		must(ct_fit_init(&f, &soft, &d, env, &err));
+		for (size_t i = 0; i < f.g.n; i++)
+			f.g.raw[i] = -0.5f;
+		must(ct_fit_run(&f, &d, env, &err));
+		OK(f.g.gamma >= 1e-6, "a slope by softplus stays above its least: %g", f.g.gamma);
+		ct_fit_free(&f);
+	}
 	o.gamma_rate = 10;
 	for (int k = 0; k < 2; k++) { /* up, then down: too much density below 0, too little */
 		must(ct_fit_init(&f, &o, &d, env, &err));
@@ -613,6 +658,7 @@ int main(void)
 	thresholds();
 	pruned(CT_PRELU);
 	pruned(CT_RELU);
+	pruned_by_density();
 	positive();
 	moved();
 	born();

@@ -154,6 +154,26 @@ static void settings(void)
 				equal(o.start_density, 0.15) && equal(o.rate_factor, 1) && !o.adapt,
 			"the published ones");
 	}
+	for (size_t scale = 4; scale <= 8; scale += 4) {
+		struct ct_fit_options o;
+
+		ct_fit_defaults(&o, scale, false, CT_PRELU);
+		ct_fit_release(&o, scale);
+		OK(o.compat && o.multi && o.clamp && o.by_density && o.from_fdk && !o.from_base &&
+				!o.adapt && o.gamma_soft && o.rate_steps == 30000 &&
+				o.densify_until == 30000 && equal(o.start_density, 0.15) &&
+				equal(o.ssim, 0.5) && equal(o.l1, 2) && equal(o.tv, 0.05),
+			"%zu-fold: what the release's fit does otherwise", scale);
+		OK(equal(o.gamma, scale == 4 ? 0.1 : 0.001) && equal(o.gamma_rate, 1e-2) &&
+				equal(o.gamma_last, 1e-4),
+			"%zu-fold: the release's slope and its rate", scale);
+		OK(equal(o.position.first, 2e-4) && equal(o.position.last, 2e-5) &&
+				equal(o.density.first, 1e-2) && equal(o.density.last, 1e-3) &&
+				equal(o.scaling.first, 5e-3) && equal(o.scaling.last, 5e-4) &&
+				equal(o.rotation.first, 1e-3) && equal(o.rotation.last, 1e-4) &&
+				equal(o.rate_factor, 1),
+			"%zu-fold: the release's rates do not depend on the factor", scale);
+	}
 	for (int a = CT_PRELU; a <= CT_SINE; a++) {
 		struct ct_fit_options o;
 

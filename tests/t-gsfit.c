@@ -520,6 +520,42 @@ static void compat(const struct scene *s, const struct ct_env *env)
 	NEAR(o.gate, 1e-5, 0, "mode full has R2-Gaussian's gate");
 }
 
+/* The release begins where the FDK of the projections is dense, with .15 of its density there, at
+ * corners of voxels. */
+static void released(const struct scene *s, const struct ct_env *env)
+{
+	const struct ct_fit_data d = data_of(s);
+	struct ct_fit_options o;
+	struct ct_vol v = {0};
+	struct ct_fit f;
+	size_t right = 0, from = 0;
+
+	options(&o, CT_PRELU);
+	ct_fit_release(&o, 4);
+	o.iterations = 2;
+	must(ct_place_field(&v, d.base, d.target, NULL, env, &err));
+	must(ct_fit_init(&f, &o, &d, env, &err));
+	for (size_t i = 0; i < f.g.n; i++) {
+		double x[3], mm[3] = {(double)f.g.pos[0][i], (double)f.g.pos[1][i],
+				     (double)f.g.pos[2][i]};
+		size_t at;
+
+		for (int a = 0; a < 3; a++)
+			x[a] = (mm[a] - v.affine[a][3]) / v.affine[a][a] + 0.5;
+		at = (size_t)lround(x[0]) +
+		     v.n[0] * ((size_t)lround(x[1]) + v.n[1] * (size_t)lround(x[2]));
+		right += at < ct_vol_count(&v) && v.data[at] > CT_PLACE_LEAST &&
+			 fabs(0.15 * (double)v.data[at] - (double)f.g.raw[i]) < 1e-6;
+		from += fabs(x[0] - nearbyint(x[0])) < 1e-3;
+	}
+	OK(f.g.n > 10 && right == f.g.n && from == f.g.n,
+		"the release begins at %zu of %zu dense voxels of FDK", right, f.g.n);
+	must(ct_fit_run(&f, &d, env, &err));
+	OK(f.g.step == 2 && isfinite(f.last_loss), "a fit of the release runs");
+	ct_fit_free(&f);
+	ct_vol_free(&v);
+}
+
 /* One pixel in three is too high: with weight 0 there it does no harm. */
 static void weights(struct scene *s, const struct ct_env *env)
 {
@@ -616,6 +652,7 @@ int main(void)
 	recover(&s, &env);
 	begins(&s, &env);
 	compat(&s, &env);
+	released(&s, &env);
 	weights(&s, &env);
 	coarse(&s, &env);
 	threads_and_resume(&s, &env);

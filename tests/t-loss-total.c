@@ -119,6 +119,31 @@ static double value(struct scene *s, enum term term, size_t k, struct ct_loss_te
 	return s->f.opt.lr * t->lr;
 }
 
+/* TV of what is not below zero: none of a base far below, the same of one far above. */
+static void clamped_tv(void)
+{
+	struct ct_loss_terms t = {0}, u = {0};
+	struct scene s;
+	double up;
+
+	make(&s, false, false);
+	value(&s, TV, 3, &t);
+	for (int k = 0; k < 2; k++) {
+		s.f.opt.clamp = true;
+		for (size_t i = 0; i < ct_vol_count(&s.base); i++)
+			s.base.data[i] += k ? 8.0f : -4.0f;
+		clear(&s);
+		value(&s, TV, 3, &u);
+		up = 0;
+		for (size_t i = 0; i < N; i++)
+			up = fmax(up, fabs((double)s.w.grad.d[CT_GS_RAW][i]));
+		OK(k ? fabs(u.tv - t.tv) < 1e-3 * t.tv && up > 0 : u.tv == 0 && up == 0,
+			"the TV of what is not below zero, of a base far %s",
+			k ? "above" : "below");
+	}
+	scene_free(&s);
+}
+
 /* Uphill, of every parameter by as much; once from nothing and once on top of what is there. */
 static void gradient(struct scene *s, enum term term, size_t k, const char *name)
 {
@@ -353,6 +378,7 @@ static void chain(void)
 
 int main(void)
 {
+	clamped_tv();
 	terms(false, false);
 	terms(false, true);
 	terms(true, false);

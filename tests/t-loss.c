@@ -25,7 +25,7 @@ static void gradient(struct ct_loss_image *l, struct ct_loss_terms *t, float *d,
 	const struct weights *k, struct ct_par *par)
 {
 	const struct ct_loss_view v = {
-		d, img, base, y, weight, pitch, k->l1, k->ssim, k->scale, k->mean_weight};
+		d, img, base, y, weight, pitch, k->l1, k->ssim, k->scale, k->mean_weight, false};
 
 	ct_loss_image_gradient(l, t, &v, par);
 }
@@ -49,7 +49,8 @@ static void image(bool weigh)
 	struct ct_loss_image l;
 	double sum = 0, num, dot = 0, h = 0.01, val[2];
 
-	must(ct_loss_image_init(&l, H, W, &err) || ct_alloc0(&img, H * pitch, sizeof *img, &err) ||
+	must(ct_loss_image_init(&l, H, W, false, &err) ||
+		ct_alloc0(&img, H * pitch, sizeof *img, &err) ||
 		ct_alloc(&d, H * pitch, sizeof *d, &err) ||
 		ct_alloc(&waste, H * pitch, sizeof *d, &err));
 	for (size_t i = 0; i < H * W; i++) {
@@ -94,7 +95,7 @@ static void same_weights(void)
 	double off = 0;
 	struct ct_loss_image l;
 
-	must(ct_loss_image_init(&l, H, W, &err));
+	must(ct_loss_image_init(&l, H, W, false, &err));
 	for (size_t i = 0; i < H * W; i++) {
 		x[i] = ct_rng_normal(2, 0, i);
 		y[i] = ct_rng_normal(2, 1, i);
@@ -182,7 +183,7 @@ static void strips(void)
 	struct ct_loss_image l;
 	float *img, *d;
 
-	must(ct_loss_image_init(&l, HH, WW, &err) ||
+	must(ct_loss_image_init(&l, HH, WW, false, &err) ||
 		ct_alloc(&img, HH * pitch, sizeof *img, &err) ||
 		ct_alloc(&d, HH * pitch, sizeof *d, &err));
 	for (size_t i = 0; i < HH * pitch; i++)
@@ -305,7 +306,8 @@ static void threads(void)
 	struct ct_loss_image l;
 	double part[M], v[2];
 
-	must(ct_loss_image_init(&l, HH, WW, &err) || ct_par_alloc(&par, 4, &err) || pitch > M + 64);
+	must(ct_loss_image_init(&l, HH, WW, false, &err) || ct_par_alloc(&par, 4, &err) ||
+		pitch > M + 64);
 	for (size_t i = 0; i < (size_t)HH * WW; i++) {
 		x[i] = 40 * (float)ct_rng_uniform(5, 0, i);
 		y[i] = x[i] + ct_rng_normal(5, 1, i);
@@ -327,8 +329,67 @@ static void threads(void)
 	ct_loss_image_free(&l);
 }
 
+/* As the published program has it: L1 of the residual, and of what is not below zero, and MS-SSIM
+ * of that, by hand and by differences. */
+static void released(void)
+{
+	const struct ct_loss_view how = {
+		.pitch = W, .l1 = 2, .ssim = 0.5, .scale = 0.02, .mean_weight = 1, .clamp = true};
+	static float img[H * W], base[H * W], y[H * W], d[H * W], waste[H * W], x[H * W], z[H * W];
+	struct ct_loss_terms t = {0}, u = {0};
+	struct ct_loss_image l;
+	struct ct_loss_view v = how;
+	struct ct_ms_ssim ms;
+	double l1 = 0, worst = 0, most = 0;
+	size_t below = 0;
+
+	must(ct_loss_image_init(&l, H, W, true, &err) || ct_ms_ssim_alloc(&ms, H, W, &err));
+	for (size_t i = 0; i < H * W; i++) {
+		base[i] = (float)(20 * ct_rng_uniform(3, 0, i));
+		img[i] = (float)(40 * ct_rng_uniform(3, 1, i) - 25);
+		y[i] = base[i] + img[i] + (i % 2 ? 6.0f : -6.0f);
+		x[i] = 0.02f * fmaxf(img[i] + base[i], 0);
+		z[i] = 0.02f * y[i];
+		below += img[i] + base[i] < 0;
+		l1 += fabs((double)(img[i] - (y[i] - base[i]))) +
+		      fabs(fmax((double)(img[i] + base[i]), 0) - (double)y[i]);
+	}
+	v.dimg = d;
+	v.img = img;
+	v.base = base;
+	v.y = y;
+	ct_loss_image_gradient(&l, &t, &v, NULL);
+	OK(below > 20, "some of the projections are below zero");
+	NEAR(t.l1, 0.02 * l1 / (H * W) / 2, 1e-7,
+		"the two L1 terms of the release are those by hand");
+	NEAR(t.dssim, 1 - ct_ms_ssim_gradient(&ms, x, z, NULL), 1e-6,
+		"MS-SSIM is of what is not below zero");
+	v.dimg = waste;
+	for (size_t i = 0; i < H * W; i += 5) {
+		const float was = img[i];
+		double slope;
+
+		if (fabsf(was + base[i]) < 0.5f || fabsf(y[i]) < 0.5f)
+			continue;
+		img[i] = was + 0.25f;
+		ct_loss_image_gradient(&l, &t, &v, NULL);
+		img[i] = was - 0.25f;
+		ct_loss_image_gradient(&l, &u, &v, NULL);
+		img[i] = was;
+		slope = (2 * (t.l1 - u.l1) + 0.5 * (t.dssim - u.dssim)) / 0.5;
+		worst = fmax(worst, fabs(slope - (double)d[i]));
+		most = fmax(most, fabs((double)d[i]));
+	}
+	OK(worst < 0.01 * most,
+		"the gradient of the release's loss is that of differences (%g of %g)", worst,
+		most);
+	ct_loss_image_free(&l);
+	ct_ms_ssim_free(&ms);
+}
+
 int main(void)
 {
+	released();
 	image(false);
 	image(true);
 	same_weights();

@@ -181,7 +181,7 @@ exits 6 'a NaN in the base is refused by ct-nabgs with status 6' ct-nabgs -b nan
 has err 'nan.nii: voxel (31,31,31) is NaN' 'the error of a NaN in the base gives its voxel'
 ct-phantom --size=8x8x8 --expert density=0.01 constant thin.nii
 exits 3 'mode full from a base near zero is refused with status 3' ct-nabgs -b thin.nii -m full p.exr no.ply
-has err '^ct-nabgs: thin.nii: the base has no voxel of density above 0.05$' 'the error of a base near zero names the file and the threshold'
+has err '^ct-nabgs: thin.nii: no voxel has a density above 0.05, where Gaussians could begin$' 'the error of a base near zero names the file and the threshold'
 [ ! -e no.ply ] && [ ! -e no.ply.state ]; ok $? 'refused runs of ct-nabgs leave neither set nor state'
 
 # refusals and --floor of ct-compose

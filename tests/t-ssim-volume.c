@@ -3,6 +3,8 @@
 #include "config.h"
 #include "core/rng.h"
 #include "quality/ssim.h"
+#include "core/mem.h"
+#include "quality/ms-ssim.h"
 #include "ssim-plain.h"
 #include "tap.h"
 
@@ -262,6 +264,76 @@ static void test_value(void)
 	NEAR(back(&r, g, y, x, NULL, PIXELS), s, 1e-6, "symmetric");
 }
 
+/* Two images that Python makes likewise. */
+static void pattern(float *x, float *y, size_t h, size_t w)
+{
+	for (size_t i = 0; i < h * w; i++) {
+		const double k = (double)(i * i % 997) / 997, r = (double)(i / w) / (double)h;
+
+		x[i] = (float)(k * 0.5 + r * 0.4);
+		y[i] = (float)(k * 0.4 + r * 0.45 + (double)(i % 7) / 7 * 0.1);
+	}
+}
+
+/* MS-SSIM against a plain one in numpy: one to five resolutions, odd sides and even ones. */
+static void test_multi(void)
+{
+	static const struct {
+		size_t h, w, levels;
+		double want;
+	} is[] = {{11, 11, 1, 0.9710102446745368}, {23, 19, 1, 0.9548644651127003},
+		{45, 90, 3, 0.9636291894721958}, {163, 176, 5, 0.967624766102671},
+		{162, 161, 5, 0.9539678931781839}};
+	static float x[163 * 176], y[163 * 176];
+	struct ct_par *par;
+	struct ct_ms_ssim s;
+
+	must(ct_par_alloc(&par, 3, &err));
+	for (size_t k = 0; k < sizeof is / sizeof *is; k++) {
+		const size_t n = is[k].h * is[k].w;
+		double worst = 0, largest = 0, *first, ms;
+
+		must(ct_ms_ssim_alloc(&s, is[k].h, is[k].w, &err) ||
+			ct_alloc(&first, n, sizeof *first, &err));
+		pattern(x, y, is[k].h, is[k].w);
+		ms = ct_ms_ssim_gradient(&s, x, y, NULL);
+		OK(s.n == is[k].levels, "%zux%zu pixels have %zu resolutions", is[k].h, is[k].w,
+			s.n);
+		OK(fabs(ms - is[k].want) < 1e-12, "MS-SSIM of %zux%zu pixels is that of numpy",
+			is[k].h, is[k].w);
+		memcpy(first, s.level[0].x, n * sizeof *first);
+		ct_ms_ssim_gradient(&s, x, y, par);
+		OK(memcmp(first, s.level[0].x, n * sizeof *first) == 0,
+			"MS-SSIM of %zux%zu pixels: three threads, the same bytes", is[k].h,
+			is[k].w);
+		for (size_t i = 0; i < n; i += n / 37) {
+			const float was = x[i];
+			double up;
+
+			x[i] = was + 0x1p-8f;
+			up = ct_ms_ssim_gradient(&s, x, y, NULL);
+			x[i] = was - 0x1p-8f;
+			up = (up - ct_ms_ssim_gradient(&s, x, y, NULL)) / 0x1p-7;
+			x[i] = was;
+			worst = fmax(worst, fabs(up - first[i]));
+			largest = fmax(largest, fabs(first[i]));
+		}
+		OK(worst < 1e-3 * largest, "MS-SSIM of %zux%zu pixels: its gradient", is[k].h,
+			is[k].w);
+		free(first);
+		ct_ms_ssim_free(&s);
+	}
+	OK(ct_ms_ssim_alloc(&s, 10, 200, &err) == -1 && err.code == CT_EGEOM,
+		"MS-SSIM of less than eleven pixels is refused");
+	must(ct_ms_ssim_alloc(&s, 45, 90, &err));
+	for (size_t i = 0; i < 45 * 90; i++)
+		y[i] = (i / 90 + i % 90) % 2 ? 1 : 0, x[i] = 1 - y[i];
+	OK(ct_ms_ssim_gradient(&s, x, y, NULL) == 0 && s.level[0].x[0] == 0,
+		"images that contradict have no MS-SSIM and no gradient");
+	ct_ms_ssim_free(&s);
+	ct_par_free(par);
+}
+
 static void test_gradient(void)
 {
 	static float x[PIXELS], y[PIXELS], g[PIXELS], moved[PIXELS];
@@ -339,6 +411,7 @@ static void t_ssim(void)
 	test_value();
 	test_parts();
 	test_gradient();
+	test_multi();
 }
 
 int main(void)

@@ -60,31 +60,32 @@ static void split(
 		}
 }
 
-static bool keep(const struct ct_gauss *g, size_t i, const struct ct_block *box)
+static bool keep(const struct ct_gauss *g, size_t i, const struct ct_densify_rule *r)
 {
+	const struct ct_block *box = &r->box;
 	double z = (double)g->raw[i];
 
-	if (g->activation == CT_SOFTPLUS || g->activation == CT_RELU)
+	if (r->by_density || g->activation == CT_SOFTPLUS || g->activation == CT_RELU)
 		z = ct_activation_apply(g->activation, g->gamma, z);
 	if (fabs(z) < LEAST_DENSITY)
 		return false;
-	for (int r = 0; r < 3; r++) {
+	for (int k = 0; k < 3; k++) {
 		double at = 0;
 
 		for (int a = 0; a < 3; a++)
-			at += box->inv[r][a] * ((double)g->pos[a][i] - box->world[a]);
-		if (!(at >= -0.5 && at <= (double)box->n[r] - 0.5))
+			at += box->inv[k][a] * ((double)g->pos[a][i] - box->world[a]);
+		if (!(at >= -0.5 && at <= (double)box->n[k] - 0.5))
 			return false;
 	}
 	return true;
 }
 
-static size_t prune(struct ct_gauss *g, struct ct_gs_adam *a, const struct ct_block *box)
+static size_t prune(struct ct_gauss *g, struct ct_gs_adam *a, const struct ct_densify_rule *r)
 {
 	size_t to = 0, pruned;
 
 	for (size_t i = 0; i < g->n; i++) {
-		if (!keep(g, i, box))
+		if (!keep(g, i, r))
 			continue;
 		if (to != i) {
 			copy(g, to, i);
@@ -136,7 +137,7 @@ int ct_densify_control(struct ct_gauss *g, struct ct_gs_adam *a, const struct ct
 		at++;
 	}
 	g->n = at;
-	count->pruned = prune(g, a, &r->box);
+	count->pruned = prune(g, a, r);
 	for (size_t i = 0; i < g->n; i++) {
 		a->screen[i] = 0;
 		a->seen[i] = 0;

@@ -13,11 +13,14 @@
 #include "gs/gaussian-adam.h"
 #include "gs/mixture.h"
 
+#include <stdbool.h>
+
 struct ct_densify_rule {
 	double grad;         /* threshold of the mean screen gradient */
 	double large;        /* mm: a longest axis above is split, not cloned */
 	size_t most;         /* Gaussians; what would go beyond is left as it is */
 	double ln_least;     /* least ln s of a child */
+	bool by_density;     /* pruned by density, whatever the activation */
 	struct ct_block box; /* the grid whose box they live in */
 };
 

@@ -16,56 +16,6 @@
 #define LEAST_SIZE 0.0005
 #define MOST_SIZE 0.5
 
-void ct_fit_defaults(struct ct_fit_options *o, size_t scale, bool full, enum ct_activation a)
-{
-	bool unsigned_density = a == CT_SOFTPLUS || a == CT_RELU;
-	double fine = scale >= 8 ? 0.1 : 1;
-
-	*o = (struct ct_fit_options){
-		.iterations = 5000,
-		.gaussians = 50000,
-		.rate_factor = full ? 1 : 10,
-		.adapt = true,
-		.max_gaussians = 500000,
-		.activation = a,
-		.full = full,
-		/* 0.15 is R2-Gaussian's; for a signed residual 0.05 was the best */
-		.start_density = full || unsigned_density ? 0.15 : 0.05,
-		.l1 = full ? 1 : 2, /* of projections and, as published, of the residual's */
-		/* 2 is better from clean projections, worse from noisy ones */
-		.ssim = full ? 0.25 : 0.5,
-		.tv = 0.05,
-		.position = {2e-4, 2e-5},
-		.density = {1e-2, 1e-3},
-		.scaling = {5e-3 * fine, 5e-4 * fine},
-		.rotation = {1e-3 * fine, 1e-4 * fine},
-		.gamma_rate = 1e-3,
-		.densify_from = 500,
-		.densify_every = 100,
-		.densify_grad = 5e-5,
-		.densify_large = 0.1,
-		.tv_block = 32,
-		.log_every = 500,
-		.checkpoint_every = 1000,
-	};
-}
-
-void ct_fit_paper(struct ct_fit_options *o)
-{
-	o->rate_steps = 30000; /* these two are R2-Gaussian's defaults */
-	o->densify_until = 14999;
-	o->from_base = true;
-	o->start_density = 0.15;
-	o->rate_factor = 1;
-	o->adapt = false;
-}
-
-void ct_fit_compat(struct ct_fit_options *o)
-{
-	o->compat = true;
-	o->gate = o->full ? 1e-5 : 0;
-}
-
 static double extent_of(const struct ct_vol *v)
 {
 	double mm[3], most = 0;
@@ -110,6 +60,31 @@ static int measure(struct ct_fit *f, const struct ct_fit_data *d, double *whole,
 	return 0;
 }
 
+/* Where a volume is dense. */
+static int place_dense(
+	struct ct_fit *f, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_fit_options *o = &f->opt;
+
+	return ct_place_base(
+		&f->g, v, o->gaussians, o->start_density, o->compat ? -0.5 : 0, f->ln_s, env, e);
+}
+
+static int follow_residual(
+	struct ct_fit *f, const struct ct_vol *field, const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_fit_options *o = &f->opt;
+	double cover;
+
+	f->unit = ct_place_typical(field);
+	if (ct_place_residual(&f->g, field, o->gaussians, o->start_density, f->ln_s, env, e))
+		return -1;
+	cover = ct_place_cover(&f->g, field) * o->rate_factor * o->density.first;
+	if (o->adapt && f->unit * cover > CT_FIT_STEP)
+		f->unit = CT_FIT_STEP / cover;
+	return 0;
+}
+
 /* The first Gaussians. A scan that cannot be inverted has no residual to follow. */
 static int place(
 	struct ct_fit *f, const struct ct_fit_data *d, const struct ct_env *env, struct ct_err *e)
@@ -117,10 +92,10 @@ static int place(
 	const struct ct_fit_options *o = &f->opt;
 	struct ct_vol field = {0};
 	bool base = o->from_base || o->full;
-	double cover;
 	int rc;
 
-	if (!base && ct_place_field(&field, d->base, d->target, d->base_projections, env, e)) {
+	if (!base && ct_place_field(&field, d->base, d->target,
+			     o->from_fdk ? NULL : d->base_projections, env, e)) {
 		if (e->code != CT_EGEOM)
 			return -1;
 		ct_log(env, CT_INFO, "Gaussians begin where the base is dense: %s", e->msg);
@@ -128,13 +103,8 @@ static int place(
 		f->unit = 1 / o->rate_factor; /* not known: the published rate of density */
 	}
 	if (base)
-		return ct_place_base(&f->g, d->base, o->gaussians, o->start_density,
-			o->compat ? -0.5 : 0, f->ln_s, env, e);
-	f->unit = ct_place_typical(&field);
-	rc = ct_place_residual(&f->g, &field, o->gaussians, o->start_density, f->ln_s, env, e);
-	cover = ct_place_cover(&f->g, &field) * o->rate_factor * o->density.first;
-	if (rc == 0 && o->adapt && f->unit * cover > CT_FIT_STEP)
-		f->unit = CT_FIT_STEP / cover;
+		return place_dense(f, d->base, env, e);
+	rc = o->from_fdk ? place_dense(f, &field, env, e) : follow_residual(f, &field, env, e);
 	ct_vol_free(&field);
 	return rc;
 }
@@ -168,10 +138,11 @@ int ct_fit_init(struct ct_fit *f, const struct ct_fit_options *o, const struct c
 	f->ln_s[0] = log(LEAST_SIZE * f->extent);
 	f->ln_s[1] = log(MOST_SIZE * f->extent);
 	f->g.activation = o->activation;
-	f->g.gamma = CT_GAMMA_INIT;
+	f->g.gamma = o->gamma;
 	f->rule = (struct ct_densify_rule){.grad = o->densify_grad,
 		.large = o->densify_large * f->extent,
 		.most = o->max_gaussians,
+		.by_density = o->by_density,
 		.ln_least = f->ln_s[0]};
 	if (!o->full && !d->base_projections)
 		return ct_fail(e, CT_EINPUT, "a residual needs the projections of its base");
@@ -279,15 +250,34 @@ static int terms(const struct ct_fit *f, struct ct_loss_total *w, struct ct_loss
 }
 
 /* R2-Gaussian's program makes its parameters anew when it controls their number, and then has no
- * gradient to step along; nor does it step at the end. */
+ * gradient to step along; nor does it step at the end, where it may control it. */
 static bool controls(const struct ct_fit_options *o, size_t iteration)
 {
-	size_t last = o->iterations - 1; /* what is new at the end learns nothing */
+	size_t last = o->iterations - !o->compat; /* what is new at the end learns nothing */
 
 	if (o->densify_until && o->densify_until < last)
 		last = o->densify_until;
 	return o->densify_every && iteration > o->densify_from && iteration <= last &&
 	       iteration % o->densify_every == 0;
+}
+
+static void step_gamma(struct ct_fit *f, double dgamma, size_t iteration, size_t steps)
+{
+	const struct ct_fit_options *o = &f->opt;
+	const struct ct_rate falls = {o->gamma_rate, o->gamma_last};
+	const struct ct_adamw rule =
+		ct_gs_adam_rule(o->gamma_last > 0 ? rate(&falls, iteration, steps) : o->gamma_rate);
+	double raw;
+
+	if (!o->gamma_soft) {
+		ct_adam_scalar_step(&f->gamma, &rule, &f->g.gamma, dgamma);
+		f->g.gamma = fmin(CT_GAMMA_MAX, fmax(CT_GAMMA_MIN, f->g.gamma));
+		return;
+	}
+	raw = ct_activation_inverse(CT_SOFTPLUS, 0, f->g.gamma - CT_FIT_GAMMA_LEAST);
+	ct_adam_scalar_step(
+		&f->gamma, &rule, &raw, dgamma * ct_activation_slope(CT_SOFTPLUS, 0, raw));
+	f->g.gamma = ct_activation_apply(CT_SOFTPLUS, 0, raw) + CT_FIT_GAMMA_LEAST;
 }
 
 static void update(struct ct_fit *f, struct ct_loss_total *w, size_t iteration)
@@ -310,10 +300,7 @@ static void update(struct ct_fit *f, struct ct_loss_total *w, size_t iteration)
 	lr[CT_GS_RAW] *= f->unit;
 	ct_gs_adam_step(&f->adam, &f->g, &w->grad, lr, f->ln_s, w->env->par);
 	if (f->g.activation == CT_PRELU) {
-		const struct ct_adamw rule = ct_gs_adam_rule(o->gamma_rate);
-
-		ct_adam_scalar_step(&f->gamma, &rule, &f->g.gamma, dgamma);
-		f->g.gamma = fmin(CT_GAMMA_MAX, fmax(CT_GAMMA_MIN, f->g.gamma));
+		step_gamma(f, dgamma, iteration, steps);
 	}
 }
 
@@ -364,10 +351,10 @@ static int iterate(struct ct_fit *f, struct ct_loss_total *w, size_t iteration, 
 	note_loss(f, views, iteration, total);
 	if (o->log_every && (iteration == 1 || iteration % o->log_every == 0))
 		ct_log(env, CT_INFO,
-			"iteration %zu: loss %.6g = %g L1 %.4g + %g (1 - SSIM) %.4g + %g TV %.4g + "
+			"iteration %zu: loss %.6g = %g L1 %.4g + %g (1 - %sSSIM) %.4g + %g TV %.4g + "
 			"%g LR %.4g; mean %.6g, %zu Gaussians, gamma %.4g",
-			iteration, total, o->l1, t.l1, o->ssim, t.dssim, o->tv, t.tv, o->lr, t.lr,
-			f->last_loss, f->g.n, f->g.gamma);
+			iteration, total, o->l1, t.l1, o->ssim, o->multi ? "MS-" : "", t.dssim,
+			o->tv, t.tv, o->lr, t.lr, f->last_loss, f->g.n, f->g.gamma);
 	update(f, w, iteration);
 	f->g.step = iteration;
 	return control(f, iteration, env, e);

@@ -46,6 +46,8 @@
 /* Of 22 scenes of 32^3 those above 9 diverged or nearly; a head of 128^3 has 2.6, a chest 2.2. */
 #define CT_FIT_STEP 6.0
 #define CT_FIT_RETREATS 10
+/* Of the published program: least slope. */
+#define CT_FIT_GAMMA_LEAST 1e-6
 
 struct ct_rate {
 	double first, last;
@@ -57,14 +59,19 @@ struct ct_fit_options {
 	bool full;            /* the whole volume instead of a residual */
 	double start_density; /* of the density where a Gaussian begins */
 	bool from_base;       /* begin where the base is dense, as published */
+	bool from_fdk;        /* or the volume that the projections make (FDK) */
 	double l1, ssim, tv, lr;
 	size_t rate_steps;  /* iterations in which the rates fall; 0: all */
 	bool compat;        /* as R2-Gaussian's program behaves: ct_fit_compat */
+	bool multi, clamp;  /* MS-SSIM; nothing below 0 in what has a base: loss.h */
+	bool by_density;    /* prunes by density, not by what learns */
 	double gate;        /* least contribution to a pixel, in the unit of L1; 0: none */
 	double rate_factor; /* factor of the four rates */
 	bool adapt;         /* bound the first step, begin anew where a fit diverges */
 	struct ct_rate position, density, scaling, rotation;
-	double gamma_rate;
+	double gamma;                  /* slope to begin with */
+	double gamma_rate, gamma_last; /* its rate, and that at the end; 0: the same */
+	bool gamma_soft;               /* softplus + CT_FIT_GAMMA_LEAST learns, without bounds */
 	/* multiples of `every` after `from`, `until` included (0: all), but not the last iteration
 	 */
 	size_t densify_from, densify_every, densify_until;
@@ -84,10 +91,14 @@ void ct_fit_defaults(struct ct_fit_options *o, size_t scale, bool full, enum ct_
  * the rates are as they stand and do not adapt. */
 void ct_fit_paper(struct ct_fit_options *o);
 /* What the program of R2-Gaussian does beside: no step at iterations that control the number of
- * Gaussians nor at the last, one step count of Adam for old and new, centres that begin at the
- * corners of voxels, and in mode full (where nothing is negative) no contribution below 1e-5 to a
- * pixel. */
+ * Gaussians nor at the last, which may control it, one step count of Adam for old and new, centres
+ * that begin at the corners of voxels, and in mode full (where nothing is negative) no contribution
+ * below 1e-5 to a pixel. */
 void ct_fit_compat(struct ct_fit_options *o);
+
+/* The program that the authors of the paper published, on top of that, for factor `scale`: the one
+ * table of how its fit differs (ct-release(7)). */
+void ct_fit_release(struct ct_fit_options *o, size_t scale);
 
 /* What is fitted, borrowed. */
 struct ct_fit_data {

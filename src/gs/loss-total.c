@@ -45,7 +45,7 @@ int ct_loss_total_alloc(struct ct_loss_total *w, const struct ct_fit *f,
 		      least(w->low.n[1], LOW_BLOCK) * least(w->low.n[2], LOW_BLOCK);
 	}
 	block = block > low ? block : low;
-	if (ct_loss_image_init(&w->loss, h, d->target->w, e) ||
+	if (ct_loss_image_init(&w->loss, h, d->target->w, f->opt.multi, e) ||
 		ct_alloc(&w->img, 2 * (h * pitch + block), sizeof *w->img, e) ||
 		ct_alloc(&w->tv, n, sizeof *w->tv, e))
 		return -1;
@@ -72,7 +72,7 @@ int ct_loss_total_view(struct ct_loss_total *w, struct ct_loss_terms *t, size_t 
 	const struct ct_loss_view v = {w->dimg, w->img,
 		f->opt.full ? NULL : ct_stack_view(d->base_projections, k), ct_stack_view(y, k),
 		d->weight ? ct_stack_view(d->weight, k) : NULL, ct_rasterise_pitch(y->w), f->opt.l1,
-		f->opt.ssim, 2 / f->extent, f->mean_weight};
+		f->opt.ssim, 2 / f->extent, f->mean_weight, f->opt.clamp};
 	struct ct_camera cam;
 
 	if (ct_camera_init(&cam, &y->view[k], y->beam, y->h, y->w, e) ||
@@ -110,6 +110,31 @@ static void block_back(struct ct_loss_total *w)
 	ct_mixture_backward(&w->grad, &w->vox, w->gaussian, &w->f->g, w->dblock, w->env->par);
 }
 
+/* Of max(0, base + residual). */
+static int clamped_tv(struct ct_loss_total *w, struct ct_loss_terms *t, const struct ct_vol *base,
+	size_t at, const size_t n[static 3])
+{
+	const size_t pitch = ct_rasterise_pitch(n[0]);
+
+	for (size_t r = 0; r < n[1] * n[2]; r++) {
+		const size_t row = r / n[1] * base->n[0] * base->n[1] + r % n[1] * base->n[0];
+
+		for (size_t c = 0; c < n[0]; c++) {
+			float *f = &w->block[r * pitch + c];
+
+			*f += w->f->opt.full ? 0 : base->data[at + row + c];
+			*f = *f > 0 ? *f : 0;
+		}
+	}
+	t->tv = ct_loss_tv_gradient(
+		w->dblock, w->tv, w->block, pitch, NULL, base->n, n, w->f->opt.tv, w->env->par);
+	for (size_t i = 0; i < n[1] * n[2] * pitch; i++)
+		if (!(w->block[i] > 0))
+			w->dblock[i] = 0;
+	block_back(w);
+	return 0;
+}
+
 int ct_loss_total_tv(
 	struct ct_loss_total *w, struct ct_loss_terms *t, size_t iteration, struct ct_err *e)
 {
@@ -122,6 +147,8 @@ int ct_loss_total_tv(
 	if (ct_block_init(&block, base->affine, first, n, e) || draw_block(w, &block, e))
 		return -1;
 	at = (first[2] * base->n[1] + first[1]) * base->n[0] + first[0];
+	if (o->clamp)
+		return clamped_tv(w, t, base, at, n);
 	t->tv = ct_loss_tv_gradient(w->dblock, w->tv, w->block, ct_rasterise_pitch(n[0]),
 		o->full ? NULL : base->data + at, base->n, n, o->tv, w->env->par);
 	block_back(w);

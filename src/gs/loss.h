@@ -20,11 +20,16 @@
 #include "core/err.h"
 #include "core/par.h"
 #include "core/simd.h"
+#include "quality/ms-ssim.h"
 #include "quality/ssim.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 
-/* A view: its gradient dimg[h][pitch], which is set, img[h][pitch] in mm, base (NULL: 0), y and
+/* As the published program has them: with `clamp` x is max(x, 0) in one of the two L1 terms, that
+ * of projections, and in MS-SSIM (quality/ms-ssim.h), which may be in the place of SSIM.
+ *
+ * A view: its gradient dimg[h][pitch], which is set, img[h][pitch] in mm, base (NULL: 0), y and
  * weight (NULL: ones) h x w. */
 struct ct_loss_view {
 	float *dimg;
@@ -33,6 +38,7 @@ struct ct_loss_view {
 	double l1, ssim;    /* weights of the terms; neither need be positive */
 	double scale;       /* 1/mm, of projections */
 	double mean_weight; /* 1 without weights */
+	bool clamp;
 };
 
 /* Terms without their weights. */
@@ -46,10 +52,11 @@ struct ct_loss_image {
 	float *x, *y, *g; /* one block at x */
 	double *part;     /* of every strip: L1, 1 - S */
 	struct ct_ssim_rule rule;
+	struct ct_ms_ssim multi; /* n is 0: SSIM */
 };
 
-/* Free it in any case. */
-int ct_loss_image_init(struct ct_loss_image *l, size_t h, size_t w, struct ct_err *e);
+/* Free it in any case. `multi`: with MS-SSIM, which knows no weights. CT_EGEOM, CT_ENOMEM. */
+int ct_loss_image_init(struct ct_loss_image *l, size_t h, size_t w, bool multi, struct ct_err *e);
 void ct_loss_image_free(struct ct_loss_image *l);
 /* Sets t->l1, t->dssim and v->dimg. A term of weight 0 is not computed. Strips of rows in parallel,
  * the same bytes for any number of threads. */

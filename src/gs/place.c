@@ -227,7 +227,8 @@ int ct_place_base(struct ct_gauss *g, const struct ct_vol *base, size_t n, doubl
 	for (size_t i = 0; i < count; i++)
 		found += base->data[i] > CT_PLACE_LEAST;
 	if (found == 0)
-		return ct_fail(e, CT_EINPUT, "the base has no voxel of density above %g",
+		return ct_fail(e, CT_EINPUT,
+			"no voxel has a density above %g, where Gaussians could begin",
 			(double)CT_PLACE_LEAST);
 	if (n > found) {
 		ct_log(env, CT_INFO,
@@ -312,8 +313,9 @@ int ct_place_field(struct ct_vol *field, const struct ct_vol *grid, const struct
 		goto out;
 	memset(field->data, 0, ct_vol_count(field) * sizeof *field->data);
 	for (size_t i = 0; i < count; i++)
-		left.data[i] = y->data[i] - base->data[i];
-	if (ct_fdk_alloc(&f, field, &left, CT_RAMP_HANN, 0, false, env->par, e))
+		left.data[i] = y->data[i] - (base ? base->data[i] : 0);
+	if (ct_fdk_alloc(&f, field, &left, base ? CT_RAMP_HANN : CT_RAMP_RAM_LAK, !base, false,
+		    env->par, e))
 		goto out;
 	rc = ct_fdk_all(&f, field->data, &quiet, e);
 out:

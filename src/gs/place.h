@@ -36,7 +36,8 @@ double ct_place_typical(const struct ct_vol *field);
  * every Gaussian is; 0 if there is no field. */
 double ct_place_cover(const struct ct_gauss *g, const struct ct_vol *field);
 /* The filtered back-projection of y - base on a grid, whose data may be NULL; *field
- * must be zero. CT_EGEOM for a scan that has none, CT_ESTOP, CT_ENOMEM. */
+ * must be zero. Of y alone if base is NULL: all of the ramp then, as TIGRE's FDK for R2-Gaussian.
+ * CT_EGEOM for a scan that has none, CT_ESTOP, CT_ENOMEM. */
 int ct_place_field(struct ct_vol *field, const struct ct_vol *grid, const struct ct_stack *y,
 	const struct ct_stack *base, const struct ct_env *env, struct ct_err *e);
 

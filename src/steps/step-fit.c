@@ -43,6 +43,8 @@ static int decide(struct ct_fit_options *o, const struct ct_step_fit_rule *r,
 		ct_fit_paper(o);
 	if (r->compat)
 		ct_fit_compat(o);
+	if (r->release)
+		ct_fit_release(o, factor);
 	o->iterations = (size_t)r->iterations;
 	o->gaussians = (size_t)r->gaussians;
 	o->max_gaussians = (size_t)r->max_gaussians;
@@ -68,6 +70,9 @@ int ct_step_fit_plan(struct ct_step_fit *p, const struct ct_step_fit_rule *r,
 		return ct_fail(e, CT_EGEOM,
 			"%s: Gaussians are projected in cone or parallel beam, not fan",
 			data->is.in);
+	if (r->release && data->is.std)
+		return ct_fail(e, CT_EUSAGE,
+			"%s: MS-SSIM, of the release, has no weights of pixels", data->is.std);
 	if (decide(&p->options, r, data, e) || ct_evidence_density(data, !full, env, e))
 		return -1;
 	p->of = data;

@@ -28,8 +28,8 @@ struct ct_step_fit_rule {
 	int checkpoint_every; /* 0: never */
 	double ssim, tv, lr;  /* weights; that of lr.h counts where there is one */
 	double rate, tolerance;
-	bool paper, compat;      /* ct_fit_paper; and ct_fit_compat */
-	const char *factor_word; /* what a message calls the factor */
+	bool paper, compat, release; /* ct_fit_paper; and ct_fit_compat; and ct_fit_release */
+	const char *factor_word;     /* what a message calls the factor */
 };
 #define CT_STEP_FIT_DEFAULTS                                                                       \
 	{                                                                                          \

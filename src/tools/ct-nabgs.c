@@ -31,7 +31,8 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(CT_IF_WORD(rule.mode, CT_BIT(CT_STEP_FIT_RESIDUAL)))),
 	CT_INPUT(files.std, 0, "uncertainty", "STACK",
 		"standard deviation of IN, EXR, as ct-ddnm --std writes it: the less certain a "
-		"pixel, the less it counts"),
+		"pixel, the less it counts",
+		CT_WHEN(CT_UNLESS(rule.release))),
 	CT_INPUT(files.lr, 0, "lr", "VOLUME",
 		"the low-resolution CT in HU, NIfTI: also require that the sum of base and residual "
 		"reduces to it; its header, or else that of the base, has the operator",
@@ -55,18 +56,26 @@ static const struct ct_opt opts[] = {
 		"factor of the super-resolution: from 8 on, the rates of scale and rotation are "
 		"ten times lower; 0 is what the files say, else 4"),
 	CT_EXPERT(rule.ssim, "lambda-ssim", "W", 0, 1e6,
-		"weight of 1 - SSIM (0.5; in mode full 0.25)"),
+		"weight of 1 - SSIM, with --release MS-SSIM (0.5; in mode full 0.25)"),
 	CT_EXPERT(rule.tv, "lambda-tv", "W", 0, 1e6, "weight of the total variation"),
 	CT_EXPERT(rule.rate, "rate", "X", 1e-3, 1000,
-		"times the published rates of learning (10; in mode full and with --paper 1); but for "
-		"--paper they are lowered where they are too high"),
+		"times the published rates of learning (10; in mode full, with --paper and --release 1); but "
+		"for these two they are lowered where they are too high"),
 	CT_EXPERT(rule.lr, "lambda-lr", "W", 0, 1e6, "weight of --lr", CT_WHEN(CT_IF(files.lr))),
 	CT_FLAG(rule.paper, 0, "paper",
 		"the published settings: Gaussians begin where the base is dense, with 0.15 of its "
 		"density, and the rates are the published ones, which fall over 30000 iterations; what is "
-		"given besides holds"),
+		"given besides holds",
+		CT_WHEN(CT_UNLESS(rule.release))),
+	CT_FLAG(rule.release, 0, "release",
+		"the settings of the paper's release, see ct-release(7): other weights and rates of the "
+		"slope, MS-SSIM, Gaussians begin where the FDK of IN is dense; what is given besides "
+		"holds",
+		CT_WHEN(CT_UNLESS(rule.paper),
+			CT_IF_WORD(rule.mode, CT_BIT(CT_STEP_FIT_RESIDUAL)))),
 	CT_EXPERT(rule.compat, "r2-compat", "yes", 0, 0,
-		"--paper, and as the program of R2-Gaussian behaves; see DESCRIPTION"),
+		"--paper, and as the program of R2-Gaussian behaves; see DESCRIPTION",
+		CT_WHEN(CT_UNLESS(rule.release))),
 	CT_OPT(rule.checkpoint_every, 0, "checkpoint-every", "N", 0, 10000000,
 		"iterations between states in OUT.state; 0 writes one only when stopped",
 		CT_WHEN(CT_IF_FILE(out)), CT_IDLE),
