@@ -85,12 +85,14 @@ no ct-ddnm @guidance=9 --sampler bird
 for o in @iterations=9 @rate=1 @gradient=chain; do no ct-ddnm $o --sampler gdp; done
 for o in ddpm dpm-solver++ gdp bird none; do no ct-ddnm @eta=0.5 --sampler $o; no ct-ddnm --sigma-y=0.1 --sampler $o; done
 for o in --prior=p.x --steps=9 @operator=mean @t-start=9 @travel=2,2 --samples=2 @norm=1 \
-	@channel-reduce=first; do
+	@channel-reduce=first @range=view; do
 	no ct-ddnm $o --sampler none --init none
 done
 no ct-ddnm --arch=num_heads=1
 no ct-ddnm --class=1
 no ct-ddnm --init=none --sampler once
+no ct-ddnm @norm=1 --expert range=bytes
+for o in --uncertainty=p.exr --paper @r2-compat=yes; do no ct-nabgs $o --release; done; no ct-nabgs --release --mode full
 no ct-ddnm --steps=9 --sampler once
 no ct-ddnm @t-start=9
 no ct-ddnm --std=sd.exr

@@ -173,6 +173,69 @@ static void test_measured(void)
 	ct_stack_free(&unused);
 }
 
+/* By its range a view becomes [0, 1], in 256 levels or not, and comes back by it: as the view does
+ * that was brought to [0, 1] by hand, of which 1 is 1. */
+static void test_ranges(enum ct_superres_range range)
+{
+	struct ct_superres p = params();
+	struct ct_stack in = {0}, out = {0}, by_hand = {0}, want = {0};
+	struct ct_err e = {0};
+	bool done[VIEWS] = {false}, all[VIEWS] = {false};
+	double worst = 0;
+	size_t beyond = 0;
+
+	stacks(&in, &out, NULL);
+	stacks(&by_hand, &want, NULL);
+	for (size_t k = 0; k < VIEWS; k++) {
+		float *x = ct_stack_view(&in, k), *y = ct_stack_view(&by_hand, k), lo, hi;
+
+		for (size_t i = 0; i < H * W; i++)
+			x[i] = (float)(k + 1) * x[i] -
+			       3; /* another range in each view, and below 0 */
+		lo = hi = x[0];
+		for (size_t i = 0; i < H * W; i++) {
+			lo = fminf(lo, x[i]);
+			hi = fmaxf(hi, x[i]);
+		}
+		for (size_t i = 0; i < H * W; i++) {
+			const double t = ((double)x[i] - (double)lo) / ((double)hi - (double)lo);
+
+			y[i] = (float)(range == CT_SUPERRES_BYTES
+					       ? (double)(unsigned char)(255 * t) / 255
+					       : t);
+		}
+	}
+	p.range = range;
+	OK(go(&p, &in, NULL, &out, NULL, done, 2, NULL, &e) == 0, "%s", e.msg);
+	p.range = CT_SUPERRES_STACK;
+	p.norm = 1;
+	OK(go(&p, &by_hand, NULL, &want, NULL, all, 2, NULL, &e) == 0, "%s", e.msg);
+	for (size_t k = 0; k < VIEWS; k++) {
+		const float *x = ct_stack_view(&in, k), *a = ct_stack_view(&out, k),
+			    *b = ct_stack_view(&want, k);
+		float lo = x[0], hi = x[0];
+
+		for (size_t i = 0; i < H * W; i++) {
+			lo = fminf(lo, x[i]);
+			hi = fmaxf(hi, x[i]);
+		}
+		for (size_t i = 0; i < out.h * out.w; i++) {
+			beyond += b[i] > 1;
+			worst = fmax(
+				worst, fabs((double)a[i] -
+					       ((double)lo + fmin((double)b[i], 1) *
+								     ((double)hi - (double)lo))));
+		}
+	}
+	OK(beyond > 0 && worst < 2e-5,
+		"range %s: the pictures are those by hand, and stay in their range (%g)",
+		CT_WORD(CT_SUPERRES_RANGES, range), worst);
+	ct_stack_free(&in);
+	ct_stack_free(&out);
+	ct_stack_free(&by_hand);
+	ct_stack_free(&want);
+}
+
 static void test_threads_and_samples(void)
 {
 	struct ct_superres p = params();
@@ -395,6 +458,8 @@ int main(void)
 	ct_schedule_default(&schedule);
 	test_size();
 	test_measured();
+	test_ranges(CT_SUPERRES_VIEW);
+	test_ranges(CT_SUPERRES_BYTES);
 	test_threads_and_samples();
 	test_resume();
 	test_init();

@@ -40,6 +40,7 @@ struct job {
 struct seat {
 	struct job *j;
 	size_t view, sample, worker;
+	double least, size;  /* of what is 0, and from there to 1 */
 	float *x, *y, *init; /* as in sampler.h; x owns them, init NULL if there is none */
 };
 
@@ -120,27 +121,52 @@ static size_t mirror(size_t i, size_t n)
 	return i < n ? i : 2 * n - 1 - i;
 }
 
+/* What is 0 to the network in a view, and 1. */
+static void measure(struct seat *s)
+{
+	const struct job *j = s->j;
+	const float *x = ct_stack_view(j->in, s->view);
+	float least = x[0], most = x[0];
+
+	s->least = 0;
+	s->size = j->p->norm;
+	if (j->p->range == CT_SUPERRES_STACK)
+		return;
+	for (size_t i = 1; i < j->in->h * j->in->w; i++) {
+		least = fminf(least, x[i]);
+		most = fmaxf(most, x[i]);
+	}
+	s->least = (double)least;
+	s->size = most > least ? (double)most - (double)least : 1;
+}
+
 /* The network's picture dst (channels, high, wide) of a view src (h, w), which goes on by
  * reflection. */
-static void to_picture(const struct job *j, size_t high, size_t wide, float *dst,
-	const struct ct_stack *from, size_t view)
+static void to_picture(
+	const struct seat *s, size_t high, size_t wide, float *dst, const struct ct_stack *from)
 {
-	const float *src = ct_stack_view(from, view);
+	const struct job *j = s->j;
+	const float *src = ct_stack_view(from, s->view);
+	const bool cut = j->p->range == CT_SUPERRES_BYTES && from == j->in;
 	const size_t n = high * wide;
 
 	for (size_t i = 0; i < n; i++) {
-		const float v =
+		const float x =
 			src[mirror(i / wide, from->h) * from->w + mirror(i % wide, from->w)];
+		double v = ((double)x - s->least) / s->size;
 
-		dst[i] = (float)(2.0 * range_of(j, (double)v / j->p->norm, HUGE_VAL) - 1.0);
+		v = cut ? floor(255 * v) / 255 : v;
+		dst[i] = (float)(2.0 * range_of(j, v, HUGE_VAL) - 1.0);
 	}
 	for (size_t c = 1; c < j->net->channels; c++)
 		memcpy(dst + c * n, dst, n * sizeof *dst);
 }
 
 /* The view of a picture, of the mean of its channels. */
-static void to_view(const struct job *j, float *result, const float *x)
+static void to_view(const struct seat *s, float *result, const float *x)
 {
+	const struct job *j = s->j;
+	const double most = j->p->range == CT_SUPERRES_STACK ? 1.05 : 1;
 	const size_t n = j->op.high * j->op.wide, h = j->out->h, w = j->out->w;
 	const size_t channels = j->p->first ? 1 : j->net->channels;
 
@@ -151,7 +177,7 @@ static void to_view(const struct job *j, float *result, const float *x)
 			for (size_t c = 0; c < channels; c++)
 				sum += (double)x[c * n + y * j->op.wide + k];
 			v = 0.5 * ((double)(float)(sum / (double)channels) + 1.0);
-			result[y * w + k] = (float)(range_of(j, v, 1.05) * j->p->norm);
+			result[y * w + k] = (float)(s->least + range_of(j, v, most) * s->size);
 		}
 }
 
@@ -225,13 +251,14 @@ static int draw(const struct job *j, struct seat *s, float *result, struct ct_er
 		.normals = normals,
 		.normals_ctx = s};
 
-	to_picture(j, op->h, op->w, s->y, j->in, s->view);
+	measure(s);
+	to_picture(s, op->h, op->w, s->y, j->in);
 	if (s->init)
-		to_picture(j, op->high, op->wide, s->init, j->init, s->view);
+		to_picture(s, op->high, op->wide, s->init, j->init);
 	if (j->p->how.rule == CT_SAMPLER_ONCE ? ask_once(s, e)
 					      : ct_sampler_draw(&d, s->x, s->y, s->init, e))
 		return -1;
-	to_view(j, result, s->x);
+	to_view(s, result, s->x);
 	return 0;
 }
 

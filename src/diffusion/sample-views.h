@@ -20,9 +20,19 @@
 #define CT_DIFFUSION_SAMPLE_VIEWS_H
 #include "core/env.h"
 #include "core/stack.h"
+#include "core/words.h"
 #include "diffusion/sampler.h"
 
 #include <stdbool.h>
+
+/* What the network sees as 0 and 1: 0 and the norm; the least and the largest value of each view;
+ * the same cut to 256 levels, as the published program's pictures are. Of the last two nothing
+ * leaves the range of its view. */
+#define CT_SUPERRES_RANGES(X)                                                                      \
+	X(CT_SUPERRES_STACK, "stack")                                                              \
+	X(CT_SUPERRES_VIEW, "view")                                                                \
+	X(CT_SUPERRES_BYTES, "bytes")
+enum ct_superres_range { CT_SUPERRES_RANGES(CT_WORD_VALUE) };
 
 /* The network as the sampler sees it. ctx[k] belongs to worker k; one evaluation is one thread. */
 struct ct_denoiser {
@@ -43,8 +53,9 @@ struct ct_superres {
 	struct ct_sampler_how how;           /* sigma_y on the scale of p / norm */
 	enum ct_measurement_kind op;
 	double sigma_det; /* Gaussian of the matched operator, fine pixels */
-	double norm;      /* > 0: line integral that is 1 in the picture */
-	bool first;       /* keep the first channel instead of the mean */
+	double norm;      /* > 0: line integral that is 1 in the picture, of CT_SUPERRES_STACK */
+	enum ct_superres_range range;
+	bool first; /* keep the first channel instead of the mean */
 	/* Called by the calling thread after some views are finished (done[k], out and deviation
 	 * hold them), and with last = true before ct_superres returns CT_ESTOP. May be NULL.
 	 * What it fails with, ct_superres returns. */

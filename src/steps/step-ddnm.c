@@ -188,6 +188,7 @@ static int decide(struct ct_superres *s, const struct ct_step_ddnm_rule *r,
 	s->how.frozen = r->frozen;
 	s->op = op;
 	s->first = r->first;
+	s->range = (enum ct_superres_range)r->range;
 	if (!isnan(r->eta))
 		s->how.eta = r->eta;
 	if (!isnan(r->sigma_y))
@@ -241,7 +242,8 @@ static int describe(const struct ct_step_ddnm *p, const struct ct_step_ddnm_data
 
 	ct_meta_drop(m, CT_META_COARSEN);
 	ct_meta_drop(m, CT_META_PIXEL);
-	if ((p->asks && ct_meta_setf(m, e, CT_META_NORM, "%.9g", p->s.norm)) ||
+	if ((p->asks && p->s.range == CT_SUPERRES_STACK &&
+		    ct_meta_setf(m, e, CT_META_NORM, "%.9g", p->s.norm)) ||
 		(p->asks && p->s.how.rule != CT_SAMPLER_ONCE &&
 			(ct_meta_set(
 				 m, CT_META_OPERATOR, CT_WORD(CT_MEASUREMENT_LIST, p->s.op), e) ||

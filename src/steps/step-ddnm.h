@@ -27,7 +27,8 @@ struct ct_step_ddnm_rule {
 	int label;         /* class, of a prior that is conditioned; -1: none */
 	int start;         /* timestep to begin from, with init; -1: 60 */
 	int samples, iterations;
-	int op; /* of enum ct_measurement_kind; -1: what the stack says, else the mean */
+	int op;    /* of enum ct_measurement_kind; -1: what the stack says, else the mean */
+	int range; /* of CT_SUPERRES_RANGES */
 	double eta, sigma_y;                 /* NaN: as published */
 	double guidance, rate, norm;         /* norm 0: what suits the stack */
 	size_t travel_length, travel_repeat; /* 0: none */

@@ -111,6 +111,11 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(CT_IF(rule.samples))),
 	CT_EXPERT(rule.norm, "norm", "X", 0, 1e30,
 		"value that the network sees as 1; 0: the largest of IN, and 1 of a picture",
+		CT_WHEN(WITH_NETWORK, CT_IF_WORD(rule.range, CT_BIT(CT_SUPERRES_STACK)))),
+	CT_EXPERT_CHOICE(rule.range, "range", CT_WORDS(CT_SUPERRES_RANGES),
+		"what the network sees as 0 and 1: 0 and the norm; the least and the largest value of "
+		"each view, which none of OUT then leaves; the same cut to 256 levels, as in the paper's "
+		"release",
 		CT_WHEN(WITH_NETWORK)),
 	CT_EXPERT_CHOICE(channels, "channel-reduce", CT_WORDS(REDUCES), "of a prior with colours",
 		CT_WHEN(WITH_NETWORK)),
@@ -189,7 +194,7 @@ static int read_prior(struct ddnm_job *j, struct ct_err *e)
 		ct_blame(e, j->prior_path);
 	else if (ct_meta_copy(&j->prior_meta, &w.meta, e) == 0 &&
 		 ct_step_ddnm_prior(&j->prior, &w, &j->rule, e) == 0)
-		rc = j->prior.channels == 1 &&
+		rc = j->prior.channels == 1 && j->p->channels == MEAN &&
 				     ct_modes_given(&j->env->command->given, "channel-reduce")
 			     ? ct_fail(e, CT_EUSAGE, "--expert channel-reduce: %s has no colours",
 				       j->prior_path)
