@@ -117,12 +117,33 @@ exits 0 'the release takes every third voxel' ct-degrade -x 3,3,1 -p release hr.
 import nibabel as nib, numpy as np
 from scipy.ndimage import gaussian_filter
 hr, lr = nib.load('hr.nii'), nib.load('first.nii')
-want = gaussian_filter(hr.get_fdata(), (1, 1, 0), mode='reflect')[:39:3, ::3, :]
+want = gaussian_filter(np.maximum(hr.get_fdata(), -512), (1, 1, 0), mode='reflect')[:39:3, ::3, :]
 assert lr.shape == (13, 10, 26) and np.abs(lr.get_fdata() - want).max() < 2e-3
 step = hr.affine @ np.diag([3, 3, 1, 1])
 assert np.allclose(lr.affine, step, atol=1e-5), (lr.affine, step)
 PY
 sed 's/^/# /' log
+ct-info first.nii >out; has out '^  clip  *-512:' 'the release clips from below, and says so'
+has out '^  first  *yes' 'the release says that samples are first voxels'
+ct-degrade -q -x 3,3,1 -p release --clip -100:100 hr.nii clipped.nii -f; ct-info clipped.nii >out
+has out '^  clip  *-100:100' 'a clip that is given is the one of the release too'
+# what the release makes of them: V_up is scipy.ndimage.zoom on the grid of the volume, and the box of its projections too
+exits 0 'samples are zoomed as the release does' ct-upsample -x 3,3,1 -m linear --expert zoom=yes first.nii zoom.nii
+ct-convert -q --crop=0:39,0:30,0:26 hr.nii box.nii
+"$PY" - >log 2>&1 <<'PY'; ok $? 'the zoom is that of SciPy, on the grid of the volume'
+import nibabel as nib, numpy as np
+from scipy.ndimage import zoom
+lr, up, box = (nib.load(f + '.nii') for f in ('first', 'zoom', 'box'))
+want = zoom(lr.get_fdata(), (3, 3, 1), order=1)
+assert up.shape == want.shape == box.shape and np.abs(up.get_fdata() - want).max() < 1e-3, np.abs(up.get_fdata() - want).max()
+assert np.allclose(up.affine, box.affine, atol=1e-5), (up.affine, box.affine)
+PY
+sed 's/^/# /' log
+ct-project -q -n 2 --expert cells=yes first.nii cells.exr && ct-project -q -n 2 box.nii box.exr
+ct-info cells.exr | grep '^  scan' >out; ct-info box.exr | grep '^  scan' >want
+paste out want | awk '/scan.iso/ {split($2, a, ","); split($4, b, ","); for (k = 1; k <= 3; k++) if ((d = a[k] - b[k]) < -1e-4 || d > 1e-4) bad = 1; n++}
+	END {exit bad || n != 1}'; ok $? 'the box of the samples is that of the volume'
+exits 2 'a zoom of another method than linear is refused' ct-upsample -m cubic --expert zoom=yes first.nii no.nii
 exits 2 'the release takes no factor that is not whole' ct-degrade -x 2.5 -p release hr.nii no.nii
 has err '2.5 is not whole' 'a factor of the release that is not whole is named'
 exits 2 'the release takes no other sampling' ct-degrade -x 3 -p release --decimate mean hr.nii no.nii

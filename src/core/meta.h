@@ -40,6 +40,8 @@ struct ct_env;
 #define CT_META_SIGMA "sigma"
 /* word of CT_DECIMATE_LIST: ct_degrade_put */
 #define CT_META_DECIMATE "decimate"
+/* "yes": samples are the first voxels of their cells; ct_degrade_put */
+#define CT_META_FIRST "first"
 /* "AXIS FIRST STEP W,W,...", LR voxels: slice profile of an axis, in place of its sigma and
  * decimate; ct_slice_profile_put */
 #define CT_META_PROFILE "profile"

@@ -287,6 +287,18 @@ out:
 	return rc;
 }
 
+static int fine_size(size_t n[static 3], const struct ct_vol *lo, const double factor[static 3],
+	struct ct_err *e)
+{
+	for (int a = 0; a < 3; a++) {
+		if (!(factor[a] >= 1 && (double)lo->n[a] * factor[a] < 1e9))
+			return ct_fail(e, CT_EINPUT, "%zu voxels cannot be refined %g times",
+				lo->n[a], factor[a]);
+		n[a] = ct_degrade_cover(lo->n[a], factor[a]);
+	}
+	return 0;
+}
+
 /* What is flat, of point-sampled, aliased scans: they are then linear there, and nearly consistent.
  */
 static int flatten(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsample_rule *rule,
@@ -303,6 +315,30 @@ static int flatten(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_u
 	return ct_flat_mix(hi, lo, rule->by.factor, texture, env, e);
 }
 
+int ct_upsample_zoom(struct ct_vol *hi, const struct ct_vol *lo, const double factor[static 3],
+	const struct ct_env *env, struct ct_err *e)
+{
+	const double start[3] = {0};
+	struct ct_separable s = {0};
+	double step[3], from[3][4];
+	size_t n[3];
+
+	memcpy(from, lo->affine, sizeof from);
+	if (ct_degrade_cells_affine(from, &lo->meta, e) || fine_size(n, lo, factor, e))
+		return -1;
+	for (int a = 0; a < 3; a++)
+		step[a] =
+			n[a] > 1 && lo->n[a] > 1 ? (double)(lo->n[a] - 1) / (double)(n[a] - 1) : 1;
+	if (ct_vol_alloc(hi, n, e) || ct_meta_copy(&hi->meta, &lo->meta, e) ||
+		ct_meta_set(&hi->meta, CT_META_UPSAMPLE, ct_upsample_name(CT_UPSAMPLE_LINEAR), e) ||
+		ct_resample_plan(&s, lo->n, n, start, step, CT_LINEAR, false, env->par, e))
+		return -1;
+	ct_degrade_refine(hi->affine, (const double(*)[4])from, lo->n, factor);
+	ct_separable_apply(&s, hi->data, lo->data, env->par);
+	ct_separable_free(&s);
+	return ct_vol_check_finite(hi, e) ? ct_blame(e, "the result") : 0;
+}
+
 int ct_upsample(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsample_rule *rule,
 	struct ct_upsample_report *report, const struct ct_env *env, struct ct_err *e)
 {
@@ -312,14 +348,8 @@ int ct_upsample(struct ct_vol *hi, const struct ct_vol *lo, const struct ct_upsa
 
 	*report = (struct ct_upsample_report){
 		.aliasing = (double)NAN, .condition = (double)NAN, .residual = (double)NAN};
-	for (int a = 0; a < 3; a++) {
-		if (!(d->factor[a] >= 1 && (double)lo->n[a] * d->factor[a] < 1e9))
-			return ct_fail(e, CT_EINPUT, "%zu voxels cannot be refined %g times",
-				lo->n[a], d->factor[a]);
-		n[a] = ct_degrade_cover(lo->n[a], d->factor[a]);
-	}
-	if (ct_upsample_choose(report, rule, n, e) || ct_vol_alloc(hi, n, e) ||
-		ct_meta_copy(&hi->meta, &lo->meta, e) ||
+	if (fine_size(n, lo, d->factor, e) || ct_upsample_choose(report, rule, n, e) ||
+		ct_vol_alloc(hi, n, e) || ct_meta_copy(&hi->meta, &lo->meta, e) ||
 		ct_meta_set(&hi->meta, CT_META_UPSAMPLE, ct_upsample_name(report->method), e))
 		return -1;
 	ct_degrade_refine(hi->affine, lo->affine, lo->n, d->factor);

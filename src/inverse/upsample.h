@@ -99,6 +99,12 @@ int ct_upsample_aliasing(
  * RMS of D x - y, HU. CT_EGEOM unless D makes the grid of y of that of x. */
 int ct_upsample_settle(struct ct_vol *x, const struct ct_vol *y, const struct ct_degrade *d,
 	double most, double *residual, const struct ct_env *env, struct ct_err *e);
+/* As the published programs refine: linear, with the first and the last samples of both grids laid
+ * upon each other (scipy.ndimage.zoom, order 1), and the grid that of ct_degrade_cells_affine,
+ * refined. What lies at the beginning stays, what lies at the end moves by factor - 1 fine voxels.
+ * CT_EINPUT, CT_ENOMEM. */
+int ct_upsample_zoom(struct ct_vol *hi, const struct ct_vol *lo, const double factor[static 3],
+	const struct ct_env *env, struct ct_err *e);
 /* hi (zeroed struct) gets data, affine and metadata of lo refined. lo must be finite. CT_EUSAGE for
  * a method that needs an operator without one, CT_EGEOM (also for a start on another grid),
  * CT_ENUMERIC, CT_ENOMEM, CT_ESTOP. */

@@ -308,10 +308,30 @@ int ct_degrade_put(struct ct_meta *m, const struct ct_degrade *d, struct ct_err 
 			d->sigma[2]))
 		return -1;
 	decimate = d->decimate == CT_DECIMATE_FIRST ? CT_DECIMATE_POINT : d->decimate;
+	ct_meta_drop(m, CT_META_FIRST);
+	if (d->decimate == CT_DECIMATE_FIRST && ct_meta_set(m, CT_META_FIRST, "yes", e))
+		return -1;
 	return ct_meta_set(m, CT_META_DECIMATE, CT_WORD(CT_DECIMATE_LIST, decimate), e) ||
 			       ct_slice_profile_put(m, &d->profile, e)
 		       ? -1
 		       : 0;
+}
+
+int ct_degrade_cells_affine(double affine[3][4], const struct ct_meta *m, struct ct_err *e)
+{
+	struct ct_degrade by;
+	double shift[3];
+	int rc;
+
+	if (!ct_meta_get(m, CT_META_FIRST) || ct_meta_get(m, CT_META_UPSAMPLE))
+		return 0;
+	rc = ct_degrade_get(m, &by, e);
+	if (rc)
+		return rc < 0 ? -1 : 0;
+	for (int a = 0; a < 3; a++)
+		shift[a] = (by.factor[a] - 1) / (2 * by.factor[a]);
+	ct_vol_shift_affine(affine, shift);
+	return 0;
 }
 
 void ct_degrade_drop(struct ct_meta *m)
@@ -319,6 +339,7 @@ void ct_degrade_drop(struct ct_meta *m)
 	ct_meta_drop(m, CT_META_FACTOR);
 	ct_meta_drop(m, CT_META_SIGMA);
 	ct_meta_drop(m, CT_META_DECIMATE);
+	ct_meta_drop(m, CT_META_FIRST);
 	ct_meta_drop(m, CT_META_PROFILE);
 }
 

@@ -48,8 +48,8 @@
 	X(CT_DECIMATE_SINC, "sinc")                                                                \
 	X(CT_DECIMATE_POINT, "point")                                                              \
 	X(CT_DECIMATE_MEAN, "mean")
-/* And the first voxel of each cell, of a whole factor, for what makes a CT; metadata call it point:
- * where a sample lies, the affine says. Takes no slice profile. */
+/* And the first voxel of each cell, of a whole factor, for what makes a CT; metadata call it point,
+ * and first: where a sample lies, the affine says. Takes no slice profile. */
 enum ct_decimate { CT_DECIMATE_LIST(CT_WORD_VALUE) CT_DECIMATE_FIRST };
 
 enum { CT_SLICE_PROFILE_MOST = 128 };
@@ -103,8 +103,12 @@ void ct_degrade_noise(float *data, size_t n, double sd, uint64_t seed, struct ct
 int ct_degrade_volume(struct ct_vol *lo, const struct ct_vol *hi, const struct ct_degrade *d,
 	double noise, uint64_t seed, struct ct_par *par, struct ct_err *e);
 
-/* The metadata keys factor, sigma, decimate, profile. */
+/* The metadata keys factor, sigma, decimate, first, profile. */
 int ct_degrade_put(struct ct_meta *m, const struct ct_degrade *d, struct ct_err *e);
+/* The affine of samples that are the first voxels of their cells becomes that of the cells, in
+ * which the volume lay that they were taken of: where the published programs take them to be.
+ * Others, and a volume that was refined since, stay. CT_EINPUT. */
+int ct_degrade_cells_affine(double affine[3][4], const struct ct_meta *m, struct ct_err *e);
 /* They go, where voxels are no longer what a degradation left. */
 void ct_degrade_drop(struct ct_meta *m);
 /* 0; 1 if there is no key "factor" (d untouched); -1 with CT_EINPUT naming the key that is wrong. A

@@ -5,6 +5,8 @@
 #include <math.h>
 #include <string.h>
 
+#define RELEASE_LEAST (-512.0) /* HU */
+
 /* What degrade.h says under this number, and noise, HU. */
 static const struct {
 	int number;
@@ -78,16 +80,29 @@ static int clip(struct ct_vol *v, const double to[2], struct ct_err *e)
 	return ct_meta_setf(&v->meta, e, CT_META_CLIP, "%.10g:%.10g", to[0], to[1]);
 }
 
+/* Of the release, which then makes [0, 1] of that range; a volume of one value has none. */
+static int clip_as_released(struct ct_vol *v, struct ct_err *e)
+{
+	double to[2] = {(double)v->data[0], (double)v->data[0]};
+
+	for (size_t i = 1, n = ct_vol_count(v); i < n; i++) {
+		to[0] = fmin(to[0], (double)v->data[i]);
+		to[1] = fmax(to[1], (double)v->data[i]);
+	}
+	to[0] = fmax(to[0], RELEASE_LEAST);
+	return to[0] < to[1] ? clip(v, to, e) : 0;
+}
+
 int ct_step_degrade_plan(struct ct_step_degrade *p, const struct ct_step_degrade_rule *r,
 	struct ct_vol *in, struct ct_err *e)
 {
 	p->rule = *r;
 	p->in = in;
 	p->noise = isnan(r->noise) ? protocols[r->protocol].noise : r->noise;
-	return choose_operator(&p->by, r, e) || add_profile(&p->by, r, in, e) ||
-			       clip(in, r->clip, e)
-		       ? -1
-		       : 0;
+	if (choose_operator(&p->by, r, e) || add_profile(&p->by, r, in, e))
+		return -1;
+	return isnan(r->clip[0]) && r->protocol == CT_STEP_DEGRADE_RELEASE ? clip_as_released(in, e)
+									   : clip(in, r->clip, e);
 }
 
 int ct_step_degrade_run(struct ct_vol *out, struct ct_step_degrade_report *r,

@@ -33,7 +33,7 @@ struct ct_step_degrade_rule {
 	int decimate;
 	double noise;                       /* HU */
 	struct ct_slice_profile_said slice; /* in place of both along the slice axis */
-	double clip[2];                     /* HU; NaN: not clipped */
+	double clip[2];                     /* HU; NaN: not clipped, or as the release does */
 };
 #define CT_STEP_DEGRADE_DEFAULTS                                                                   \
 	{                                                                                          \

@@ -42,7 +42,8 @@ static const struct ct_opt opts[] = {
 		"how thick the slices are; without --profile a Gaussian, as scanners have; "
 		"default: the spacing of OUT"),
 	CT_TEXT(clip, 0, "clip", "LO:HI",
-		"clip IN to [LO, HI] HU first; -512:3071 is the window of the published tables"),
+		"clip IN to [LO, HI] HU first; -512:3071 is the window of the published tables; default of "
+		"release: -512 to the largest value"),
 	CT_OPT(rule.noise, 0, "noise", "HU", 0, 1e6,
 		"add normal noise of this standard deviation to OUT, in place of the protocol's"),
 	CT_OPT_END,

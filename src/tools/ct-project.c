@@ -8,6 +8,7 @@
 #include "formats/exr.h"
 #include "formats/format.h"
 #include "formats/units.h"
+#include "operator/degrade.h"
 #include "steps/step-project.h"
 #include "tools/lib/geometry-opts.h"
 
@@ -19,6 +20,7 @@ struct params {
 	const char *in, *out, *window, *rotate;
 	struct ct_geometry_opts scan;
 	struct ct_step_project_rule rule;
+	bool cells;
 };
 
 static const struct params defaults = {
@@ -37,6 +39,9 @@ static const struct ct_opt opts[] = {
 	CT_EXPERT(rotate, "rotate", "X,Y,Z", 0, 0,
 		"turn the volume about its centre before projecting: degrees about the world's x, "
 		"then y, then z axis"),
+	CT_EXPERT(cells, "cells", "yes", 0, 0,
+		"take samples that are first voxels of their cells for the cells, as the paper's release "
+		"does (metadata first)"),
 	CT_CHOICE(rule.quantity, 0, "quantity", CT_WORDS(CT_STEP_PROJECT_QUANTITIES),
 		"what the values of IN are: as its metadata say and else HU, or this; density "
 		"is projected as it is"),
@@ -121,6 +126,8 @@ static int read_input(
 		return -1;
 	if (ct_vol_check_finite(in, e) || ct_vol_check_grid(in, e) ||
 		(p->rule.quantity == CT_STEP_PROJECT_SAYS && ct_units_check(in, "--quantity", e)))
+		return ct_blame(e, p->in);
+	if (p->cells && ct_degrade_cells_affine(in->affine, &in->meta, e))
 		return ct_blame(e, p->in);
 	if (p->rotate && ct_cli_numbers("expert rotate", p->rotate, ',', 3, false, deg, e))
 		return -1;

@@ -23,7 +23,7 @@ struct params {
 	const char *in, *out, *std, *start, *memory, *prior;
 	struct ct_refine_rule rule; /* what is not said below */
 	int preset, iterations;
-	bool estimate;
+	bool estimate, zoom;
 };
 
 static const struct params defaults = {
@@ -74,6 +74,10 @@ static const struct ct_opt opts[] = {
 		"fast uses slices across one axis, balanced across all, with a second pass where "
 		"it added much",
 		WITH_PRIOR),
+	CT_EXPERT(zoom, "zoom", "yes", 0, 0,
+		"of linear: lay the first and the last voxels of both grids upon each other, and take "
+		"samples that are first voxels of their cells for the cells, as the paper's release does",
+		WITH(CT_BIT(CT_UPSAMPLE_LINEAR))),
 	CT_EXPERT(rule.weight, "weight", "W", 0, 10,
 		"add W times the prediction, with no other weight", WITH_PRIOR),
 	CT_EXPERT(rule.doubt, "doubt", "X", 0, 1000,
@@ -173,8 +177,11 @@ static int refine(struct ct_refine *r, struct files *f, const struct params *p,
 	const struct ct_env *env, struct ct_err *e)
 {
 	const double begin = ct_clock_wall();
+	double times[3];
 
-	if (ct_refine_run(r, &f->out, p->std ? &f->std : NULL, &f->in, env, e))
+	ct_refine_times(times, r);
+	if (p->zoom ? ct_upsample_zoom(&f->out, &f->in, times, env, e)
+		    : ct_refine_run(r, &f->out, p->std ? &f->std : NULL, &f->in, env, e))
 		return ct_blame(e, p->in);
 	ct_log(env, CT_INFO, "%zux%zux%zu to %zux%zux%zu, %s, %.1f s", f->in.n[0], f->in.n[1],
 		f->in.n[2], f->out.n[0], f->out.n[1], f->out.n[2], ct_refine_name(r, true),
