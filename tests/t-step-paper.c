@@ -12,17 +12,34 @@ static struct ct_err e;
 static void test_plan(void)
 {
 	struct ct_step_paper_rule rule = {.in = "a", .prior = "p", .factor = {4, 4, 4}};
+	struct ct_meta clipped = {0};
 	struct ct_step_paper p;
 
 	OK(ct_step_paper_plan(&p, &rule, NULL, &e) == 0 && p.rule.views == 100 && p.calls == 50 &&
 			p.rule.iterations == 5000 && p.rule.gaussians == 50000 &&
 			p.sigma_y == 0.0015 && p.window[0] == -512 && p.window[1] == 3071,
 		"the paper has its constants");
+	OK(!p.way.zoom && !p.way.cells && !p.way.first && !p.way.fit &&
+			p.way.range == CT_SUPERRES_STACK,
+		"the paper has none of the release's ways");
 	rule.release = true;
-	OK(ct_step_paper_plan(&p, &rule, NULL, &e) == 0 && p.sigma_y == 0.001,
-		"the release has another sigma_y up to 4 times");
+	OK(ct_step_paper_plan(&p, &rule, NULL, &e) == 0 && p.sigma_y == 0.001 &&
+			p.rule.views == 300 && p.window[0] == -512 && p.window[1] == 3071,
+		"the release has another sigma_y and more views up to 4 times");
+	OK(p.way.zoom && p.way.cells && p.way.first && p.way.fit &&
+			p.way.range == CT_SUPERRES_BYTES,
+		"the release has its own interpolation, place, pictures and fit");
+	must(ct_meta_set(&clipped, CT_META_CLIP, "-512:1893.5", &err));
+	OK(ct_step_paper_plan(&p, &rule, &clipped, &e) == 0 && p.window[1] == 1893.5,
+		"the window of the release is the range that the CT was clipped to");
+	rule.release = false;
+	OK(ct_step_paper_plan(&p, &rule, &clipped, &e) == 0 && p.window[1] == 3071,
+		"that of the paper is not");
+	rule.release = true;
+	ct_meta_free(&clipped);
 	rule.factor[0] = rule.factor[1] = rule.factor[2] = 5;
-	OK(ct_step_paper_plan(&p, &rule, NULL, &e) == 0 && p.sigma_y == 0.0025,
+	OK(ct_step_paper_plan(&p, &rule, NULL, &e) == 0 && p.sigma_y == 0.0025 &&
+			p.rule.views == 100,
 		"the release has another sigma_y above 4 times");
 	rule.factor[0] = rule.factor[1] = rule.factor[2] = 1;
 	OK(ct_step_paper_plan(&p, &rule, NULL, &e) == -1 && e.code == CT_EUSAGE,
@@ -35,6 +52,7 @@ static void test_plan(void)
 	OK(ct_step_paper_plan(&p, &rule, NULL, &e) == -1 && e.code == CT_EUSAGE,
 		"more Gaussians than a fit may have are refused");
 	rule.gaussians = 0;
+	rule.release = false;
 	must(ct_step_paper_plan(&p, &rule, NULL, &err));
 	OK(ct_step_paper_bytes(&p, (const size_t[3]){100, 100, 100}) == 4e6 * (1 + 2 * 8 + 4),
 		"two large volumes and the views are the least that is needed");

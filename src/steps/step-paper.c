@@ -1,24 +1,29 @@
 /* step-paper.c: see step-paper.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
+#include "inverse/upsample.h"
 #include "refine/refine.h"
 #include "steps/step-compose.h"
 #include "steps/step-paper.h"
 #include "steps/step-project.h"
 #include "xray/geometry.h"
+#include "xray/window.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 /* As published. */
-enum {
-	FACTOR = 4,
-	FACTOR_MOST = 16,
-	VIEWS = 100,
-	CALLS = 50,
-	ITERATIONS = 5000,
-	GAUSSIANS = 50000
-};
+enum { FACTOR = 4, FACTOR_MOST = 16, CALLS = 50, ITERATIONS = 5000, GAUSSIANS = 50000 };
+
+static const struct ct_step_paper_way of_paper = {.views = {100, 100}, .sigma_y = {0.0015, 0.0015}};
+static const struct ct_step_paper_way of_release = {.views = {300, 100},
+	.sigma_y = {0.001, 0.0025},
+	.clip = true,
+	.zoom = true,
+	.cells = true,
+	.range = CT_SUPERRES_BYTES,
+	.first = true,
+	.fit = true};
 
 /* Of all axes the same. */
 static int choose_factor(struct ct_step_paper *p, const struct ct_meta *m, struct ct_err *e)
@@ -43,12 +48,27 @@ static int choose_factor(struct ct_step_paper *p, const struct ct_meta *m, struc
 		p->rule.of_factor, words, FACTOR_MOST);
 }
 
+/* What the metadata say of the range of the CT: its window, else what it was clipped to. */
+static void take_window(double window[2], const struct ct_meta *m)
+{
+	const char *said = ct_meta_get(m, CT_META_WINDOW), *clip = ct_meta_get(m, CT_META_CLIP);
+	double to[2];
+
+	said = said ? said : clip;
+	if (said && ct_words_numbers(said, ':', 2, false, to) && ct_window_is(to))
+		memcpy(window, to, sizeof to);
+}
+
 int ct_step_paper_plan(struct ct_step_paper *p, const struct ct_step_paper_rule *r,
 	const struct ct_meta *m, struct ct_err *e)
 {
 	const struct ct_step_fit_rule fit = CT_STEP_FIT_DEFAULTS;
+	bool above;
 
-	*p = (struct ct_step_paper){.rule = *r, .calls = CALLS, .window = {-512, 3071}};
+	*p = (struct ct_step_paper){.rule = *r,
+		.way = r->release ? of_release : of_paper,
+		.calls = CALLS,
+		.window = {-512, 3071}};
 	if (!r->of_factor)
 		p->rule.of_factor = "factor";
 	if (choose_factor(p, m, e))
@@ -56,11 +76,13 @@ int ct_step_paper_plan(struct ct_step_paper *p, const struct ct_step_paper_rule 
 	if (r->gaussians > fit.max_gaussians)
 		return ct_fail(e, CT_EUSAGE, "gaussians: %d is above the most of a fit, %d",
 			r->gaussians, fit.max_gaussians);
-	p->rule.views = r->views ? r->views : VIEWS;
+	above = p->factor > 4;
+	p->rule.views = r->views ? r->views : p->way.views[above];
 	p->rule.iterations = r->iterations ? r->iterations : ITERATIONS;
 	p->rule.gaussians = r->gaussians ? r->gaussians : GAUSSIANS;
-	/* the release gives one for each factor that it was made for */
-	p->sigma_y = !r->release ? 0.0015 : p->factor <= 4 ? 0.001 : 0.0025;
+	p->sigma_y = p->way.sigma_y[above];
+	if (p->way.clip && m)
+		take_window(p->window, m);
 	return 0;
 }
 
@@ -118,18 +140,26 @@ static int need(struct run *r, enum ct_step_paper_made k, void *made, bool has, 
 	return has || !r->there[k] ? 0 : r->keeper->fetch(r->keeper->ctx, k, made, e);
 }
 
-static int make_up(struct run *r, const struct ct_env *env, struct ct_err *e)
+static int interpolate(struct run *r, const struct ct_env *env, struct ct_err *e)
 {
+	const double x = r->p->factor;
 	struct ct_refine_rule rule = CT_REFINE_DEFAULTS;
 	struct ct_refine plan;
 
-	if (need(r, CT_STEP_PAPER_LR, r->lr, r->lr->data, e))
-		return -1;
+	if (r->p->way.zoom)
+		return ct_upsample_zoom(&r->up, r->lr, (const double[]){x, x, x}, env, e);
 	rule.method = CT_UPSAMPLE_CUBIC;
 	for (int a = 0; a < 3; a++)
-		rule.said.factor[a] = r->p->factor;
+		rule.said.factor[a] = x;
 	return ct_refine_plan(&plan, &rule, r->lr, env, e) ||
-			       ct_refine_run(&plan, &r->up, NULL, r->lr, env, e) ||
+			       ct_refine_run(&plan, &r->up, NULL, r->lr, env, e)
+		       ? -1
+		       : 0;
+}
+
+static int make_up(struct run *r, const struct ct_env *env, struct ct_err *e)
+{
+	return need(r, CT_STEP_PAPER_LR, r->lr, r->lr->data, e) || interpolate(r, env, e) ||
 			       ct_meta_step(&r->up.meta, env, 1,
 				       (const struct ct_meta *const[]){&r->lr->meta}, e)
 		       ? -1
@@ -192,7 +222,8 @@ static int make_lr_proj(struct run *r, const struct ct_env *env, struct ct_err *
 	int rc = -1;
 
 	if (need(r, CT_STEP_PAPER_LR, r->lr, r->lr->data, e) == 0 &&
-		ct_vol_like(&v, r->lr, e) == 0 && ct_meta_copy(&v.meta, &r->lr->meta, e) == 0) {
+		ct_vol_like(&v, r->lr, e) == 0 && ct_meta_copy(&v.meta, &r->lr->meta, e) == 0 &&
+		(!r->p->way.cells || ct_degrade_cells_affine(v.affine, &v.meta, e) == 0)) {
 		memcpy(v.data, r->lr->data, ct_vol_count(&v) * sizeof *v.data);
 		rc = project(&r->lr_proj, &v, r->p->rule.in, r, env, e);
 	}
@@ -235,6 +266,8 @@ static int make_sr_proj(struct run *r, const struct ct_env *env, struct ct_err *
 	rule.factor = r->p->factor;
 	rule.steps = r->p->calls;
 	rule.sigma_y = r->p->sigma_y;
+	rule.range = (int)r->p->way.range;
+	rule.first = r->p->way.first;
 	if (need(r, CT_STEP_PAPER_LR_PROJ, &r->lr_proj, r->lr_proj.data, e) == 0 &&
 		r->keeper->prior(r->keeper->ctx, &w, e) == 0 &&
 		ct_meta_copy(&of_prior, &w.meta, e) == 0 &&
@@ -270,8 +303,8 @@ static int fit(struct run *r, struct ct_evidence *d, const struct ct_env *env, s
 	rule.gaussians = r->p->rule.gaussians;
 	rule.factor = r->p->factor;
 	rule.factor_word = r->p->rule.of_factor;
-	rule.paper = !r->p->rule.release;
-	rule.compat = r->p->rule.release;
+	rule.paper = !r->p->way.fit;
+	rule.release = r->p->way.fit;
 	if (ct_step_fit_plan(&plan, &rule, d, env, e) == 0 &&
 		ct_step_fit_begin(&f, &plan, env, e) == 0 &&
 		(!k->fit || k->fit(k->ctx, &f, e) == 0) &&

@@ -1,7 +1,7 @@
 /* step-paper.h: the published method on a low-resolution CT, its steps one after the other, in
  * memory:
  *
- *     up       = lr, interpolated (cubic)              refine/refine.h
+ *     up       = lr, interpolated (cubic)              refine/refine.h, inverse/upsample.h
  *     up-proj  = projections of up                     step-project.h
  *     lr-proj  = projections of lr
  *     sr-proj  = lr-proj on a finer detector, by DDNM  step-ddnm.h
@@ -40,9 +40,24 @@ struct ct_step_paper_rule {
 	bool release; /* as the authors' programs where they differ from the paper */
 };
 
+/* All that the authors' programs do otherwise than the paper says (ct-release(7)), but for the
+ * settings of the fit, which are ct_fit_release. Of two numbers the second is for factors above 4.
+ */
+struct ct_step_paper_way {
+	int views[2];
+	double sigma_y[2];
+	bool clip;  /* the density is 0 to 1 in the range that the CT says it was clipped to */
+	bool zoom;  /* up is linear, its ends those of lr: ct_upsample_zoom */
+	bool cells; /* lr is projected as if its first voxels were cells: ct_degrade_cells_affine */
+	enum ct_superres_range range; /* of the pictures that the network gets */
+	bool first;                   /* of the network's channels the first, not their mean */
+	bool fit;                     /* ct_fit_release, not ct_fit_paper */
+};
+
 /* What was decided. */
 struct ct_step_paper {
 	struct ct_step_paper_rule rule; /* with what is published */
+	struct ct_step_paper_way way;
 	int factor;
 	int calls;                 /* of the network, a view */
 	double sigma_y, window[2]; /* HU */

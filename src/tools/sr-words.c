@@ -137,7 +137,8 @@ static void add_steps(struct sr_words *s, const struct ct_env *env)
 	const unsigned expand = ct_inflate_allowed();
 	const enum ct_units units = (enum ct_units)ct_io_rule_of(env).units;
 	const char *series = s->p->series ? " --series=@n" : "";
-	char allow[40] = "", as[40] = "", seed[40] = "", project[100];
+	const struct ct_step_paper_way *way = &plan->way;
+	char allow[40] = "", as[40] = "", seed[40] = "", project[120], keys[80] = "";
 
 	if (expand != CT_INFLATE_TIMES)
 		snprintf(allow, sizeof allow, " --expand=%u", expand);
@@ -145,19 +146,24 @@ static void add_steps(struct sr_words *s, const struct ct_env *env)
 		snprintf(as, sizeof as, " --units=%s", CT_WORD(CT_UNITS_LIST, units));
 	if (env->seed)
 		snprintf(seed, sizeof seed, "--seed=%llu", (unsigned long long)env->seed);
-	snprintf(project, sizeof project, "ct-project --views=%d --window=%g:%g --overshoot",
+	snprintf(project, sizeof project, "ct-project --views=%d --window=%.10g:%.10g --overshoot",
 		plan->rule.views, plan->window[0], plan->window[1]);
 	add(s, SR_LR, "ct-convert @i @l%s%s%s", allow, as, series);
-	add(s, SR_UP, "ct-upsample -x%s --method=cubic @l @u", s->factor);
+	if (way->range != CT_SUPERRES_STACK)
+		snprintf(keys, sizeof keys, " --expert=range=%s%s",
+			CT_WORD(CT_SUPERRES_RANGES, way->range),
+			way->first ? ",channel-reduce=first" : "");
+	add(s, SR_UP, "ct-upsample -x%s --method=%s @l @u", s->factor,
+		way->zoom ? "linear --expert=zoom=yes" : "cubic");
 	add(s, SR_UP_PROJ, "%s @u @U", project);
-	add(s, SR_LR_PROJ, "%s @l @L", project);
-	add(s, SR_SR_PROJ, "ct-ddnm --prior=@p %s -x%d --steps=%d --sigma-y=%g @L @S", seed,
-		plan->factor, plan->calls, plan->sigma_y);
+	add(s, SR_LR_PROJ, "%s%s @l @L", project, way->cells ? " --expert=cells=yes" : "");
+	add(s, SR_SR_PROJ, "ct-ddnm --prior=@p %s -x%d --steps=%d --sigma-y=%g%s @L @S", seed,
+		plan->factor, plan->calls, plan->sigma_y, keys);
 	add(s, SR_RESIDUAL,
 		"ct-nabgs --base=@u --base-projections=@U --iterations=%d --gaussians=%d "
 		"--factor=%d %s %s @S @r",
 		plan->rule.iterations, plan->rule.gaussians, plan->factor,
-		plan->rule.release ? "--expert=r2-compat=yes" : "--paper", seed);
+		way->fit ? "--release" : "--paper", seed);
 	add(s, s->result, "ct-compose @u @r @s");
 	if (s->result != SR_OUT) /* MetaImage, NRRD or DICOM, that of the study of IN */
 		add(s, SR_OUT, "ct-convert --units=hu%s%s%s @s @o",
