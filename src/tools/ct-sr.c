@@ -73,7 +73,8 @@ static const struct ct_opt opts[] = {
 		"keep the files between the steps in DIR, with commands.sh that makes them; a run that "
 		"DIR holds goes on",
 		CT_WHEN(PROJECTS)),
-	CT_EXPERT(views, "views", "N", 0, 10000, "number of projections; 0: as published, 100, and of --release up to 4-fold 300",
+	CT_EXPERT(views, "views", "N", 0, 10000,
+		"number of projections; 0: as published, 100, and of --release up to 4-fold 300",
 		CT_WHEN(PROJECTS)),
 	CT_EXPERT(iterations, "iterations", "N", 0, 1000000,
 		"iterations of the Gaussian fit; 0: 5000, as published", CT_WHEN(PROJECTS)),
