@@ -6,8 +6,8 @@
 #include <sys/stat.h>
 
 static const struct ct_format *const formats[] = {&ct_format_nifti, &ct_format_metaimage,
-	&ct_format_nrrd, &ct_format_exr, &ct_format_ply, &ct_format_safetensors, &ct_format_pytorch,
-	NULL};
+	&ct_format_nrrd, &ct_format_exr, &ct_format_ply, &ct_format_r2, &ct_format_safetensors,
+	&ct_format_pytorch, NULL};
 
 size_t ct_any_head(unsigned char head[static CT_SNIFF], const char *path)
 {

@@ -54,7 +54,7 @@ struct ct_format {
 };
 
 extern const struct ct_format ct_format_nifti, ct_format_metaimage, ct_format_nrrd, ct_format_exr,
-	ct_format_ply, ct_format_safetensors, ct_format_pytorch;
+	ct_format_ply, ct_format_r2, ct_format_safetensors, ct_format_pytorch;
 /* Only written: a picture, of a stack of one view, [0, 1] to black and white, 8 bits. */
 extern const struct ct_format ct_format_png;
 /* The list of those of volumes: what ct_vol_read reads and ct_vol_write writes. */

@@ -16,7 +16,7 @@
 #define CT_ENDS_NRRD "nrrd|nhdr"
 #define CT_ENDS_DICOM "dcm"
 #define CT_ENDS_STACK "exr"
-#define CT_ENDS_GAUSS "ply"
+#define CT_ENDS_GAUSS "ply|pickle"
 #define CT_ENDS_TENSORS "safetensors"
 /* What PyTorch writes. */
 #define CT_ENDS_TORCH "pt|pth|ckpt|bin"

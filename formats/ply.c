@@ -13,6 +13,8 @@
 #include "core/mem.h"
 #include "core/stream.h"
 #include "formats/any.h"
+#include "formats/ends.h"
+#include "formats/r2.h"
 #include "formats/format.h"
 #include "formats/hash.h"
 #include "formats/io.h"
@@ -295,7 +297,7 @@ const struct ct_format ct_format_ply = {
 
 int ct_gauss_read(const char *path, struct ct_gauss *g, struct ct_err *e)
 {
-	static const struct ct_format *const list[] = {&ct_format_ply, NULL};
+	static const struct ct_format *const list[] = {&ct_format_ply, &ct_format_r2, NULL};
 	struct ct_any a = {0};
 	int rc = ct_format_read(list, path, &a, e);
 
@@ -392,6 +394,8 @@ int ct_gauss_write(
 	char *header;
 	int rc = -1;
 
+	if (ct_ends_match(path, "pickle"))
+		return ct_r2_write(path, g, env, e);
 	if (make_header(&header, &n, g, e))
 		return ct_blame(e, path);
 	if (ct_alloc(&block, BLOCK, row * sizeof *block, e) || ct_out_open(&out, path, env, e))

@@ -20,6 +20,7 @@ static bool is_field(const unsigned char *data, size_t n, size_t at)
 	return at < n && data[at] == '=';
 }
 
+#define R2 "R2-Gaussian", CT_KIND_GAUSS, false, "a pickle, as Gaussians of R2-Gaussian are"
 #define TORCH "PyTorch", CT_KIND_TENSORS, true
 #define VOLUME(format) format, CT_KIND_VOLUME, false, "a volume (" format ")"
 #define PICTURE(format)                                                                            \
@@ -76,6 +77,10 @@ static const struct ct_signature all[] = {
 	{"safetensors", CT_KIND_TENSORS, false, "a network (safetensors)", 4, 5, "\0\0\0\0{",
 		is_json},
 	{TORCH, "a network of PyTorch before 1.6", 0, 4, "\x80\2\x8a\n", NULL},
+	{R2, 0, 3, "\x80\2}", NULL},
+	{R2, 0, 3, "\x80\3}", NULL},
+	{R2, 0, 3, "\x80\4\x95", NULL},
+	{R2, 0, 3, "\x80\5\x95", NULL},
 	{TORCH, "an archive (tar)", 257, 5, "ustar", NULL},
 	/* sizeof_hdr of either version and byte order */
 	{VOLUME("NIfTI"), 0, 4, "\x5c\x01\0\0", NULL},

@@ -128,6 +128,7 @@ dist_check_SCRIPTS += tests/t-pt.sh
 EXTRA_DIST += tests/t-pt.py
 check_PROGRAMS += tests/t-ply
 tests_t_ply_SOURCES = tests/t-ply.c
+dist_check_SCRIPTS += tests/t-r2.sh
 check_PROGRAMS += tests/t-loss tests/t-gsfit tests/t-density
 tests_t_density_SOURCES = tests/t-density.c
 tests_t_loss_SOURCES = tests/t-loss.c tests/ssim-plain.h

@@ -198,15 +198,16 @@ static void test_refusals(void)
 	memcpy(dicom + 128, "DICM", 4);
 	save("x", dicom, sizeof dicom);
 	refused("x",
-		"not a NIfTI, MetaImage, NRRD, EXR, PLY, safetensors or PyTorch file, but DICOM, of which ct-convert makes a volume");
+		"not a NIfTI, MetaImage, NRRD, EXR, PLY, R2-Gaussian, safetensors or PyTorch file, but DICOM, of which ct-convert makes a volume");
 	save("x", "\x89PNG\r\n", 6);
 	refused("x",
-		"not a NIfTI, MetaImage, NRRD, EXR, PLY, safetensors or PyTorch file, but a picture (PNG): ct-convert --radiograph makes a stack of it");
+		"not a NIfTI, MetaImage, NRRD, EXR, PLY, R2-Gaussian, safetensors or PyTorch file, but a picture (PNG): ct-convert --radiograph makes a stack of it");
 	save("x", "hello", 5);
-	refused("x", "not a NIfTI, MetaImage, NRRD, EXR, PLY, safetensors or PyTorch file");
+	refused("x",
+		"not a NIfTI, MetaImage, NRRD, EXR, PLY, R2-Gaussian, safetensors or PyTorch file");
 	save("x", "", 0);
 	refused("x",
-		"not a NIfTI, MetaImage, NRRD, EXR, PLY, safetensors or PyTorch file, but empty");
+		"not a NIfTI, MetaImage, NRRD, EXR, PLY, R2-Gaussian, safetensors or PyTorch file, but empty");
 	OK(ct_any_read("none", &a, &err) == -1 && err.code == CT_EINPUT, "no file: %s", err.msg);
 }
 

@@ -140,7 +140,8 @@ static void test_names(void)
 	OK(named((P){.out2 = "x.csv", .in2 = "a"}, NULL), "a mode with an end of its own");
 	OK(named((P){.out2 = "x.nii", .in2 = "a"}, "x.nii: --out2 is written as .csv"),
 		"and no other");
-	OK(named((P){.again = "x.dcm"}, "x.dcm: AGAIN is written as .ply"), "an operand");
+	OK(named((P){.again = "x.dcm"}, "x.dcm: AGAIN is written as .ply or .pickle"),
+		"an operand");
 	OK(named((P){.list = LIST("a.dcm", "x.mha")}, NULL), "of a list the last");
 	OK(named((P){.list = LIST("a.dcm", "x.Dcm")},
 		   "x.Dcm: FILES is written as .nii, .nii.gz or .mha"),

@@ -115,7 +115,7 @@ exits $status "a DICOM file without a picture is refused with status $status" ct
 has err 'd.dcm: ' 'a DICOM file that is refused is named in the error'
 printf 'hello' >t.txt
 exits 3 'a text file is refused with status 3' ct-info t.txt
-has err 'not a NIfTI, MetaImage, NRRD, EXR, PLY, safetensors or PyTorch' 'the error of a text file lists the formats that are read'
+has err 'not a NIfTI, MetaImage, NRRD, EXR, PLY, R2-Gaussian, safetensors or PyTorch' 'the error of a text file lists the formats that are read'
 : >empty
 exits 3 'ct-info refuses an empty file with status 3' ct-info empty
 exits 3 'ct-info refuses an empty pipe with status 3' ct-info - </dev/null

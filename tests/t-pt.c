@@ -370,7 +370,7 @@ static void hostile_pickles(void)
 		{"s", "too little is on the stack"}, {"}(s", "too little is on"},
 		{"}Na", "not to a list"}, {"}(Ne", "not to a list"}, {"e", "no mark"},
 		{"a", "too little is on"}, {"]}b", "not of a dictionary"},
-		{"b", "too little is on"}, {"R", "nothing is on the stack"},
+		{"b", "nothing is on the stack"}, {"R", "nothing is on the stack"},
 		{"N)R", "not a function"},
 		{"ccollections\nOrderedDict\nNR", "not a function and its arguments"},
 		{"ccollections\nOrderedDict\n)\x85R", "an ordered dictionary of something"},

@@ -22,7 +22,8 @@ static const struct params defaults = {.rule = CT_STEP_FIT_DEFAULTS};
 #define CT_PARAMS struct params
 static const struct ct_opt opts[] = {
 	CT_ARG(files.in, CT_READS, "IN", "projections to fit, EXR, or -"),
-	CT_ARG_OUT(out, CT_WRITES, "OUT", CT_ENDS_GAUSS, "the Gaussians, PLY, or -"),
+	CT_ARG_OUT(out, CT_WRITES, "OUT", CT_ENDS_GAUSS,
+		"the Gaussians: PLY, or - for that; or FILE.pickle, as R2-Gaussian's program reads"),
 	CT_INPUT(files.base, 'b', "base", "VOLUME",
 		"the upsampled CT in HU, NIfTI, or -: what the residual is added to, and where "
 		"Gaussians begin; required"),

@@ -1,9 +1,10 @@
-/* Hostile PLY: the reader must refuse or give a sound set, and leave nothing behind.
- * SPDX-License-Identifier: Apache-2.0 */
+/* Hostile PLY, and pickles of R2-Gaussian: the reader must refuse or give a sound set, and leave
+ * nothing behind. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "driver.h"
 #include "formats/format.h"
 #include "formats/any.h"
+#include "formats/r2.h"
 #include "gs/splat.h"
 #include "gs/mixture.h"
 #include "fuzz-file.h"
@@ -52,7 +53,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 	const struct ct_gauss *g = &a.gauss;
 	struct ct_err e = {0};
 
-	if (ct_format_read_bytes(&ct_format_ply, data, size, "fuzz", &a, &e) == 0) {
+	const bool pickle = size > 0 && data[0] == 0x80;
+
+	if (ct_format_read_bytes(
+		    pickle ? &ct_format_r2 : &ct_format_ply, data, size, "fuzz", &a, &e) == 0) {
 		ct_gauss_check_finite(g, &e);
 		draw(g);
 	} else if (g->raw || g->meta.n || e.code == CT_OK || e.msg[0] == '\0')
@@ -62,7 +66,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 	return 0;
 }
 
-/* Ours, then one with other types. */
+/* Ours, one with other types, and our pickle. */
 size_t fuzz_seed(size_t k, unsigned char **data)
 {
 	static const char foreign[] =
@@ -78,7 +82,7 @@ size_t fuzz_seed(size_t k, unsigned char **data)
 	struct ct_err e = {0};
 	size_t n;
 
-	if (k > 1)
+	if (k > 2)
 		return 0;
 	if (k == 1) {
 		*data = malloc(sizeof foreign);
@@ -97,7 +101,9 @@ size_t fuzz_seed(size_t k, unsigned char **data)
 		g.raw[g.n] = -0.5f;
 	}
 	ct_meta_set(&g.meta, "history", "a\nb\\c", &e);
-	n = seed_file(data, ct_gauss_write(seed_path(), &g, &seed_env, &e));
+	for (int a = 0; a < 3; a++)
+		g.affine[a][a] = 1;
+	n = seed_file(data, (k ? ct_r2_write : ct_gauss_write)(seed_path(), &g, &seed_env, &e));
 	ct_gauss_free(&g);
 	return n;
 }
