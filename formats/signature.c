@@ -42,12 +42,13 @@ static const struct ct_signature all[] = {
 	{FOREIGN("numpy", "an array of numpy: ct-convert --scanner reads projections; of a volume "
 			  "make NIfTI, as nibabel or ctsr.write do in Python"),
 		0, 6, "\x93NUMPY", NULL},
-	{FOREIGN("HDF5", "HDF5, as MATLAB 7.3 writes it: make NIfTI of a volume, or .npy of "
-			 "projections, as h5py and nibabel do in Python"),
+	{FOREIGN("HDF5",
+		 "HDF5: ct-convert --projections reads scans of Data Exchange; make NIfTI of a "
+		 "volume, as h5py and nibabel do in Python"),
 		0, 4, "\x89HDF", NULL},
 	{FOREIGN("MATLAB",
-		 "a file of MATLAB: make NIfTI of a volume, as niftiwrite does in MATLAB, or "
-		 ".npy of projections"),
+		 "a file of MATLAB: ct-convert --projections reads a sinogram; make NIfTI of a "
+		 "volume, as niftiwrite does in MATLAB"),
 		0, 6, "MATLAB", NULL},
 	{FOREIGN("netCDF", "netCDF, as MINC is: make NIfTI of it, as mnc2nii does"), 0, 3, "CDF",
 		NULL},

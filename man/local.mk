@@ -23,6 +23,6 @@ complete/zsh/_ct-%: src/cli/complete.zsh
 	$(CT_STUB)
 complete/fish/ct-%.fish: src/cli/complete.fish
 	$(CT_STUB)
-dist_man5_MANS = man/ct-formats.5
+dist_man5_MANS = man/ct-formats.5 man/ct-scans.5
 dist_man3_MANS = man/ctsr.3
 dist_man7_MANS = man/ct-pipeline.7 man/ct-glossary.7 man/ct-references.7 man/ct-release.7

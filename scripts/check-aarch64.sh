@@ -33,7 +33,7 @@ cd "$build"
 lib=$root/usr/lib/aarch64-linux-gnu
 if [ ! -f Makefile ]; then
 	PKG_CONFIG_LIBDIR=$lib/pkgconfig PKG_CONFIG_SYSROOT_DIR=$root "$top/configure" \
-		--host=aarch64-linux-gnu --without-vtk --without-oiio --enable-werror \
+		--host=aarch64-linux-gnu --without-vtk --without-oiio --without-hdf5 --enable-werror \
 		CPPFLAGS="-isystem $root/usr/include -isystem $root/usr/include/aarch64-linux-gnu" \
 		LDFLAGS="-L$lib -L$root/lib/aarch64-linux-gnu -Wl,-rpath-link,$lib:$root/lib/aarch64-linux-gnu" >configure.log 2>&1 ||
 		{ tail -n 20 configure.log; exit 1; }

@@ -5,11 +5,11 @@
 set -e
 build='gcc g++ make autoconf automake pkg-config zlib1g-dev libdeflate-dev libxxhash-dev libpng-dev
 	libjansson-dev libopenexr-dev libdnnl-dev libvtk9-dev libvtk-dicom-dev libarchive-dev
-	libopenimageio-dev xz-utils time'
+	libopenimageio-dev libmatio-dev libhdf5-dev xz-utils time'
 tests='mandoc cmark-gfm python3-numpy python3-nibabel python3-pydicom python3-skimage python3-pil python3-tifffile nifti-bin
 	openimageio-tools openexr plastimatch libgdcm-tools dcmtk dicom3tools dcm2niix clang-format
 	diction bsdextrautils bash-completion zsh fish chromium chromium-driver python3-selenium python3-matplotlib python3-setuptools python3-wheel python3-pip python3-nipype
-	python3-torch'
+	python3-torch python3-scipy python3-h5py'
 fuzz='clang libclang-rt-dev'
 wheel='python3 python3-venv patchelf binutils'
 cluster='slurm-wlm munge snakemake procps'

@@ -29,7 +29,8 @@ else
 EXTRA_DIST += $(DICOM_SOURCES)
 endif
 bin_PROGRAMS += ct-convert
-ct_convert_SOURCES = src/tools/ct-convert.c src/tools/convert-radiograph.c src/tools/convert.h
+ct_convert_SOURCES = src/tools/ct-convert.c src/tools/convert-radiograph.c src/tools/convert-scan.c \
+	src/tools/scan-source.c src/tools/scan-source.h src/tools/convert.h
 ct_convert_LDADD = $(DICOM_LDADD)
 if HAVE_OIIO
 # Started by the commands, so that only who reads pictures waits for their libraries, or installs them.
@@ -38,6 +39,15 @@ ct_picture_SOURCES = src/tools/picture.c src/tools/lib/libraries.cc
 ct_picture_LDADD = libctshim.a libct.a $(OIIO_LIBS) $(CT_LIBS)
 else
 EXTRA_DIST += src/tools/picture.c
+endif
+if HAVE_HDF5
+# The same for files of MATLAB and HDF5.
+pkglibexec_PROGRAMS += ct-arrays
+ct_arrays_SOURCES = src/tools/array-reader.c src/shim/arrays-file.c src/shim/arrays-file.h
+ct_arrays_CPPFLAGS = $(AM_CPPFLAGS) $(HDF5_CFLAGS)
+ct_arrays_LDADD = libct.a $(HDF5_LIBS) $(CT_LIBS)
+else
+EXTRA_DIST += src/tools/array-reader.c src/shim/arrays-file.c src/shim/arrays-file.h
 endif
 bin_PROGRAMS += ct-train
 ct_train_SOURCES = src/tools/ct-train.c src/tools/train-loop.h src/tools/train-loop.c src/tools/lib/libraries.cc $(TRAIN_SOURCES)
@@ -147,6 +157,7 @@ SIMD_SOURCES += src/xray/voxel-integral-siddon.c src/xray/voxel-integral-joseph.
 libct_a_SOURCES += src/xray/columns.c src/xray/columns.h
 SIMD_SOURCES += src/xray/packet.c src/xray/packet.h
 libct_a_SOURCES += src/xray/photons.c src/xray/photons.h
+libct_a_SOURCES += src/xray/counts.c src/xray/counts.h
 libct_a_SOURCES += src/xray/phantom.c src/xray/phantom-sets.c src/xray/phantom.h
 
 # src/operator
@@ -447,5 +458,7 @@ endif
 if HAVE_VTK
 libctshim_a_SOURCES += $(SHIM_VTK)
 endif
-# Pictures without that library: by the program ct-picture, which links it.
+# Pictures, and files of MATLAB and HDF5, without their libraries: by the programs that link them.
+libct_a_SOURCES += src/shim/reader.c src/shim/reader.h
 libct_a_SOURCES += src/shim/image-read.c src/shim/image-read.h
+libct_a_SOURCES += src/shim/arrays.c src/shim/arrays.h

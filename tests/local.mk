@@ -113,6 +113,8 @@ dist_check_SCRIPTS += tests/t-convert.sh tests/t-dicom.sh tests/t-dicom-out.sh t
 EXTRA_DIST += tests/t-convert.py tests/t-sidecar.py tests/t-dicom.py tests/t-dicom-out.py tests/exr.py tests/t-python.py \
 	tests/describe.py tests/dicom.py tests/t-series.py tests/t-series-in.py tests/t-series-kinds.py tests/t-series-peers.py \
 	tests/t-series-real.py tests/t-tilt.py tests/t-planes.py tests/t-pixels.py tests/htj2k.zip
+dist_check_SCRIPTS += tests/t-scans.sh
+EXTRA_DIST += tests/t-scans.py
 check_PROGRAMS += tests/t-exr tests/t-exr-parts
 tests_t_exr_parts_SOURCES = tests/t-exr-parts.c
 tests_t_exr_SOURCES = tests/t-exr.c tests/bound.h

@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "capture.h"
+#include "core/vec3.h"
 #include "formats/format.h"
 #include "scratch.h"
 #include "recon/scan-grid.h"
@@ -180,6 +181,53 @@ static void test_named(void)
 	}
 }
 
+static void test_measured(void)
+{
+	struct ct_geometry s;
+	struct ct_stack k = {0};
+	double ray[3];
+
+	OK(parse(&s,
+		   "{" BASE SIZE ", \"unit\": \"mm\", \"tilt\": 90, \"offSource\": [1, 2], "
+		   "\"numTrain\": 3, \"angles\": [0, 90.5, 30]}",
+		   NULL, NULL) == 0 &&
+			s.views == 3 && same(s.angle[1], 90.5) && same(s.source[0], 1) &&
+			same(s.source[1], -2),
+		"a tilt, an offset of the source and angles are read");
+	must(ct_geometry_fill(&k, &s, &err));
+	OK(same(k.view[0].source[0], s.iso[0] + 5) && same(k.view[0].source[1], s.iso[1] + 1) &&
+			same(k.view[0].source[2], s.iso[2] + 2),
+		"the source is moved along u and upwards");
+	OK(same(k.view[0].u[2], -s.pitch[0]) && same(k.view[0].v[1], -s.pitch[1]) &&
+			same(k.view[1].angle, 90.5),
+		"a tilt turns u downwards, and v against u");
+	ct_stack_free(&k);
+	ct_geometry_free(&s);
+	OK(parse(&s,
+		   "{\"nDetector\": [2, 4], \"unit\": \"cm\", \"vectors\": "
+		   "[[50, 0, 1, -50, 0, 1, 0, 0.1, 0, 0, 0, -0.2],"
+		   " [0, 50, 1, 0, -50, 1, -0.1, 0, 0, 0, 0, -0.2]]}",
+		   NULL, NULL) == 0 &&
+			s.views == 2 && s.w == 4 && s.h == 2,
+		"vectors of every view are read");
+	must(ct_geometry_fill(&k, &s, &err));
+	OK(same(k.view[1].source[1], s.iso[1] + 500) && same(k.view[1].u[0], -1) &&
+			same(k.view[0].v[2], -2) && same(k.view[1].angle, 90),
+		"vectors in cm are where they say");
+	ct_stack_free(&k);
+	ct_geometry_free(&s);
+	OK(parse(&s,
+		   "{\"mode\": \"parallel\", \"nDetector\": [2, 4], \"vectors\": "
+		   "[[-2, 0, 0, -50, 0, 1, 0, 0.1, 0, 0, 0, -0.2]]}",
+		   NULL, NULL) == 0,
+		"vectors of parallel rays are read");
+	must(ct_geometry_fill(&k, &s, &err));
+	ct_vec3_minus(ray, k.view[0].centre, k.view[0].source);
+	OK(ray[0] < 0 && same(ray[1], 0) && same(ray[2], 0), "the first three are their direction");
+	ct_stack_free(&k);
+	ct_geometry_free(&s);
+}
+
 static void test_wrong(void)
 {
 	static const char *const lines[] = {BASE SIZE ", \"offOrigin\": [1, 2]",
@@ -209,12 +257,12 @@ static void test_wrong(void)
 		BASE SIZE ", \"COR\": 2", "COR is not supported: expected none, false or zeros",
 		BASE SIZE ", \"COR\": \"x\"", "COR is not supported: expected none, false or zeros",
 		BASE SIZE ", \"offdetector\": [1, 2]",
-		"the key offdetector is not known, see ct-project(1); did you mean offDetector?",
+		"the key offdetector is not known, see ct-scans(5); did you mean offDetector?",
 		BASE SIZE ", \"totalAngel\": 90",
-		"the key totalAngel is not known, see ct-project(1); did you mean totalAngle?",
+		"the key totalAngel is not known, see ct-scans(5); did you mean totalAngle?",
 		BASE SIZE ", \"dso\": 9",
-		"the key dso is not known, see ct-project(1); did you mean DSO?",
-		BASE SIZE ", \"\": 9", "the key  is not known, see ct-project(1)",
+		"the key dso is not known, see ct-scans(5); did you mean DSO?",
+		BASE SIZE ", \"\": 9", "the key  is not known, see ct-scans(5)",
 		BASE SIZE ", \"mode\": 1", "mode is not a text",
 		"\"totalAngle\": 90, \"scanner\": {" BASE SIZE "}",
 		"totalAngle stands beside scanner: expected inside of it",
@@ -224,7 +272,17 @@ static void test_wrong(void)
 		"\"DSO\": 1, \"DSD\": 1.5" SIZE,
 		"DSO 1 and DSD 1.5 are mm, and no scanner is so small; of metres say \"unit\": \"m\"",
 		BASE SIZE ", \"mode\": \"helix\"", "beam 'helix' is not one of cone|parallel|fan",
-		"\"DSD\": 7" SIZE, "no DSO or DSD", "\"DSO\": 5" SIZE, "no DSO or DSD",
+		BASE SIZE ", \"angles\": [1, 2], \"totalAngle\": 90",
+		"angles stands beside totalAngle or startAngle: expected one of them",
+		BASE SIZE ", \"angles\": [1, 2], \"numTrain\": 3",
+		"angles is of 2 views, and numTrain 3", BASE SIZE ", \"angles\": [1, \"x\"]",
+		"angles is not a number", BASE SIZE ", \"angles\": []",
+		"angles is no list of 1 to 65535 views", BASE SIZE ", \"vectors\": [[1, 2]]",
+		"vectors has 2 numbers, not 12",
+		"\"nDetector\": 4, \"tilt\": 1, \"vectors\": "
+		"[[1, 0, 0, -1, 0, 0, 0, 1, 0, 0, 0, 1]]",
+		"tilt stands beside vectors, which say it: expected one of them", "\"DSD\": 7" SIZE,
+		"no DSO or DSD", "\"DSO\": 5" SIZE, "no DSO or DSD",
 		"\"DSO\": 5, \"DSD\": \"x\"" SIZE, "DSD is not a number",
 		"\"DSO\": [], \"DSD\": 7" SIZE, "DSO has 0 numbers, not 1",
 		"\"DSO\": 5, \"DSD\": 7, \"sVoxel\": 0" SIZE, "sVoxel is not positive",
@@ -465,6 +523,7 @@ int main(void)
 	test_unit();
 	test_detector();
 	test_named();
+	test_measured();
 	test_wrong();
 	test_options();
 	test_scanner();

@@ -89,8 +89,8 @@ while IFS=: read -r f what way; do
 	done
 done <<END
 o.npy:an array of numpy:ct-convert --scanner reads projections; of a volume make NIfTI
-o.h5:HDF5:make NIfTI of a volume, or .npy of projections
-o.mat:a file of MATLAB:make NIfTI of a volume
+o.h5:HDF5:ct-convert --projections reads scans of Data Exchange; make NIfTI of a volume
+o.mat:a file of MATLAB:ct-convert --projections reads a sinogram; make NIfTI of a volume
 o.tif:a picture (TIFF):ct-convert --radiograph makes a stack of it
 o.vtk:VTK:make MetaImage of it
 o.7z:an archive (7z):unpack it

@@ -76,7 +76,7 @@ struct ct_ends {
 	const char *ends;
 	struct ct_when when;
 };
-enum { CT_ENDINGS = 3 };
+enum { CT_ENDINGS = 4 };
 
 struct ct_opt {
 	char c;           /* short letter, or 0 */

@@ -15,13 +15,20 @@
 	X(CONVERT_INTEGRAL, "integral")
 enum convert_radiograph { CONVERT_RADIOGRAPH_LIST(CT_WORD_VALUE) };
 
+#define CONVERT_PROJECTIONS_LIST(X)                                                                \
+	X(CONVERT_NO_PROJECTIONS, "no")                                                            \
+	X(CONVERT_AS_SAID, "auto")                                                                 \
+	X(CONVERT_INTEGRALS, "integral")                                                           \
+	X(CONVERT_COUNTS, "counts")
+enum convert_projections { CONVERT_PROJECTIONS_LIST(CT_WORD_VALUE) };
+
 struct convert {
 	struct ct_list files; /* the last is OUT */
 	const char *in, *out; /* the first and the last of them, for what reads one */
 	const char *raw, *rescale, *pitch, *orient, *series, *reorient, *scanner, *crop, *template,
-		*grid;
-	double slope, inter, iso; /* the first two of rescale */
-	int cube, type, tilt, gaps, units, radiograph;
+		*grid, *flat, *dark, *views;
+	double slope, inter, iso, mu_water; /* the first two of rescale */
+	int projections, rings, cube, type, tilt, gaps, units, radiograph;
 	const char *sidecar;
 	json_t *about; /* what goes into it */
 	bool skip_damaged, compress, deid, other_patient;
@@ -48,6 +55,8 @@ int convert_write(const struct convert *p, const struct ct_vol *v, const struct 
 /* Planes, each of a file of its own, to a stack of as many views, where they lie. CT_EGEOM,
  * CT_EINPUT, CT_EUSAGE. */
 int convert_radiograph(const struct convert *p, const struct ct_env *env, struct ct_err *e);
+/* Projections, of any file that has them, to a stack. CT_EGEOM, CT_EINPUT, CT_EUSAGE. */
+int convert_scan(const struct convert *p, const struct ct_env *env, struct ct_err *e);
 /* Does a file begin as a picture? Never reads from a pipe. */
 bool convert_is_picture(const char *path);
 

@@ -8,29 +8,28 @@
 #include "dicom/form.h"
 #include "dicom/sidecar.h"
 #include "formats/format.h"
-#include "formats/hash.h"
 #include "formats/headed.h"
 #include "formats/nifti.h"
 #include "formats/raw.h"
-#include "recon/scan-grid.h"
 #include "operator/regrid.h"
 #include "tools/convert.h"
-#include "tools/lib/geometry-json.h"
-#include "tools/lib/geometry-opts.h"
-#include "xray/geometry.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-static const struct convert defaults = {.orient = "LPS", .rescale = "1", .iso = (double)NAN};
+static const struct convert defaults = {
+	.orient = "LPS", .rescale = "1", .iso = (double)NAN, .mu_water = (double)NAN};
 
 #define CT_PARAMS struct convert
 /* What reads DICOM; what works on a volume. */
-#define OF_DICOM CT_WHEN(CT_UNLESS(raw), CT_UNLESS(scanner), CT_UNLESS(radiograph))
-#define OF_VOLUME CT_WHEN(CT_UNLESS(radiograph), CT_UNLESS(scanner))
-#define ONE_GRID CT_WHEN(CT_UNLESS(radiograph), CT_UNLESS(scanner), CT_UNLESS(grid))
+#define NO_STACK CT_UNLESS(radiograph), CT_UNLESS(scanner), CT_UNLESS(projections)
+#define OF_DICOM CT_WHEN(CT_UNLESS(raw), NO_STACK)
+#define OF_VOLUME CT_WHEN(NO_STACK)
+#define ONE_GRID CT_WHEN(NO_STACK, CT_UNLESS(grid))
+/* What works on projections. */
+#define OF_SCAN CT_WHEN(CT_IF(projections), CT_IF(scanner))
 
 static const struct ct_opt opts[] = {
 	CT_TEXT(series, 0, "series", "UID|N",
@@ -45,19 +44,28 @@ static const struct ct_opt opts[] = {
 		"unit of the values: as IN says, HU, or another one", OF_VOLUME),
 	CT_TEXT(raw, 0, "raw", "WxHxD:TYPE:X,Y,Z",
 		"IN is voxels without a header: number (W fastest), type of" CT_RAW_LIST(
-			CT_WORD_SPACE) " (append :be if big-endian), size in mm",
-		CT_WHEN(CT_UNLESS(scanner))),
+			CT_WORD_SPACE) " (append :be if big-endian), size in mm"),
 	CT_TEXT(orient, 0, "orient", "AXES", "directions of the axes of IN; of radiographs RIP",
-		CT_WHEN(CT_IF(raw), CT_IF(radiograph))),
+		CT_WHEN(CT_IF(raw), CT_IF(radiograph), CT_UNLESS(scanner), CT_UNLESS(projections))),
 	CT_TEXT(rescale, 0, "rescale", "A[,B]", "the value is A times the stored number, plus B",
-		CT_WHEN(CT_IF(raw), CT_IF(scanner), CT_IF(radiograph))),
-	CT_INPUT(scanner, 0, "scanner", "FILE",
-		"geometry of a numpy array of projections, in JSON; write a stack"),
+		CT_WHEN(CT_IF(raw), CT_IF(scanner), CT_IF(radiograph), CT_IF(projections))),
+	CT_CHOICE(projections, 0, "projections", CT_WORDS(CONVERT_PROJECTIONS_LIST),
+		"write a stack of measured projections: line integrals, counts, or as IN says",
+		CT_WHEN(CT_UNLESS(radiograph))),
+	CT_INPUT(
+		scanner, 0, "scanner", "FILE", "geometry of projections, in JSON, see ct-scans(5)"),
+	CT_INPUT(flat, 0, "flat", "FILE", "counts without object", OF_SCAN),
+	CT_INPUT(dark, 0, "dark", "FILE", "counts without rays", OF_SCAN),
+	CT_OPT(rings, 0, "rings", "N", 0, 1001, "remove rings by a median of N columns", OF_SCAN),
+	CT_TEXT(views, 0, "views", "FIRST:LAST[:STEP]", "keep these views, LAST excluded", OF_SCAN),
+	CT_OPT(mu_water, 0, "mu-water", "1/MM", 1e-6, 100, "attenuation of water, to make HU",
+		OF_SCAN),
 	CT_CHOICE(radiograph, 0, "radiograph", CT_WORDS(CONVERT_RADIOGRAPH_LIST),
 		"read pictures or DICOM radiographs; write a stack of grey values or line integrals",
 		CT_WHEN(CT_UNLESS(scanner))),
-	CT_TEXT(pitch, 0, "pitch", "MM[,MM]", "pixel size of a radiograph, if its file has none",
-		CT_WHEN(CT_IF(radiograph))),
+	CT_TEXT(pitch, 0, "pitch", "MM[,MM]",
+		"pixel size of a radiograph or scan whose file has none",
+		CT_WHEN(CT_IF(radiograph), CT_IF(projections), CT_UNLESS(scanner))),
 	CT_TEXT(reorient, 0, "reorient", "AXES",
 		"permute and flip the axes towards AXES, such as RAS", OF_VOLUME),
 	CT_TEXT(crop, 0, "crop", "auto|LO:HI,LO:HI,LO:HI[mm]",
@@ -79,8 +87,9 @@ static const struct ct_opt opts[] = {
 	CT_ARG_OUT(files, CT_READS_WRITES, "FILE",
 		CT_ENDS_IF(CT_IF(scanner), CT_ENDS_STACK,
 			CT_ENDS_IF(CT_IF(radiograph), CT_ENDS_STACK,
-				CT_ENDS_VOLUME "|" CT_ENDS_HEADED "|" CT_ENDS_DICOM)),
-		"the inputs, then OUT: NIfTI, MetaImage or NRRD by its name; - for NIfTI; DICOM as a folder of slices or one .dcm file; EXR with --scanner or --radiograph",
+				CT_ENDS_IF(CT_IF(projections), CT_ENDS_STACK,
+					CT_ENDS_VOLUME "|" CT_ENDS_HEADED "|" CT_ENDS_DICOM))),
+		"the inputs, then OUT: NIfTI, MetaImage or NRRD by its name; - for NIfTI; DICOM as a folder of slices or one .dcm file; EXR with --projections, --scanner or --radiograph",
 		.dicom = CT_DICOM_OWN),
 	CT_OPT_END,
 };
@@ -179,61 +188,6 @@ static int resample_to(
 	return rc;
 }
 
-/* The scan of a file in its own unit, about the world's origin, for views of w by h pixels. */
-static int scan_for(struct ct_geometry *s, struct ct_vol *named, const char *path,
-	const size_t n[3], struct ct_err *e)
-{
-	struct ct_vol world = {
-		.n = {1, 1, 1}, .affine = {{256, 0, 0, 0}, {0, 256, 0, 0}, {0, 0, 256, 0}}};
-
-	ct_geometry_default(s, n[1] == 1 ? CT_FAN : CT_CONE, &world);
-	s->views = n[0];
-	s->h = n[1];
-	s->w = n[2];
-	if (ct_geometry_json_read(s, path, NULL, named, e))
-		return -1;
-	if (s->views != n[0] || s->h != n[1] || s->w != n[2])
-		return ct_fail(e, CT_EGEOM,
-			"%s says %zu views of %zux%zu pixels, but the array has %zu of %zux%zu",
-			path, s->views, s->w, s->h, n[0], n[2], n[1]);
-	return 0;
-}
-
-/* A numpy array with --scanner, to a stack. */
-static int make_stack(const struct convert *p, const struct ct_env *env, struct ct_err *e)
-{
-	struct ct_stack s = {0};
-	struct ct_meta read = {0};
-	struct ct_vol named = {0};
-	struct ct_geometry scan;
-	float *data = NULL;
-	size_t n[3];
-	int rc = -1;
-
-	if (ct_raw_npy(p->in, p->slope, p->inter, n, &data, e) ||
-		scan_for(&scan, &named, p->scanner, n, e) || ct_geometry_fill(&s, &scan, e))
-		goto out;
-	memcpy(s.data, data, ct_stack_count(&s) * sizeof *s.data);
-	if (ct_stack_check_finite(&s, e)) {
-		ct_blame(e, p->in);
-		goto out;
-	}
-	if (ct_meta_input(&read, p->in, 2,
-		    (const struct ct_piece[]){
-			    {n, sizeof n}, {s.data, ct_stack_count(&s) * sizeof *s.data}},
-		    e) ||
-		ct_meta_set(&s.meta, CT_META_QUANTITY, CT_QUANTITY_LINE_INTEGRAL, e) ||
-		(named.n[0] && ct_scan_grid_put(&s.meta, &named, e)) ||
-		ct_meta_step(&s.meta, env, 1, (const struct ct_meta *const[]){&read}, e))
-		goto out;
-	rc = ct_stack_write(p->out, &s, env, e);
-out:
-	free(data);
-	ct_meta_free(&read);
-	ct_stack_free(&s);
-	return rc;
-}
-
 static int reorient(struct ct_vol *v, const char *word, struct ct_err *e)
 {
 	int world[3], towards[3];
@@ -275,7 +229,7 @@ static int check_mode(const struct convert *p, const struct ct_env *env, struct 
 	static const char *const of_dicom[] = {"tilt", "gaps", "skip-damaged"};
 	const bool dicom = ct_files_is_dicom(p->out);
 
-	if (p->scanner)
+	if (p->scanner || p->projections)
 		return 0;
 	if (p->template && !dicom)
 		return ct_fail(e, CT_EUSAGE, "--template: needs OUT to be DICOM");
@@ -324,8 +278,10 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	own.planes = &planes;
 	if (check_mode(p, env, e) || read_rescale(&own, e))
 		return -1;
-	if (p->scanner || p->radiograph)
-		return (p->scanner ? make_stack : convert_radiograph)(p, env, e);
+	if (p->scanner || p->projections)
+		return convert_scan(p, env, e);
+	if (p->radiograph)
+		return convert_radiograph(p, env, e);
 	if (p->sidecar && !(own.about = json_object())) {
 		ct_fail(e, CT_ENOMEM, "no memory for a sidecar");
 		goto out;
@@ -361,5 +317,4 @@ out:
 }
 
 CT_CLI_MAIN("ct-convert",
-	"convert volumes: DICOM, NIfTI, MetaImage, NRRD, raw voxels; stacks of numpy; radiographs",
-	0)
+	"convert volumes: DICOM, NIfTI, MetaImage, NRRD, raw voxels; projections; radiographs", 0)

@@ -4,6 +4,7 @@
 #include "core/vec3.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define DEGREE 0.017453292519943295
@@ -70,6 +71,13 @@ void ct_geometry_paper(struct ct_geometry *s, enum ct_beam beam, const struct ct
 	scan_of(s, beam, grid, 256);
 }
 
+void ct_geometry_free(struct ct_geometry *s)
+{
+	free(s->angle);
+	free(s->view);
+	*s = (struct ct_geometry){0};
+}
+
 static int check(const struct ct_geometry *s, struct ct_err *e)
 {
 	static const char *const name[] = {"source to isocentre", "source to detector",
@@ -80,7 +88,7 @@ static int check(const struct ct_geometry *s, struct ct_err *e)
 		if (!(positive[i] > 1e-9 && positive[i] < 1e9))
 			return ct_fail(e, CT_EGEOM, "%s of %g mm", name[i], positive[i]);
 	if (!isfinite(s->arc + s->start + s->offset[0] + s->offset[1] + s->iso[0] + s->iso[1] +
-		      s->iso[2]))
+		      s->iso[2] + s->tilt + s->source[0] + s->source[1]))
 		return ct_fail(e, CT_EGEOM, "scan geometry is not finite");
 	if (s->beam == CT_FAN && s->h != 1)
 		return ct_fail(
@@ -90,10 +98,12 @@ static int check(const struct ct_geometry *s, struct ct_err *e)
 
 static void fill_view(struct ct_view *v, const struct ct_geometry *s, size_t i)
 {
-	double sa, ca;
+	const bool parallel = s->beam == CT_PARALLEL;
+	double sa, ca, st, ct;
 
-	v->angle = s->start + (double)i * s->arc / (double)s->views;
+	v->angle = s->angle ? s->angle[i] : s->start + (double)i * s->arc / (double)s->views;
 	sincos_degrees(v->angle, &sa, &ca);
+	sincos_degrees(s->tilt, &st, &ct);
 
 	const double out[3] = {ca, sa, 0}, u[3] = {0 - sa, ca, 0}, down[3] = {0, 0, -1};
 
@@ -102,27 +112,44 @@ static void fill_view(struct ct_view *v, const struct ct_geometry *s, size_t i)
 
 		v->source[a] = s->iso[a] + s->dso * out[a];
 		v->centre[a] = s->iso[a] - (s->dsd - s->dso) * out[a] + shift;
-		if (s->beam == CT_PARALLEL)
-			v->source[a] += shift;
-		v->u[a] = s->pitch[0] * u[a];
-		v->v[a] = s->pitch[1] * down[a];
+		v->source[a] += parallel ? shift : s->source[0] * u[a] + s->source[1] * down[a];
+		v->u[a] = s->pitch[0] * (ct * u[a] + st * down[a]);
+		v->v[a] = s->pitch[1] * (ct * down[a] - st * u[a]);
 	}
+}
+
+/* The scan in a few numbers, if it is one. */
+static int note(struct ct_meta *m, const struct ct_geometry *s, struct ct_err *e)
+{
+	double arc = s->arc, start = s->start;
+
+	if (s->view)
+		return 0;
+	if (s->angle) {
+		start = s->angle[0];
+		arc = s->angle[s->views - 1] - start;
+		arc *= s->views > 1 ? (double)s->views / ((double)s->views - 1) : 1;
+	}
+	return ct_meta_setf(m, e, CT_META_SCAN_DSO, "%.17g", s->dso) ||
+			       ct_meta_setf(m, e, CT_META_SCAN_DSD, "%.17g", s->dsd) ||
+			       ct_meta_setf(m, e, CT_META_SCAN_ARC, "%.17g", arc) ||
+			       ct_meta_setf(m, e, CT_META_SCAN_START, "%.17g", start) ||
+			       ct_meta_setf(m, e, CT_META_SCAN_ISO, "%.17g,%.17g,%.17g", s->iso[0],
+				       s->iso[1], s->iso[2])
+		       ? -1
+		       : 0;
 }
 
 int ct_geometry_fill(struct ct_stack *out, const struct ct_geometry *s, struct ct_err *e)
 {
-	if (check(s, e) || ct_stack_alloc(out, s->views, s->h, s->w, e))
+	if ((!s->view && check(s, e)) || ct_stack_alloc(out, s->views, s->h, s->w, e))
 		return -1;
 	out->beam = s->beam;
-	for (size_t i = 0; i < s->views; i++)
+	for (size_t i = 0; i < s->views && !s->view; i++)
 		fill_view(&out->view[i], s, i);
-	if (ct_stack_check(out, e) ||
-		ct_meta_setf(&out->meta, e, CT_META_SCAN_DSO, "%.17g", s->dso) ||
-		ct_meta_setf(&out->meta, e, CT_META_SCAN_DSD, "%.17g", s->dsd) ||
-		ct_meta_setf(&out->meta, e, CT_META_SCAN_ARC, "%.17g", s->arc) ||
-		ct_meta_setf(&out->meta, e, CT_META_SCAN_START, "%.17g", s->start) ||
-		ct_meta_setf(&out->meta, e, CT_META_SCAN_ISO, "%.17g,%.17g,%.17g", s->iso[0],
-			s->iso[1], s->iso[2])) {
+	if (s->view)
+		memcpy(out->view, s->view, s->views * sizeof *s->view);
+	if (ct_stack_check(out, e) || note(&out->meta, s, e)) {
 		ct_stack_free(out);
 		return -1;
 	}

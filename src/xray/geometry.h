@@ -7,7 +7,10 @@
  *   detector centre  iso - (DSD - DSO) e(a) + offset_u u/|u| + offset_v v/|v|
  *   u (columns)      pitch_u (-sin a, cos a, 0)
  *   v (rows)         pitch_v (0, 0, -1): row 0 is the top of the picture
- *   angles           start + i arc / views, i < views: the end of the arc is left out
+ *   angles           start + i arc / views, i < views: the end of the arc is left out; or a list
+ *
+ * The source may be off its place along u and v, and the detector turned in its plane: what a
+ * scanner really is. A scan of no such form is a list of views.
  *
  * A positive angle turns counter-clockwise seen from above (x to y). These are the conventions
  * of TIGRE (Biguri et al., Biomed. Phys. Eng. Express 2016) with its rows reversed. Lengths mm,
@@ -32,7 +35,12 @@ struct ct_geometry {
 	double offset[2]; /* of the detector centre along u and v, mm; of the rays too if parallel
 			   */
 	double iso[3];    /* isocentre, mm */
+	double tilt;      /* of the detector in its plane, about its centre: u towards v, degrees */
+	double source[2]; /* offset of the source along u and v, mm; parallel: of no meaning */
+	double *angle;    /* owned, [views], degrees, in place of arc and start; or NULL */
+	struct ct_view *view; /* owned, [views], in place of all but beam, w and h; or NULL */
 };
+void ct_geometry_free(struct ct_geometry *s);
 
 /* Geometry of the paper (cone: DSO 1000, DSD 1500, 512 mm square detector for a 256 mm cube, 100
  * views over 180 degrees) about the centre of the grid, scaled to its largest extent F: DSO

@@ -9,13 +9,21 @@
  *   offDetector         [u, v], v up
  *   totalAngle, startAngle  degrees;   numTrain  number of views;   mode  cone | parallel
  *   unit                mm | cm | m, of all lengths
- * Without that lengths are in a unit of the file's own: the one in which sVoxel is the size of our
- * volume (its largest extent); without sVoxel, or without a volume, they are mm.
- *   randomAngle, rotDetector, COR  only if they say nothing: false, zeros
- * Keys of these programs that do not place rays are passed over; any other is an error.
- * SPDX-License-Identifier: Apache-2.0
+ * and of our own, for what a measured scan needs:
+ *   tilt                of the detector in its plane, u towards v, degrees
+ *   offSource           [u, v] of the source, v up
+ *   angles              of every view, degrees, in place of totalAngle and startAngle
+ *   vectors             of every view twelve numbers, as of ASTRA's cone_vec: source, centre of the
+ *                       detector, u, v, each x, y, z; of a parallel beam the first three point
+ * along the rays; in place of DSO, DSD, sizes of pixels and all offsets Without that lengths are in
+ * a unit of the file's own: the one in which sVoxel is the size of our volume (its largest extent);
+ * without sVoxel, or without a volume, they are mm. randomAngle, rotDetector, COR  only if they say
+ * nothing: false, zeros Keys of these programs that do not place rays are passed over; any other is
+ * an error. SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
+#include "core/mem.h"
+#include "core/vec3.h"
 #include "formats/io.h"
 #include "tools/lib/geometry-json.h"
 
@@ -53,10 +61,10 @@ static int numbers(const struct reader *r, const char *key, size_t n, double *x,
 /* All but the first PLACES and ABSENT place no rays. */
 static const char *const keys[] = {"DSO", "DSD", "nDetector", "sDetector", "dDetector", "nVoxel",
 	"sVoxel", "dVoxel", "offOrigin", "offDetector", "totalAngle", "startAngle", "numTrain",
-	"mode", "unit", "randomAngle", "rotDetector", "COR", "accuracy", "filter", "noise",
-	"possion_noise", "gaussian_noise", "numVal", "convert", "normalize", "rescale_slope",
-	"rescale_intercept"};
-enum { KEYS = sizeof keys / sizeof *keys, PLACES = 15, ABSENT = 3 };
+	"mode", "unit", "tilt", "offSource", "angles", "vectors", "randomAngle", "rotDetector",
+	"COR", "accuracy", "filter", "noise", "possion_noise", "gaussian_noise", "numVal",
+	"convert", "normalize", "rescale_slope", "rescale_intercept"};
+enum { KEYS = sizeof keys / sizeof *keys, PLACES = 19, ABSENT = 3 };
 
 static bool says_nothing(const json_t *v)
 {
@@ -87,7 +95,7 @@ static int check_keys(const struct reader *r, const json_t *root, struct ct_err 
 			for (size_t k = 0; k < PLACES; k++)
 				ct_words_guess(&g, keys[k], strlen(keys[k]));
 			return ct_fail(e, CT_EINPUT,
-				"%s: the key %.40s is not known, see ct-project(1)%s", r->path, key,
+				"%s: the key %.40s is not known, see ct-scans(5)%s", r->path, key,
 				ct_words_hint(hint, &g, ""));
 		}
 		if (!says_nothing(v))
@@ -174,6 +182,28 @@ static int detector(struct ct_geometry *s, const struct reader *r, double unit, 
 	return 0;
 }
 
+/* Of which vectors say where they are. */
+static int pixels(struct ct_geometry *s, const struct reader *r, struct ct_err *e)
+{
+	static const char *const placed[] = {"DSO", "DSD", "sDetector", "dDetector", "offOrigin",
+		"offDetector", "totalAngle", "startAngle", "tilt", "offSource", "angles"};
+	double n[2] = {(double)s->h, (double)s->w};
+
+	for (size_t k = 0; k < sizeof placed / sizeof *placed; k++)
+		if (json_object_get(r->o, placed[k]))
+			return ct_fail(e, CT_EINPUT,
+				"%s: %s stands beside vectors, which say it: expected one of them",
+				r->path, placed[k]);
+	if (numbers(r, "nDetector", 2, n, e) < 0)
+		return -1;
+	for (int a = 0; a < 2; a++)
+		if (!(n[a] >= 1 && n[a] <= 1e6) || n[a] != floor(n[a]))
+			return ct_fail(e, CT_EINPUT, "%s: nDetector of %g", r->path, n[a]);
+	s->h = s->beam == CT_FAN ? 1 : (size_t)n[0];
+	s->w = (size_t)n[1];
+	return 0;
+}
+
 /* The volume that the file names, in mm about the world's origin; none, n = 0, without nVoxel. */
 static int volume(struct ct_vol *v, const struct reader *r, struct ct_err *e)
 {
@@ -196,10 +226,87 @@ static int volume(struct ct_vol *v, const struct reader *r, struct ct_err *e)
 	return 0;
 }
 
+/* A list of a key, one item a view, of which there are s->views if `fixed`: 0; 1 if there is none.
+ */
+static int per_view(const json_t **list, struct ct_geometry *s, const struct reader *r,
+	const char *key, bool fixed, struct ct_err *e)
+{
+	const json_t *v = json_object_get(r->o, key);
+	const size_t n = json_array_size(v);
+
+	*list = v;
+	if (!v || json_is_null(v))
+		return 1;
+	if (!json_is_array(v) || n < 1 || n > CT_MAX_VIEWS)
+		return ct_fail(e, CT_EINPUT, "%s: %s is no list of 1 to %d views", r->path, key,
+			CT_MAX_VIEWS);
+	if (fixed && n != s->views)
+		return ct_fail(e, CT_EINPUT, "%s: %s is of %zu views, and numTrain %zu", r->path,
+			key, n, s->views);
+	s->views = n;
+	return 0;
+}
+
+static int angles(struct ct_geometry *s, const struct reader *r, bool fixed, struct ct_err *e)
+{
+	const json_t *list;
+	const int got = per_view(&list, s, r, "angles", fixed, e);
+
+	if (got)
+		return got < 0 ? -1 : 0;
+	if (json_object_get(r->o, "totalAngle") || json_object_get(r->o, "startAngle"))
+		return ct_fail(e, CT_EINPUT,
+			"%s: angles stands beside totalAngle or startAngle: expected one of them",
+			r->path);
+	return ct_alloc(&s->angle, s->views, sizeof *s->angle, e) ||
+			       numbers(r, "angles", s->views, s->angle, e)
+		       ? -1
+		       : 0;
+}
+
+enum { DSO_MM = 1000 }; /* of parallel rays, where planes are of no meaning */
+
+static int vectors(
+	struct ct_geometry *s, const struct reader *r, double unit, bool fixed, struct ct_err *e)
+{
+	const json_t *list;
+	const int got = per_view(&list, s, r, "vectors", fixed, e);
+
+	if (got)
+		return got;
+	if (ct_alloc0(&s->view, s->views, sizeof *s->view, e))
+		return -1;
+	for (size_t k = 0; k < s->views; k++) {
+		json_t *one = json_pack("{s:O}", "vectors", json_array_get(list, k));
+		const struct reader it = {.path = r->path, .o = one};
+		struct ct_view *v = &s->view[k];
+		double x[12], length;
+		const int bad = one ? numbers(&it, "vectors", 12, x, e) : 1;
+
+		json_decref(one);
+		if (bad)
+			return bad < 0 ? -1
+				       : ct_fail(e, CT_EINPUT, "%s: vectors of view %zu: none",
+						 r->path, k);
+		length = ct_vec3_length(x);
+		for (int a = 0; a < 3; a++) {
+			v->centre[a] = s->iso[a] + x[3 + a] * unit;
+			v->source[a] = s->beam == CT_PARALLEL
+					       ? v->centre[a] - DSO_MM * x[a] / length
+					       : s->iso[a] + x[a] * unit;
+			v->u[a] = x[6 + a] * unit;
+			v->v[a] = x[9 + a] * unit;
+		}
+		v->angle = atan2(v->source[1] - s->iso[1], v->source[0] - s->iso[0]) * 180 / M_PI;
+	}
+	return 0;
+}
+
 static int read_scan(
 	struct ct_geometry *s, const struct reader *r, const struct ct_vol *grid, struct ct_err *e)
 {
-	double mm[3] = {0}, box[3], offset[3] = {0}, shift[2] = {0}, views = 0, most = 0, unit = 1;
+	double mm[3] = {0}, box[3], offset[3] = {0}, shift[2] = {0}, source[2] = {0}, views = 0,
+	       most = 0, unit = 1;
 	const double least = 3, hair = 0.02; /* mm of a scanner; of a volume */
 	bool assumed = true;                 /* that they are mm */
 	int got, said;
@@ -226,6 +333,14 @@ static int read_scan(
 	}
 	if (!(unit > 0 && isfinite(unit)))
 		return ct_fail(e, CT_EINPUT, "%s: sVoxel is not positive", r->path);
+	if (numbers(r, "numTrain", 1, &views, e) < 0)
+		return -1;
+	if (views != 0 && !(views >= 1 && views <= CT_MAX_VIEWS && views == floor(views)))
+		return ct_fail(e, CT_EINPUT, "%s: numTrain of %g is not a number of views up to %d",
+			r->path, views, CT_MAX_VIEWS);
+	s->views = views != 0 ? (size_t)views : s->views;
+	if ((got = vectors(s, r, unit, views != 0, e)) <= 0)
+		return got < 0 || pixels(s, r, e) ? -1 : 0;
 	if ((got = numbers(r, "DSO", 1, &s->dso, e)) != 0 ||
 		(got = numbers(r, "DSD", 1, &s->dsd, e)) != 0)
 		return got < 0 ? -1 : ct_fail(e, CT_EINPUT, "%s: no DSO or DSD", r->path);
@@ -239,12 +354,12 @@ static int read_scan(
 		numbers(r, "offDetector", 2, shift, e) < 0 ||
 		numbers(r, "totalAngle", 1, &s->arc, e) < 0 ||
 		numbers(r, "startAngle", 1, &s->start, e) < 0 ||
-		numbers(r, "numTrain", 1, &views, e) < 0 || detector(s, r, unit, e))
+		numbers(r, "tilt", 1, &s->tilt, e) < 0 ||
+		numbers(r, "offSource", 2, source, e) < 0 || angles(s, r, views != 0, e) ||
+		detector(s, r, unit, e))
 		return -1;
-	if (views != 0 && !(views >= 1 && views <= CT_MAX_VIEWS && views == floor(views)))
-		return ct_fail(e, CT_EINPUT, "%s: numTrain of %g is not a number of views up to %d",
-			r->path, views, CT_MAX_VIEWS);
-	s->views = views != 0 ? (size_t)views : s->views;
+	s->source[0] = source[0] * unit;
+	s->source[1] = -source[1] * unit;
 	s->dso *= unit;
 	s->dsd *= unit;
 	s->offset[0] = shift[0] * unit;
@@ -280,5 +395,11 @@ int ct_geometry_json_read(struct ct_geometry *s, const char *path, const struct 
 		     ? -1
 		     : 0;
 	json_decref(root);
+	if (rc) {
+		free(s->angle);
+		free(s->view);
+		s->angle = NULL;
+		s->view = NULL;
+	}
 	return rc;
 }

@@ -58,6 +58,16 @@ static int make_scan(struct ct_geometry *s, const struct ct_geometry_opts *o,
 	if (o->beam && (int)s->beam != beam)
 		return ct_fail(e, CT_EUSAGE, "--beam %s, but %s has mode %s", o->beam, o->scanner,
 			CT_WORD(CT_BEAM_LIST, s->beam));
+	if ((s->angle || s->view) && (o->views || !isnan(o->arc) || !isnan(o->start)))
+		return ct_fail(e, CT_EUSAGE,
+			"--views, --arc, --expert start: not with %s, which lists its views",
+			o->scanner);
+	if (s->view && (o->det || o->pitch || o->offset || !isnan(o->sampling) || !isnan(o->dso) ||
+			       !isnan(o->dsd)))
+		return ct_fail(e, CT_EUSAGE,
+			"--det, --sampling, --expert dso, dsd, pitch, offset: not with %s, which "
+			"gives vectors",
+			o->scanner);
 	if (detector(s, o, e))
 		return -1;
 	if (o->views)
@@ -84,11 +94,14 @@ int ct_geometry_opts_like(struct ct_stack *out, const char *path, struct ct_err 
 int ct_geometry_opts_make(struct ct_stack *out, const struct ct_geometry_opts *o,
 	const struct ct_vol *grid, struct ct_err *e)
 {
-	struct ct_geometry s;
+	struct ct_geometry s = {0};
+	int rc;
 
 	if (o->like)
 		return ct_geometry_opts_like(out, o->like, e);
-	return make_scan(&s, o, grid, e) || ct_geometry_fill(out, &s, e) ? -1 : 0;
+	rc = make_scan(&s, o, grid, e) || ct_geometry_fill(out, &s, e) ? -1 : 0;
+	ct_geometry_free(&s);
+	return rc;
 }
 
 int ct_geometry_opts_asked(struct ct_window_rule *r, const char *option, struct ct_err *e)

@@ -59,7 +59,7 @@ struct ct_geometry_opts {
 			"distances of 1000 and 1500 mm and a detector of 512 mm, whatever the volume",        \
 			CT_WHEN(CT_UNLESS(f.like), CT_UNLESS(f.scanner))),                                    \
 		CT_INPUT(f.scanner, 0, "scanner", "FILE",                                                     \
-			"JSON scanner file as of R2-Gaussian and TIGRE; other options override it",           \
+			"JSON scanner file, see ct-scans(5); other options override it",                      \
 			CT_WHEN(CT_UNLESS(f.like), CT_UNLESS(f.paper))),                                      \
 		CT_INPUT(f.like, 0, "like", "STACK", "take the whole geometry from this stack")
 

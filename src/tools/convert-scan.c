@@ -1,0 +1,187 @@
+/* convert-scan.c: measured projections to a stack: line integrals, and where their rays ran.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "config.h"
+#include "core/mem.h"
+#include "formats/format.h"
+#include "formats/hash.h"
+#include "recon/scan-grid.h"
+#include "tools/lib/geometry-json.h"
+#include "tools/scan-source.h"
+#include "xray/counts.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* The scan of a file in its own unit, about the world's origin, for views of w by h pixels. */
+static int scan_for(struct ct_geometry *s, struct ct_vol *named, const char *path,
+	const size_t n[3], struct ct_err *e)
+{
+	struct ct_vol world = {
+		.n = {1, 1, 1}, .affine = {{256, 0, 0, 0}, {0, 256, 0, 0}, {0, 0, 256, 0}}};
+
+	ct_geometry_default(s, n[1] == 1 ? CT_FAN : CT_CONE, &world);
+	s->views = n[0];
+	s->h = n[1];
+	s->w = n[2];
+	if (ct_geometry_json_read(s, path, NULL, named, e))
+		return -1;
+	if (s->views != n[0] || s->h != n[1] || s->w != n[2])
+		return ct_fail(e, CT_EGEOM,
+			"%s says %zu views of %zux%zu pixels, but the array has %zu of %zux%zu",
+			path, s->views, s->w, s->h, n[0], n[2], n[1]);
+	return 0;
+}
+
+/* The geometry of the source, or of --scanner, into *s, which gets the data. */
+static int place(
+	struct ct_stack *s, struct scan_source *in, const struct convert *p, struct ct_err *e)
+{
+	struct ct_geometry scan = {0};
+	struct ct_vol named = {0};
+	int rc;
+
+	if (!p->scanner && !in->placed)
+		return ct_fail(e, CT_EUSAGE,
+			"%s: does not say how its rays ran: pass a scanner file by --scanner, see "
+			"ct-scans(5)",
+			p->in);
+	if (!p->scanner && in->stack.views) {
+		*s = in->stack;
+		in->stack = (struct ct_stack){0};
+		s->data = in->data;
+		in->data = NULL;
+		return 0;
+	}
+	rc = p->scanner ? scan_for(&scan, &named, p->scanner, in->n, e) : 0;
+	rc = rc || ct_geometry_fill(s, p->scanner ? &scan : &in->scan, e) ||
+			     (named.n[0] && ct_scan_grid_put(&s->meta, &named, e))
+		     ? -1
+		     : 0;
+	ct_geometry_free(&scan);
+	if (rc)
+		return p->scanner ? -1 : ct_blame(e, p->in);
+	memcpy(s->data, in->data, ct_stack_count(s) * sizeof *s->data);
+	return 0;
+}
+
+static int views_error(const struct convert *p, size_t views, struct ct_err *e)
+{
+	return ct_fail(e, CT_EUSAGE,
+		"--views: '%s' is not FIRST:LAST[:STEP] within the %zu views from 0, LAST excluded",
+		p->views, views);
+}
+
+/* Views of --views only. */
+static int keep_views(struct ct_stack *s, const struct convert *p, struct ct_err *e)
+{
+	const size_t pixels = s->h * s->w;
+	double x[3] = {0, 0, 1};
+	const bool three = strchr(p->views, ':') != strrchr(p->views, ':');
+	size_t n = 0;
+
+	if (ct_cli_numbers("views", p->views, ':', three ? 3 : 2, false, x, e))
+		return -1;
+	for (int i = 0; i < 3; i++)
+		if (!(x[i] >= 0 && x[i] <= (double)s->views) || x[i] != floor(x[i]))
+			return views_error(p, s->views, e);
+	if (!(x[0] < x[1] && x[2] >= 1))
+		return views_error(p, s->views, e);
+	for (size_t k = (size_t)x[0]; k < (size_t)x[1]; k += (size_t)x[2], n++) {
+		s->view[n] = s->view[k];
+		memmove(s->data + n * pixels, s->data + k * pixels, pixels * sizeof *s->data);
+	}
+	s->views = n;
+	ct_meta_drop(&s->meta, CT_META_SCAN_ARC);
+	ct_meta_drop(&s->meta, CT_META_SCAN_START);
+	return 0;
+}
+
+/* Counts to line integrals; what is bad. */
+static int correct(struct ct_stack *s, struct scan_source *in, const struct convert *p,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_counts_rule rule = {.rings = (size_t)p->rings};
+	struct ct_counts_report did;
+
+	rule.counts = p->projections == CONVERT_COUNTS ||
+		      (in->counts && p->projections != CONVERT_INTEGRALS);
+	if (!rule.counts && (p->flat || p->dark))
+		return ct_fail(e, CT_EUSAGE,
+			"--flat, --dark: only with --projections counts: %s has "
+			"line integrals",
+			p->in);
+	if (!p->projections && !rule.counts && !p->rings)
+		return 0; /* as computed: nothing is bad */
+	if (p->rings && p->rings % 2 == 0)
+		return ct_fail(e, CT_EUSAGE, "--rings: %d is not odd", p->rings);
+	if (p->flat) {
+		free(in->flat);
+		in->flat = NULL;
+	}
+	if (p->dark) {
+		free(in->dark);
+		in->dark = NULL;
+	}
+	if ((p->flat && scan_source_field(&in->flat, p->flat, s->h, s->w, p, e)) ||
+		(p->dark && scan_source_field(&in->dark, p->dark, s->h, s->w, p, e)))
+		return -1;
+	if (rule.counts && !in->flat)
+		return ct_fail(e, CT_EUSAGE,
+			"%s: counts need a flat field, what the detector counts without an object: "
+			"pass it by --flat",
+			p->in);
+	rule.flat = in->flat;
+	rule.dark = in->dark;
+	if (ct_counts_correct(s, &rule, &did, env, e))
+		return ct_blame(e, p->in);
+	if (did.bad)
+		ct_log(env, CT_WARN,
+			"%s: %zu of %zu pixels of the detector are bad: their neighbours replace them",
+			p->in, did.bad, s->h * s->w);
+	if (did.lost)
+		ct_log(env, CT_WARN, "%s: %zu values are not finite: their neighbours replace them",
+			p->in, did.lost);
+	if (did.starved)
+		ct_log(env, CT_WARN,
+			"%s: %zu values are below 0.0001 of the flat field, and count as that",
+			p->in, did.starved);
+	return 0;
+}
+
+/* HU of which density is attenuation in 1/mm. */
+static int set_window(struct ct_meta *m, double mu_water, struct ct_err *e)
+{
+	return ct_meta_setf(m, e, CT_META_WINDOW, "-1000:%.9g", 1000 / mu_water - 1000);
+}
+
+int convert_scan(const struct convert *p, const struct ct_env *env, struct ct_err *e)
+{
+	struct scan_source in = {0};
+	struct ct_stack s = {0};
+	struct ct_meta read = {0};
+	int rc = -1;
+
+	if (scan_source_read(&in, p, env, e) || place(&s, &in, p, e))
+		goto out;
+	if (ct_meta_copy(&read, &s.meta, e) ||
+		ct_meta_input(&read, p->in, 2,
+			(const struct ct_piece[]){
+				{in.n, sizeof in.n}, {s.data, ct_stack_count(&s) * sizeof *s.data}},
+			e) ||
+		correct(&s, &in, p, env, e) || (p->views && keep_views(&s, p, e)))
+		goto out;
+	if (ct_stack_check_finite(&s, e)) {
+		ct_blame(e, p->in);
+		goto out;
+	}
+	if (ct_meta_set(&s.meta, CT_META_QUANTITY, CT_QUANTITY_LINE_INTEGRAL, e) == 0 &&
+		(isnan(p->mu_water) || set_window(&s.meta, p->mu_water, e) == 0) &&
+		ct_meta_step(&s.meta, env, 1, (const struct ct_meta *const[]){&read}, e) == 0)
+		rc = ct_stack_write(p->out, &s, env, e);
+out:
+	scan_source_free(&in);
+	ct_meta_free(&read);
+	ct_stack_free(&s);
+	return rc;
+}

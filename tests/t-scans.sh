@@ -1,0 +1,74 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# ct-convert --projections: measured scans in files of MATLAB and HDF5, pictures, numpy and raw numbers become stacks.
+. "$srcdir/tests/tap.sh"
+python_with h5py && python_with scipy || { skip 'measured scans' 'no h5py or scipy'; done_testing; }
+PYTHONPATH=$srcdir/tests; export PYTHONPATH
+py() { "$PY" "$srcdir/tests/t-scans.py" "$@"; }
+py make || exit 99
+stack() { ct-convert -f --projections "$@"; }
+cat >cone.json <<'JSON'
+{"mode": "parallel", "DSO": 100, "DSD": 150, "nDetector": [3, 20], "dDetector": [1, 1], "totalAngle": 180, "unit": "mm"}
+JSON
+if ct-convert --projections auto a.mat probe.exr 2>&1 | grep -q 'is not installed'; then
+	skip 'files of MATLAB and HDF5' 'built without'
+else
+	exits 0 'a sinogram of MATLAB 5 is read' stack auto a.mat a.exr
+	py integrals a.exr; ok $? 'a sinogram of MATLAB 5 keeps every value'
+	py placed a.exr; ok $? 'a sinogram of MATLAB has its source and pixels where its parameters say'
+	ct-info a.exr >out; has out 'beam *fan' 'a sinogram of MATLAB is a fan'
+	exits 0 'a sinogram of MATLAB 7.3 is read' stack auto b.mat b.exr
+	py integrals b.exr && py placed b.exr; ok $? 'MATLAB 7.3 gives the same stack as MATLAB 5'
+	exits 0 'lengths in metres of MATLAB are read' stack auto metres.mat m.exr; py placed m.exr; ok $? 'lengths in metres become millimetres'
+	for bad in "inch;distanceUnit: 'inch' is not mm, cm or m" 'units;effectivePixelSizePost of .* is not pixelSizePost of 200' \
+		'angles;parameters.angles: has 5 angles for 12 views' 'cols;numDetectorsPost: is 560, but sinogram has 20' \
+		'none;parameters.distanceSourceOrigin: is missing' 'other;has no sinogram'; do
+		exits 3 "a sinogram that contradicts itself is refused: ${bad%;*}" stack auto "${bad%;*}.mat" no.exr
+		has err "${bad%;*}.mat: .*${bad#*;}" "the error names file and field: ${bad%;*}"
+	done
+	exits 5 'a detector before the axis is refused with status 5' stack auto behind.mat no.exr
+	exits 0 'a column of NaN in line integrals is mended' stack auto nan.mat n.exr; py mended n.exr; ok $? 'a lost column becomes the mean of its neighbours'
+	has err '1 of 20 pixels of the detector are bad' 'a lost column is counted in a warning'
+	exits 0 'views are chosen by first, last and step' stack auto --views 2:9:3 a.mat v.exr; py every_other v.exr; ok $? 'views 2, 5 and 8 are kept'
+	for bad in 3:2 0:13 0:4:0 1.5:4 x 1; do exits 2 "views that are none are refused: $bad" stack auto --views $bad a.mat no.exr; done
+	exits 2 'a flat field for line integrals is refused' stack auto --flat flat.npy a.mat no.exr
+	exits 0 'a stack is read again' stack auto --views 0:12 a.exr again.exr; py integrals again.exr && py placed again.exr; ok $? 'a stack that is read again keeps values and rays'
+	exits 0 'Data Exchange is read' stack auto --pitch .01 a.h5 x.exr; py ball x.exr >off; ok $? "counts become line integrals of the ball, off by $(cat off)"
+	has err '2 of 60 pixels of the detector are bad' 'a dead and a hot pixel are counted in a warning'
+	py degrees x.exr; ok $? 'angles of Data Exchange in degrees are read'
+	ct-info x.exr >out; has out 'pitch-mm *0.01 0.01' 'the size of a pixel is that of --pitch'
+	exits 0 'Data Exchange in rad is read' stack auto rad.h5 r.exr; py degrees r.exr; ok $? 'angles of Data Exchange in rad are read'
+	has err '1 mm is assumed' 'a scan without size of pixels is warned of'
+	exits 0 'angles without a unit are read' stack auto bare.h5 r.exr; py degrees r.exr; ok $? 'angles without a unit are degrees'
+	exits 3 'an unknown unit of angles is refused' stack auto grad.h5 no.exr; has err "the unit 'gradians' is not deg or rad" 'the error of an unknown unit names it'
+	exits 2 'counts without a flat field are refused' stack auto noflat.h5 no.exr; has err 'pass it by --flat' 'the error of a missing flat field names --flat'
+	exits 0 'a flat field of a file of its own is taken' stack auto --flat flat.npy --pitch 1 noflat.h5 x.exr; py ball x.exr; ok $? 'a flat field of a file of its own gives the ball'
+	exits 2 'Data Exchange without angles needs a scanner file' stack auto noangle.h5 no.exr
+	exits 0 'Data Exchange takes its rays of a scanner file' stack auto --scanner cone.json noangle.h5 x.exr; py degrees x.exr; ok $? 'the angles of the scanner file are taken'
+	exits 0 'views without a photon are warned of' stack auto zero.h5 z.exr; has err 'values are below 0.0001 of the flat field' 'starved values are counted in a warning'
+	exits 3 'HDF5 of another kind is refused' stack auto other.h5 no.exr; has err 'expected Data Exchange' 'the error of other HDF5 says what was expected'
+	for f in a.mat b.mat a.h5; do
+		size=$(wc -c <$f)
+		for part in 4 150 400 700 $((size / 2)) $((size - 9)); do
+			head -c $part $f >cut; stack auto cut no.exr 2>err; code=$?
+			case $code in 2|3|7) ;; *) echo "$f at $part: $code" ;; esac
+		done
+	done >wrong; [ ! -s wrong ]; ok $? "truncated files of MATLAB and HDF5 are refused $(head -n 2 wrong)"
+fi
+exits 0 'counts of numpy are read' stack counts --scanner cone.json --flat flat.npy --dark dark.npy views.npy x.exr; py ball x.exr; ok $? 'counts of numpy become the ball'
+exits 0 'counts of raw numbers are read' stack counts --raw 20x3x12:f32:1,1,1 --scanner cone.json --flat flat.npy --dark dark.npy views.raw x.exr; py ball x.exr; ok $? 'counts of raw numbers become the ball'
+if [ -e v00.tif ]; then
+	exits 0 'counts of pictures are read' stack counts --scanner cone.json --flat flat.tif --dark dark.tif v??.tif x.exr; py ball x.exr; ok $? 'counts of pictures become the ball'
+else
+	skip 'pictures of counts' 'no tifffile'
+fi
+exits 5 'a flat field of another size is refused' stack counts --scanner cone.json --flat ringed5.npy views.npy no.exr
+exits 2 'numpy without a scanner file is refused' stack counts --flat flat.npy views.npy no.exr; has err 'pass a scanner file by --scanner' 'the error of missing rays names --scanner'
+exits 0 'rings are removed when that is asked for' stack integral --scanner cone.json --rings 9 ringed.npy u.exr; py unringed u.exr; ok $? 'a ring is gone'
+stack integral --scanner cone.json ringed.npy u.exr; ! py unringed u.exr; ok $? 'a ring stays when nothing is asked for'
+exits 2 'rings of an even width are refused' stack integral --scanner cone.json --rings 8 ringed.npy no.exr
+exits 0 'attenuation of water makes HU' stack integral --scanner cone.json --mu-water .02 ringed.npy u.exr; ct-info u.exr >out; has out 'window *-1000:49000' 'the window follows from the attenuation of water'
+exits 2 'projections to a volume are refused' ct-convert --projections auto views.npy a.nii
+exits 2 'a gantry is not rectified in projections' stack integral --scanner cone.json --tilt shear ringed.npy no.exr
+[ ! -e no.exr ]; ok $? 'scans that were refused leave no stack'
+done_testing
