@@ -1,6 +1,7 @@
 /* fdk.c: see fdk.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "recon/fdk.h"
+#include "recon/upright.h"
 #include "core/mem.h"
 #include "core/vec3.h"
 
@@ -85,14 +86,19 @@ int ct_fdk_alloc(struct ct_fdk *f, const struct ct_vol *grid, const struct ct_st
 {
 	size_t threads = ct_par_threads(par), size;
 	const size_t *widen = f->orbit.widen;
+	const struct ct_stack *data = scan;
 	double radius;
+	int leans;
 
 	if (scan->w < 2)
 		return ct_fail(e, CT_EGEOM,
 			"rows of one pixel cannot be filtered; the iterative methods accept them");
-	*f = (struct ct_fdk){.scan = scan, .kind = kind};
-	if (ct_fdk_weights_alloc(&f->orbit, scan, (double)INFINITY, false, e))
+	*f = (struct ct_fdk){.scan = data, .kind = kind};
+	if (ct_stack_check(data, e) || (leans = ct_upright_views(&f->upright, data, e)) < 0)
 		return -1;
+	scan = leans ? data : &f->upright;
+	if (ct_fdk_weights_alloc(&f->orbit, scan, (double)INFINITY, false, e))
+		goto fail;
 	radius = radius_about(&f->orbit, grid);
 	ct_fdk_weights_free(&f->orbit);
 	if (ct_fdk_weights_alloc(&f->orbit, scan, radius, parker, e))
@@ -108,6 +114,8 @@ int ct_fdk_alloc(struct ct_fdk *f, const struct ct_vol *grid, const struct ct_st
 	f->block = f->block < 1 ? 1 : f->block > scan->views ? scan->views : f->block;
 	if (ct_alloc0(&f->views, f->block * size, sizeof *f->views, e) ||
 		ct_alloc(&f->weight, threads * scan->h * scan->w, sizeof *f->weight, e) ||
+		(f->upright.views &&
+			ct_alloc(&f->stood, threads * scan->h * scan->w, sizeof *f->stood, e)) ||
 		ct_alloc(&f->scratch, threads * ct_ramp_scratch(&f->filter), sizeof *f->scratch, e))
 		goto fail;
 	return 0;
@@ -121,7 +129,9 @@ void ct_fdk_free(struct ct_fdk *f)
 	ct_fdk_weights_free(&f->orbit);
 	ct_ramp_free(&f->filter);
 	ct_backprojector_free(&f->back);
+	ct_stack_free(&f->upright);
 	free(f->views);
+	free(f->stood);
 	free(f->weight);
 	free(f->scratch);
 	*f = (struct ct_fdk){0};
@@ -143,6 +153,10 @@ static void filter_view(void *arg, size_t i, size_t worker)
 	double *scratch = f->scratch + worker * ct_ramp_scratch(&f->filter);
 	const float *in = ct_stack_view(f->scan, j->first + i);
 
+	if (f->upright.views) {
+		ct_upright_pixels(f->stood + worker * h * w, &f->upright, f->scan, j->first + i);
+		in = f->stood + worker * h * w;
+	}
 	ct_fdk_weights_of(&f->orbit, j->first + i, f->kind == CT_RAMP_NONE, weight);
 	for (size_t r = 0; r < h; r += CT_RAMP_ROWS) {
 		size_t rows = h - r < CT_RAMP_ROWS ? h - r : CT_RAMP_ROWS;
@@ -181,7 +195,7 @@ int ct_fdk_all(struct ct_fdk *f, float *restrict vol, const struct ct_env *env, 
 size_t ct_fdk_bytes(const struct ct_fdk *f, size_t threads)
 {
 	return f->block * ct_backprojector_size(&f->back) * sizeof *f->views +
-	       threads * (f->scan->h * f->scan->w * sizeof *f->weight +
+	       threads * (f->scan->h * f->scan->w * (f->upright.views ? 2 : 1) * sizeof *f->weight +
 				 ct_ramp_scratch(&f->filter) * sizeof *f->scratch);
 }
 

@@ -16,6 +16,8 @@
 
 struct ct_fdk {
 	const struct ct_stack *scan; /* borrowed */
+	struct ct_stack
+		upright; /* owned, without data: its views if it leans (upright.h), or zero */
 	struct ct_fdk_weights orbit;
 	struct ct_ramp filter;
 	struct ct_backprojector back;
@@ -24,6 +26,7 @@ struct ct_fdk {
 	size_t block;    /* views that are filtered, then back-projected, together */
 	float *views;    /* owned, [block] stored views */
 	float *weight;   /* owned, [threads][h][w] */
+	float *stood;    /* owned, [threads][h][w] if it leans */
 	double *scratch; /* owned, [threads][ct_ramp_scratch] */
 };
 

@@ -6,6 +6,8 @@
 #include <math.h>
 #include <string.h>
 
+enum { FEW = 4 }; /* rows, times which there are columns */
+
 /* The point nearest to all central rays: sum (1 - d d') (x - source) = 0. */
 static int meeting_point(double x[3], const struct ct_stack *s, struct ct_err *e)
 {
@@ -58,13 +60,28 @@ static double to_edge(const struct ct_stack *s, const struct ct_view *v, const d
 	return fabs(ct_vec3_dot(n, d)) / ct_vec3_length(n);
 }
 
-/* Radius of the sphere about x that every view sees, from the middle to the farther edge: an offset
- * detector sees one side now and the other half a turn later. Size of a pixel at x: *mm. */
-static double seen_radius(const struct ct_stack *s, const double x[3], double *mm)
+/* The axis of the world that the rows of all views follow each other along, or -1. */
+static int across_rows(const struct ct_stack *s)
 {
+	int axis = 0;
+
+	for (int a = 1; a < 3; a++)
+		axis = fabs(s->view[0].v[a]) > fabs(s->view[0].v[axis]) ? a : axis;
+	for (size_t k = 0; k < s->views; k++)
+		if (!(fabs(s->view[k].v[axis]) > 0.99 * ct_vec3_length(s->view[k].v)))
+			return -1;
+	return axis;
+}
+
+/* Radius of the sphere about x that every view sees, from the middle to the farther edge: an offset
+ * detector sees one side now and the other half a turn later. *high: of its rows alone, if they are
+ * few: the region is then as flat as they are. Size of a pixel at x: *mm. */
+static double seen_radius(const struct ct_stack *s, const double x[3], double *high, double *mm)
+{
+	const bool flat = s->h * FEW < s->w && across_rows(s) >= 0;
 	double least = HUGE_VAL;
 
-	*mm = HUGE_VAL;
+	*mm = *high = HUGE_VAL;
 	for (size_t k = 0; k < s->views; k++) {
 		const struct ct_view *v = &s->view[k];
 		double side = 0, top = 0, near[3], far[3], scale = 1;
@@ -73,7 +90,8 @@ static double seen_radius(const struct ct_stack *s, const double x[3], double *m
 			side = fmax(side, to_edge(s, v, x, v->u, v->v, sign * (double)s->w / 2));
 			top = fmax(top, to_edge(s, v, x, v->v, v->u, sign * (double)s->h / 2));
 		}
-		least = fmin(least, s->beam == CT_FAN ? side : fmin(side, top));
+		least = fmin(least, s->beam == CT_FAN || flat ? side : fmin(side, top));
+		*high = flat && s->beam != CT_FAN ? fmin(*high, top) : *high;
 		ct_vec3_minus(near, x, v->source);
 		ct_vec3_minus(far, v->centre, v->source);
 		if (s->beam != CT_PARALLEL)
@@ -86,19 +104,22 @@ static double seen_radius(const struct ct_stack *s, const double x[3], double *m
 
 static int seen_cube(struct ct_vol *grid, const struct ct_stack *scan, struct ct_err *e)
 {
-	double x[3], mm, r, n;
+	double x[3], mm, r, high, n, size[3];
 
 	if (meeting_point(x, scan, e))
 		return -1;
-	r = seen_radius(scan, x, &mm);
+	r = seen_radius(scan, x, &high, &mm);
 	n = ceil(2 * r / mm);
 	if (!(n >= 1 && n <= 1 << 20))
 		return ct_fail(e, CT_EGEOM,
 			"the views do not show how large the object is: name a volume with --grid");
 	for (int a = 0; a < 3; a++) {
-		grid->n[a] = (size_t)n;
-		grid->affine[a][a] = 2 * r / n;
-		grid->affine[a][3] = x[a] - r + r / n;
+		const double half = high < r && a == across_rows(scan) ? high : r;
+
+		size[a] = half == r ? n : fmax(1, nearbyint(n * half / r));
+		grid->n[a] = (size_t)size[a];
+		grid->affine[a][a] = 2 * half / size[a];
+		grid->affine[a][3] = x[a] - half + half / size[a];
 	}
 	return 0;
 }

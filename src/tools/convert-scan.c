@@ -4,6 +4,7 @@
 #include "core/mem.h"
 #include "formats/format.h"
 #include "formats/hash.h"
+#include "recon/centre.h"
 #include "recon/scan-grid.h"
 #include "tools/lib/geometry-json.h"
 #include "tools/scan-source.h"
@@ -149,6 +150,18 @@ static int correct(struct ct_stack *s, struct scan_source *in, const struct conv
 	return 0;
 }
 
+static int centre(
+	struct ct_stack *s, const struct convert *p, const struct ct_env *env, struct ct_err *e)
+{
+	double columns;
+
+	if (ct_centre_find(&columns, s, env, e))
+		return ct_blame(e, p->in);
+	ct_centre_shift(s, columns);
+	ct_log(env, CT_INFO, "%s: the detector is moved by %.3f columns along u", p->in, columns);
+	return 0;
+}
+
 /* HU of which density is attenuation in 1/mm. */
 static int set_window(struct ct_meta *m, double mu_water, struct ct_err *e)
 {
@@ -175,7 +188,8 @@ int convert_scan(const struct convert *p, const struct ct_env *env, struct ct_er
 		ct_blame(e, p->in);
 		goto out;
 	}
-	if (ct_meta_set(&s.meta, CT_META_QUANTITY, CT_QUANTITY_LINE_INTEGRAL, e) == 0 &&
+	if ((!p->find_centre || centre(&s, p, env, e) == 0) &&
+		ct_meta_set(&s.meta, CT_META_QUANTITY, CT_QUANTITY_LINE_INTEGRAL, e) == 0 &&
 		(isnan(p->mu_water) || set_window(&s.meta, p->mu_water, e) == 0) &&
 		ct_meta_step(&s.meta, env, 1, (const struct ct_meta *const[]){&read}, e) == 0)
 		rc = ct_stack_write(p->out, &s, env, e);

@@ -31,7 +31,7 @@ struct convert {
 	int projections, rings, cube, type, tilt, gaps, units, radiograph;
 	const char *sidecar;
 	json_t *about; /* what goes into it */
-	bool skip_damaged, compress, deid, other_patient;
+	bool find_centre, skip_damaged, compress, deid, other_patient;
 	struct convert_planes *planes; /* of the run */
 };
 

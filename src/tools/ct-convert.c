@@ -57,6 +57,8 @@ static const struct ct_opt opts[] = {
 	CT_INPUT(flat, 0, "flat", "FILE", "counts without object", OF_SCAN),
 	CT_INPUT(dark, 0, "dark", "FILE", "counts without rays", OF_SCAN),
 	CT_OPT(rings, 0, "rings", "N", 0, 1001, "remove rings by a median of N columns", OF_SCAN),
+	CT_FLAG(find_centre, 0, "find-centre", "find the axis on the detector, as ct-fdk does",
+		OF_SCAN),
 	CT_TEXT(views, 0, "views", "FIRST:LAST[:STEP]", "keep these views, LAST excluded", OF_SCAN),
 	CT_OPT(mu_water, 0, "mu-water", "1/MM", 1e-6, 100, "attenuation of water, to make HU",
 		OF_SCAN),

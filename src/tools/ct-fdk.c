@@ -5,6 +5,7 @@
 #include "cli/cost-report.h"
 #include "cli/keep.h"
 #include "formats/format.h"
+#include "recon/centre.h"
 #include "steps/step-reconstruct.h"
 #include "tools/lib/geometry-opts.h"
 #include "xray/project.h"
@@ -13,6 +14,7 @@ struct params {
 	const char *out, *grid, *window;
 	struct ct_step_reconstruct_rule rule;
 	int quantity;
+	bool find_centre;
 };
 
 #define QUANTITIES(X)                                                                              \
@@ -49,6 +51,8 @@ static const struct ct_opt opts[] = {
 	CT_FLAG(rule.how.parker, 0, "parker",
 		"weigh the rays of a short scan so that those seen twice count once",
 		CT_WHEN(CT_IF_WORD(rule.method, FILTERS))),
+	CT_FLAG(find_centre, 0, "find-centre",
+		"find where the axis is on the detector, and move it there; --verbose prints it"),
 	CT_OPT(rule.iterations, 'n', "iterations", "N", 0, 1000000,
 		"at most so many iterations; 0 stands for 30 of cgls, 100 of sirt and tv",
 		CT_WHEN(CT_IF_WORD(rule.method, ITERATES))),
@@ -81,6 +85,17 @@ static int read_all(struct ct_stack *in, struct ct_vol *like, struct ct_step_rec
 		       : 0;
 }
 
+static int centre(struct ct_stack *in, const char *name, const struct ct_env *env, struct ct_err *e)
+{
+	double columns;
+
+	if (ct_centre_find(&columns, in, env, e))
+		return ct_blame(e, name);
+	ct_centre_shift(in, columns);
+	ct_log(env, CT_INFO, "%s: the detector is moved by %.3f columns along u", name, columns);
+	return 0;
+}
+
 static int keep(struct ct_vol *out, const struct ct_stack *in, const char *path,
 	const struct ct_env *env, struct ct_err *e)
 {
@@ -100,6 +115,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct ct_vol like = {0}, out = {0};
 	struct ct_cost cost;
 	int rc = read_all(&in, &like, &rule, p, e) ||
+		 (p->find_centre && centre(&in, rule.name, env, e)) ||
 		 ct_step_reconstruct_plan(&plan, &rule, &in, like.data ? &like : NULL, e);
 
 	ct_vol_free(&like);
