@@ -15,7 +15,7 @@ enum {
 	BLOCK = 3, /* its side, voxels */
 	MOST_BLOCKS = 1 << 16,
 	LEAST_BLOCKS = 128, /* of which something is said */
-	LEAST_SURE = 2000,  /* of tissue, of which something is sure */
+	LEAST_SURE = 2000,  /* of tissue, of which something is sure; of a texture */
 	FLATTEST = 50,      /* one in so many */
 	TENTH = 10,
 	FORTIETH = 40,
@@ -412,7 +412,7 @@ int ct_noise_busy(double *busy, const struct ct_vol *v, const double factor[stat
 		all[a] = v->n[a] - (BLOCK - 1) * far;
 		half[a] = all[a] / 2;
 	}
-	if (!(spread > 0))
+	if (!(spread > 0) || all[0] * all[1] * all[2] < LEAST_SURE)
 		return 0;
 	while (all[0] / step * (all[1] / step) * (all[2] / step) > MOST_BLOCKS)
 		step++;

@@ -411,7 +411,7 @@ int ct_operator_find(struct ct_operator *r, const struct ct_said *said, bool nee
 	const bool by_caller = !isnan(said->noise);
 	bool settled; /* the slice profile says all that there is to say */
 	double noise = 0;
-	int none;
+	int none, axis;
 
 	*r = (struct ct_operator){.operator= {{1, 1, 1}, {0}, CT_DECIMATE_SINC, {0}}, .sure = 1};
 	r->trusted = said->trust;
@@ -430,6 +430,7 @@ int ct_operator_find(struct ct_operator *r, const struct ct_said *said, bool nee
 	r->noise_from = none == 0 && (!by_caller || said->noise == noise) ? CT_BY_FILE
 			: by_caller                                       ? CT_BY_CALLER
 									  : CT_BY_NOBODY;
+	axis = ct_soft_axis(r->operator.factor);
 	settled = ct_slice_profile_is_said(&said->slice) &&
 		  ct_slice_profile_is_alone(
 			  r->operator.factor, ct_slice_profile_axis(r->operator.factor));
@@ -439,5 +440,11 @@ int ct_operator_find(struct ct_operator *r, const struct ct_said *said, bool nee
 	if (need_noise && r->known && !said->trust && !ct_operator_is_estimated(r) &&
 		compare_known(r, in, env, e))
 		return -1;
-	return none && !by_caller && need_noise ? measure_noise(r, in, env, e) : 0;
+	if (!none || by_caller || !need_noise)
+		return 0;
+	if (measure_noise(r, in, env, e))
+		return -1;
+	if (axis >= 0 && ct_operator_is_estimated(r) && !r->trusted && r->noise > 0)
+		r->soft = r->soft || ct_soft_noise(&r->joint[axis], r->alike[axis]);
+	return 0;
 }

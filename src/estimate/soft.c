@@ -10,12 +10,18 @@
 #define SURELY 0.84 /* of a spread, what is left of it where slices are soft */
 /* Slices that overlap by half hardly alias: .18 to .28; interpolated ones, .29 to .98. */
 #define ALIASES 0.28
+/* From here on softness made what is wide: profiles as wide as WIDE alias by .30 to .38. */
+#define SOFTLY 0.42
+/* Noise of slices that were interpolated is alike along z by .34 to .60, of others by 0 to .29. */
+#define ALIKE 0.32
 /* Of a spread that is known: what edges of sharp slices show, 1 to 1.28; of soft ones, 1.36 to 2.2.
  */
 #define BEYOND 1.35
 
-static double slice_spread(double had)
+static double slice_spread(double had, double aliases)
 {
+	if (had > CAREFUL && aliases >= SOFTLY)
+		return CAREFUL;
 	if (had <= CAREFUL || had >= WIDE)
 		return had;
 	return had < APART ? CAREFUL : CAREFUL + (WIDE - CAREFUL) * (had - APART) / (WIDE - APART);
@@ -44,7 +50,7 @@ bool ct_soft_leave(struct ct_profile p[static 3], const double factor[static 3])
 	if (a >= 0 && !isnan(p[a].spread) && p[a].aliases >= ALIASES) {
 		const double had = p[a].spread;
 
-		p[a].spread = slice_spread(had);
+		p[a].spread = slice_spread(had, p[a].aliases);
 		return p[a].spread < SURELY * had;
 	}
 	return false;
@@ -53,4 +59,9 @@ bool ct_soft_leave(struct ct_profile p[static 3], const double factor[static 3])
 bool ct_soft_beyond(const struct ct_profile *p, double known)
 {
 	return !isnan(p->spread) && p->spread > BEYOND * known;
+}
+
+bool ct_soft_noise(const struct ct_profile *p, double alike)
+{
+	return p->spread == CAREFUL && alike > ALIKE;
 }

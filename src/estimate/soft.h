@@ -29,6 +29,9 @@ int ct_soft_axis(const double factor[static 3]);
 /* The spreads of the axes that are refined, by `factor`, become those of the profiles alone. True
  * if slices are softer than a profile explains. Pure. */
 bool ct_soft_leave(struct ct_profile p[static 3], const double factor[static 3]);
+/* Is the noise of slices, of which so much is alike, that of interpolated ones, whose spread was
+ * left? Pure. */
+bool ct_soft_noise(const struct ct_profile *p, double alike);
 /* Do edges show more than slices of a known spread, voxels, explain? Pure. */
 bool ct_soft_beyond(const struct ct_profile *p, double known);
 
