@@ -354,7 +354,7 @@ done <want >wrong
 sed 's/^/# /' wrong
 # all options and their letters, in order; those of every command come last
 cat >options <<'EOF'
-ct-compose --floor g--gain s--spacing w--window --consistent --residual-out --units
+ct-compose --floor g--gain s--spacing w--window --consistent --residual-out --expert --units
 ct-convert --series --tilt --gaps --skip-damaged --units --raw --orient --rescale --scanner
 ct-convert --radiograph --pitch --reorient --crop --grid --iso --cube --type --compress --sidecar --template --template-other-patient --deid
 ct-ddnm x--factor p--prior a--arch --class n--steps --sigma-y --sampler i--init
@@ -370,7 +370,7 @@ ct-info --series e--operator x--factor --json
 ct-metrics w--window --range --mask --ssim --per-slice --harm --edges --structures x--factor
 ct-metrics --tissues --uncertainty --consistency --map --min --max --csv --expert --json
 ct-nabgs b--base --base-projections --uncertainty --lr w--window n--iterations g--gaussians
-ct-nabgs a--activation m--mode x--factor --paper --checkpoint-every
+ct-nabgs a--activation m--mode x--factor --paper --release --checkpoint-every
 ct-nabgs --resume --expert s--seed --json --dry-run --units
 ct-phantom --size --spacing w--window --like --expert s--seed
 ct-profile --units
