@@ -86,7 +86,7 @@ drawn fortran.pickle 0 'columns first are read'
 drawn free.pickle 0 'without scale_bound the scales are logarithms'
 drawn p4.pickle 1 'a slope makes them PReLU' --expert gamma=0.25
 exits 0 'ct-info tells of Gaussians of R2-Gaussian' ct-info p4.pickle
-has out '^gaussians  *5' 'ct-info counts them'
+has out '^gaussians  *5' 'ct-info counts the Gaussians of a pickle'
 no() { # no FILE WORDS NAME
 	exits 3 "$3 is refused with status 3" ct-info "$1"
 	has err "$1: $2" "the error of $3 names file and key"
