@@ -40,8 +40,7 @@ static const struct ct_opt opts[] = {
 		"turn the volume about its centre before projecting: degrees about the world's x, "
 		"then y, then z axis"),
 	CT_EXPERT(cells, "cells", "yes", 0, 0,
-		"take samples that are first voxels of their cells for the cells, as the paper's release "
-		"does (metadata first)"),
+		"place samples as the release of the paper, ct-release(7)"),
 	CT_CHOICE(rule.quantity, 0, "quantity", CT_WORDS(CT_STEP_PROJECT_QUANTITIES),
 		"what the values of IN are: as its metadata say and else HU, or this; density "
 		"is projected as it is"),

@@ -75,7 +75,7 @@ static const struct ct_opt opts[] = {
 		"it added much",
 		WITH_PRIOR),
 	CT_EXPERT(zoom, "zoom", "yes", 0, 0,
-		"linear: lay the voxels where the paper's release does, see ct-release(7)",
+		"of linear: as the release of the paper, ct-release(7)",
 		WITH(CT_BIT(CT_UPSAMPLE_LINEAR))),
 	CT_EXPERT(rule.weight, "weight", "W", 0, 10,
 		"add W times the prediction, with no other weight", WITH_PRIOR),
