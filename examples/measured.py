@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Scores of measured.mk: a slice against what the organisers of the Helsinki Tomography Challenge 2022 made.
+
+    measured.py correlate FBP.mat SLICE...    correlation within 250 pixels of the middle, and the scale
+    measured.py segment SEG.mat SLICE...      Matthews' coefficient of the slice above Otsu's threshold
+"""
+import sys
+
+import nibabel as nib
+import numpy as np
+import scipy.io as sio
+
+
+def otsu(x):
+    h, edge = np.histogram(x, 256)
+    mid = (edge[1:] + edge[:-1]) / 2
+    w, m = np.cumsum(h), np.cumsum(h * mid)
+    with np.errstate(all="ignore"):
+        return mid[np.nanargmax((m[-1] * w / w[-1] - m) ** 2 / (w * (w[-1] - w)))]
+
+
+def segment(x, want):
+    got, want = x > otsu(x), want > 0
+    tp, tn = float((got & want).sum()), float((~got & ~want).sum())
+    fp, fn = float((got & ~want).sum()), float((~got & want).sum())
+    return "%.4f" % ((tp * tn - fp * fn) / np.sqrt((tp + fp) * (tp + fn) * (tn + fp) * (tn + fn)))
+
+
+def correlate(x, want):
+    at = np.arange(512) - 255.5
+    inside = np.hypot(*np.meshgrid(at, at)) < 250
+    return "%.5f %.6f" % (np.corrcoef(x[inside], want[inside])[0, 1], np.polyfit(x[inside], want[inside], 1)[0])
+
+
+want = [v for k, v in sio.loadmat(sys.argv[2]).items() if k[0] != "_"][0]
+for name in sys.argv[3:]:
+    x = np.asarray(nib.load(name).dataobj)[:, :, 0]
+    x = x.repeat(512 // x.shape[0], 0).repeat(512 // x.shape[1], 1)
+    print(name, {"segment": segment, "correlate": correlate}[sys.argv[1]](x, want))
