@@ -23,7 +23,7 @@ DOCUMENTS = [
     ('Results', [('doc/results.md', 'results', 'All tables'), ('doc/blur-estimate.md', 'blur-estimate', 'Blur and noise, estimated'),
                  ('doc/scale.md', 'scale', 'Cost against size'), ('doc/blocks.md', 'blocks', 'Slabs against the whole'),
                  ('doc/samplers.md', 'samplers', 'Samplers of projections'), ('doc/release.md', 'release', 'The release of the paper'),
-                 ('doc/extremes.md', 'extremes', 'Extreme scans'), ('doc/dicom.md', 'dicom', 'DICOM against other readers'),
+                 ('doc/extremes.md', 'extremes', 'Extreme scans'), ('doc/measured.md', 'measured', 'Measured scans'), ('doc/dicom.md', 'dicom', 'DICOM against other readers'),
                  ('src/prior/README.md', 'networks', 'What the networks learnt from')]),
     ('Manual', []),
     ('Library', [('src/ctsr/ctsr.h', 'api-c', 'C: ctsr.h'), ('python/ctsr', 'api-python', 'Python: ctsr'),
