@@ -1,5 +1,6 @@
 /* r2.c: see r2.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
+#include "core/gauss-scene.h"
 #include "core/mem.h"
 #include "core/vec3.h"
 #include "core/words.h"
@@ -23,115 +24,6 @@ static const struct {
 	size_t column, columns;
 } arrays[] = {{"xyz", 0, 3}, {"scale", 3, 3}, {"rotation", 6, 4}, {"density", 10, 1}};
 enum { ARRAYS = sizeof arrays / sizeof *arrays, SCALE = 1 };
-
-bool ct_r2_is_scene(const struct ct_gauss *g)
-{
-	return g->grid[0] == 0 && g->affine[0][0] == 1;
-}
-
-/* Half the largest extent, mm, the centre, and the directions of the axes. */
-struct scene {
-	double half, centre[3], axis[3][3];
-	bool plain; /* the axes are those of the world */
-};
-
-static struct scene scene_of(const size_t n[static 3], double affine[3][4])
-{
-	struct scene s = {.plain = true};
-
-	for (int a = 0; a < 3; a++) {
-		double mm = 0;
-
-		for (int r = 0; r < 3; r++)
-			mm += affine[r][a] * affine[r][a];
-		mm = sqrt(mm);
-		s.half = fmax(s.half, mm * (double)n[a] / 2);
-		for (int r = 0; r < 3; r++)
-			s.axis[r][a] = affine[r][a] / mm;
-	}
-	for (int r = 0; r < 3; r++) {
-		s.centre[r] = affine[r][3];
-		for (int a = 0; a < 3; a++) {
-			s.centre[r] += affine[r][a] * ((double)n[a] - 1) / 2;
-			s.plain &= fabs(s.axis[r][a] - (r == a)) < 1e-12;
-		}
-	}
-	return s;
-}
-
-/* q <- the rotation of m q, or of its mirror image, which has the same covariance. */
-static void turn(double q[4], double m[3][3])
-{
-	double w = q[0], x = q[1], y = q[2], z = q[3], n = w * w + x * x + y * y + z * z;
-	double r[3][3], p[3][3], det, big;
-	int k = 0;
-
-	if (!(n > 0))
-		return;
-	n = 2 / n;
-	memcpy(r,
-		(double[3][3]){{1 - n * (y * y + z * z), n * (x * y - w * z), n * (x * z + w * y)},
-			{n * (x * y + w * z), 1 - n * (x * x + z * z), n * (y * z - w * x)},
-			{n * (x * z - w * y), n * (y * z + w * x), 1 - n * (x * x + y * y)}},
-		sizeof r);
-	for (int i = 0; i < 3; i++)
-		for (int j = 0; j < 3; j++)
-			p[i][j] = m[i][0] * r[0][j] + m[i][1] * r[1][j] + m[i][2] * r[2][j];
-	det = p[0][0] * (p[1][1] * p[2][2] - p[1][2] * p[2][1]) -
-	      p[0][1] * (p[1][0] * p[2][2] - p[1][2] * p[2][0]) +
-	      p[0][2] * (p[1][0] * p[2][1] - p[1][1] * p[2][0]);
-	for (int i = 0; i < 3 && det < 0; i++)
-		for (int j = 0; j < 3; j++)
-			p[i][j] = -p[i][j];
-	/* of the four ways to take a quaternion of a matrix that with the largest divisor */
-	const double four[4] = {1 + p[0][0] + p[1][1] + p[2][2], 1 + p[0][0] - p[1][1] - p[2][2],
-		1 - p[0][0] + p[1][1] - p[2][2], 1 - p[0][0] - p[1][1] + p[2][2]};
-
-	for (int i = 1; i < 4; i++)
-		k = four[i] > four[k] ? i : k;
-	big = sqrt(fmax(four[k], 1e-300));
-	const double a = p[2][1] - p[1][2], b = p[0][2] - p[2][0], c = p[1][0] - p[0][1];
-	const double d = p[1][0] + p[0][1], f = p[0][2] + p[2][0], g = p[2][1] + p[1][2];
-	const double all[4][4] = {{big * big, a, b, c}, {a, big * big, d, f}, {b, d, big * big, g},
-		{c, f, g, big * big}};
-
-	for (int i = 0; i < 4; i++)
-		q[i] = all[k][i] / (2 * big);
-}
-
-/* To mm, or back to the scene. */
-static void move(struct ct_gauss *g, size_t i, struct scene *s, bool back)
-{
-	double x[3], y[3], q[4], m[3][3];
-
-	for (int r = 0; r < 3; r++) {
-		x[r] = (double)g->pos[r][i] - (back ? s->centre[r] : 0);
-		for (int a = 0; a < 3; a++)
-			m[r][a] = back ? s->axis[a][r] : s->axis[r][a];
-		g->scale[r][i] += (float)((back ? -1 : 1) * log(s->half));
-	}
-	for (int r = 0; r < 3; r++) {
-		y[r] = m[r][0] * x[0] + m[r][1] * x[1] + m[r][2] * x[2];
-		g->pos[r][i] = (float)(back ? y[r] / s->half : s->centre[r] + y[r] * s->half);
-	}
-	if (s->plain)
-		return;
-	for (int k = 0; k < 4; k++)
-		q[k] = (double)g->rot[k][i];
-	turn(q, m);
-	for (int k = 0; k < 4; k++)
-		g->rot[k][i] = (float)q[k];
-}
-
-void ct_r2_place(struct ct_gauss *g, const size_t n[static 3], double affine[3][4])
-{
-	struct scene s = scene_of(n, affine);
-
-	for (size_t i = 0; i < g->n; i++)
-		move(g, i, &s, false);
-	memcpy(g->grid, n, sizeof g->grid);
-	memcpy(g->affine, affine, sizeof g->affine);
-}
 
 static const struct ct_pickle_value *get(const struct ct_pickle *p, const char *key)
 {
@@ -259,7 +151,7 @@ static int read_own(struct ct_gauss *g, const struct ct_pickle *p, struct ct_err
 			return ct_fail(e, CT_EINPUT, "key 'grid' or 'affine': is no grid");
 		grid[k] = (size_t)n[k];
 	}
-	ct_r2_place(g, grid, a);
+	ct_gauss_place(g, grid, a);
 	return 0;
 }
 
@@ -342,7 +234,7 @@ int ct_r2_write(
 	struct ct_gauss own = {.activation = g->activation, .gamma = g->gamma};
 	double affine[3][4];
 	struct ct_out out = {0};
-	struct scene s;
+	struct ct_gauss_scene s;
 	char *text = NULL;
 	size_t length = 0;
 	FILE *f;
@@ -352,14 +244,14 @@ int ct_r2_write(
 		return ct_fail(e, CT_EINPUT,
 			"%s: Gaussians without a grid, or too many, make no pickle", path);
 	memcpy(affine, g->affine, sizeof affine);
-	s = scene_of(g->grid, affine);
+	s = ct_gauss_scene_of(g->grid, affine);
 	if (ct_gauss_reserve(&own, g->n + 1, e))
 		return -1;
 	own.n = g->n;
 	for (size_t k = 0; k < FIELDS; k++)
 		memcpy(own.column[k], g->column[k], g->n * sizeof **g->column);
 	for (size_t i = 0; i < g->n; i++)
-		move(&own, i, &s, true);
+		ct_gauss_move(&own, i, &s, true);
 	f = open_memstream(&text, &length);
 	if (!f) {
 		ct_gauss_free(&own);

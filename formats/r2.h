@@ -9,18 +9,14 @@
  * (None). The paper's program has PReLU for softplus, whose slope it does not keep.
  *
  * What we write has also the texts activation, gamma, grid and affine, which those programs pass
- * over. A set without grid and affine stays in its scene until ct_r2_place: its grid is 0 and its
- * affine the identity. SPDX-License-Identifier: Apache-2.0 */
+ * over. A set without grid and affine stays in its scene (core/gauss-scene.h).
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_FORMATS_R2_H
 #define CT_FORMATS_R2_H
 #include "core/env.h"
 #include "core/gauss.h"
 #include "core/vol.h"
 
-/* Is it in its scene? */
-bool ct_r2_is_scene(const struct ct_gauss *g);
-/* From its scene to the grid of a volume of n voxels, in mm. */
-void ct_r2_place(struct ct_gauss *g, const size_t n[static 3], double affine[3][4]);
 /* CT_EINPUT without a grid, CT_EOUTPUT, CT_ENOMEM. */
 int ct_r2_write(
 	const char *path, const struct ct_gauss *g, const struct ct_env *env, struct ct_err *e);

@@ -85,6 +85,9 @@ drawn swapped.pickle 0 'doubles of the other order of bytes are read'
 drawn fortran.pickle 0 'columns first are read'
 drawn free.pickle 0 'without scale_bound the scales are logarithms'
 drawn p4.pickle 1 'a slope makes them PReLU' --expert gamma=0.25
+ct-compose -q -f base.nii p4.pickle by.nii && "$builddir/tests/one-step" compose base.nii p4.pickle lib.nii && ct-convert -q -f --type f32 by.nii a.nii &&
+	ct-convert -q -f --type f32 lib.nii b.nii && tail -c 6144 a.nii >a && tail -c 6144 b.nii >b && cmp -s a b
+ok $? 'the library composes a pickle to the voxels of ct-compose'
 exits 0 'ct-info tells of Gaussians of R2-Gaussian' ct-info p4.pickle
 has out '^gaussians  *5' 'ct-info counts the Gaussians of a pickle'
 no() { # no FILE WORDS NAME

@@ -1,6 +1,7 @@
 /* step-compose.c: see step-compose.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "steps/step-compose.h"
+#include "core/gauss-scene.h"
 #include "gs/mixture.h"
 #include "operator/regrid.h"
 #include "inverse/upsample.h"
@@ -105,7 +106,7 @@ static int make_consistent(struct ct_vol *out, struct ct_step_compose_report *di
 	return 0;
 }
 
-int ct_step_compose_run(struct ct_vol *added, struct ct_step_compose_report *did,
+static int compose(struct ct_vol *added, struct ct_step_compose_report *did,
 	const struct ct_step_compose *d, const struct ct_step_compose_rule *r,
 	const struct ct_env *env, struct ct_err *e)
 {
@@ -130,4 +131,25 @@ int ct_step_compose_run(struct ct_vol *added, struct ct_step_compose_report *did
 			       ct_meta_set(&added->meta, CT_META_QUANTITY, CT_QUANTITY_RESIDUAL, e)
 		       ? -1
 		       : 0;
+}
+
+int ct_step_compose_run(struct ct_vol *added, struct ct_step_compose_report *did,
+	const struct ct_step_compose *d, const struct ct_step_compose_rule *r,
+	const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_step_compose own = *d;
+	struct ct_gauss placed = {0};
+	double affine[3][4];
+	int rc;
+
+	if (!d->gauss || !ct_gauss_is_scene(d->gauss))
+		return compose(added, did, d, r, env, e);
+	memcpy(affine, d->base->affine, sizeof affine);
+	own.gauss = &placed;
+	rc = ct_gauss_placed(&placed, d->gauss, r->gamma, d->base->n, affine, e) ||
+			     compose(added, did, &own, r, env, e)
+		     ? -1
+		     : 0;
+	ct_gauss_free(&placed);
+	return rc;
 }

@@ -18,6 +18,7 @@ struct ct_step_compose_rule {
 	struct ct_window_rule window;
 	double floor;   /* least value, HU; NaN: LO */
 	double gain;    /* of the residual */
+	double gamma;   /* PReLU's slope of Gaussians in their scene; 0: as they say */
 	double spacing; /* mm of the voxels, to which the base is interpolated; NaN: its own grid */
 };
 #define CT_STEP_COMPOSE_DEFAULTS                                                                   \
@@ -29,7 +30,7 @@ struct ct_step_compose_rule {
 /* What is put together: */
 struct ct_step_compose {
 	struct ct_vol *base;           /* HU; becomes the result, in place */
-	const struct ct_gauss *gauss;  /* or NULL: */
+	const struct ct_gauss *gauss;  /* in their scene: of the box of the base; or NULL: */
 	const struct ct_vol *residual; /* HU, on the grid of the base */
 	const struct ct_vol *lr;       /* CT in HU that the result is made to agree with; or NULL */
 };

@@ -4,7 +4,6 @@
 #include "cli/cli.h"
 #include "cli/keep.h"
 #include "formats/any.h"
-#include "formats/r2.h"
 #include "formats/units.h"
 #include "steps/step-compose.h"
 #include "tools/lib/geometry-opts.h"
@@ -14,7 +13,6 @@
 
 struct params {
 	const char *out, *window, *res_out;
-	double gamma;
 	struct ct_step_compose_rule rule;
 };
 
@@ -36,7 +34,7 @@ static const struct ct_opt opts[] = {
 	CT_INPUT(rule.lr, 0, "consistent", "LR",
 		"change OUT as little as makes it agree with this low-resolution CT, NIfTI; it, or "
 		"else BASE, says what operator made it"),
-	CT_EXPERT(gamma, "gamma", "X", 0, 1e3,
+	CT_EXPERT(rule.gamma, "gamma", "X", 0, 1e3,
 		"of a pickle of the paper's program, which does not keep it: PReLU's slope; 0: its "
 		"densities are softplus, as R2-Gaussian's"),
 	CT_OUTPUT(res_out, 0, "residual-out", "FILE", CT_ENDS_VOLUME,
@@ -49,20 +47,7 @@ struct compose_job {
 	struct ct_any residual;
 };
 
-/* What another program wrote, into the box of the base. */
-static void place(struct ct_gauss *g, const struct ct_vol *base, double gamma)
-{
-	double affine[3][4];
-
-	memcpy(affine, base->affine, sizeof affine);
-	ct_r2_place(g, base->n, affine);
-	if (gamma > 0) {
-		g->activation = CT_PRELU;
-		g->gamma = gamma;
-	}
-}
-
-static int read_all(struct compose_job *j, const struct ct_step_compose_rule *r, double gamma,
+static int read_all(struct compose_job *j, const struct ct_step_compose_rule *r,
 	const struct ct_env *env, struct ct_err *e)
 {
 	const enum ct_kind *kind = &j->residual.kind;
@@ -72,8 +57,6 @@ static int read_all(struct compose_job *j, const struct ct_step_compose_rule *r,
 	if (*kind != CT_KIND_GAUSS && *kind != CT_KIND_VOLUME)
 		return ct_fail(e, CT_EINPUT, "%s: is %s, not Gaussians or a volume", r->residual,
 			ct_kind_name(*kind));
-	if (*kind == CT_KIND_GAUSS && ct_r2_is_scene(&j->residual.gauss))
-		place(&j->residual.gauss, &j->base, gamma);
 	return r->lr ? ct_vol_read_hu(r->lr, &j->lr, env, e) : 0;
 }
 
@@ -93,8 +76,7 @@ static int compose(
 	struct ct_step_compose_rule rule = p->rule;
 	struct ct_step_compose_report did;
 
-	if (read_all(j, &rule, p->gamma, env, e) ||
-		ct_geometry_opts_asked(&rule.window, p->window, e))
+	if (read_all(j, &rule, env, e) || ct_geometry_opts_asked(&rule.window, p->window, e))
 		return -1;
 	return ct_step_compose_run(&j->added, &did,
 		       &(struct ct_step_compose){.base = &j->base,
