@@ -31,7 +31,8 @@ no ct-convert --tilt=shear --raw 8x8x8:i16:1
 no ct-convert --gaps=fill --raw 8x8x8:i16:1
 no ct-convert --skip-damaged --skip-damaged --scanner s.json
 no ct-convert --units=hu --scanner s.json
-no ct-convert --raw=8x8x8:i16 --scanner s.json
+for o in --flat=f.exr --dark=d.exr --rings=9 --find-centre --views=1:2 --mu-water=.02; do no ct-convert $o; done
+no ct-convert --projections=auto --radiograph intensity
 no ct-convert --pitch=1
 no ct-convert --rescale=2
 no ct-convert --orient=LPS
@@ -355,13 +356,13 @@ sed 's/^/# /' wrong
 # all options and their letters, in order; those of every command come last
 cat >options <<'EOF'
 ct-compose --floor g--gain s--spacing w--window --consistent --residual-out --expert --units
-ct-convert --series --tilt --gaps --skip-damaged --units --raw --orient --rescale --scanner
-ct-convert --radiograph --pitch --reorient --crop --grid --iso --cube --type --compress --sidecar --template --template-other-patient --deid
+ct-convert --series --tilt --gaps --skip-damaged --units --raw --orient --rescale --projections --scanner
+ct-convert --flat --dark --rings --find-centre --views --mu-water --radiograph --pitch --reorient --crop --grid --iso --cube --type --compress --sidecar --template --template-other-patient --deid
 ct-ddnm x--factor p--prior a--arch --class n--steps --sigma-y --sampler i--init
 ct-ddnm k--samples --std r--resume --expert s--seed --json
 ct-ddnm --dry-run
 ct-degrade x--factor p--protocol --sigma --decimate --profile --slice-thickness --clip --noise s--seed --units
-ct-fdk m--method --grid --filter --parker n--iterations --nonnegative --tv w--window --quantity --expert
+ct-fdk m--method --grid --filter --parker --find-centre n--iterations --nonnegative --tv w--window --quantity --expert
 ct-fdk --json --dry-run
 ct-field --like --samples --encoding --network --loss b--budget x--factor --grid w--window --resume --expert s--seed --json --dry-run --units
 ct-fuse --base-projections --uncertainty n--iterations w--window --residual-out --checkpoint-every --resume
