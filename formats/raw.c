@@ -173,7 +173,8 @@ static int read_header(struct header *h, FILE *f, struct ct_err *e)
 	int rc = -1;
 
 	if (fread(start, 1, lead, f) != lead || memcmp(start, "\x93NUMPY", 6) != 0)
-		return ct_fail(e, CT_EINPUT, "not a numpy array");
+		return ct_fail(
+			e, CT_EINPUT, "not a numpy array, nor MATLAB, HDF5, EXR or a picture");
 	n = start[8] | (size_t)start[9] << 8;
 	if (start[6] < 1 || start[6] > 3)
 		return ct_fail(e, CT_EINPUT, "numpy format version %d", start[6]);

@@ -355,7 +355,9 @@ static void test_npy(void)
 			free(data);
 	}
 	save("NUMPY, or is it not?", 20, &types[0], false, 24);
-	OK(says(ct_raw_npy(path, 1, 0, n, &data, &err), CT_EINPUT, "not a numpy array"), "a text");
+	OK(says(ct_raw_npy(path, 1, 0, n, &data, &err), CT_EINPUT,
+		   "not a numpy array, nor MATLAB, HDF5, EXR or a picture"),
+		"a text");
 	save_npy(2, good[0].dict, 65537, &types[0], false, 24);
 	OK(says(ct_raw_npy(path, 1, 0, n, &data, &err), CT_EINPUT, "header of 65537"), "too long");
 	for (size_t lost = 0, version = 1; version < 3; version++) {
