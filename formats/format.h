@@ -32,6 +32,8 @@ int ct_stack_write(
 	const char *path, const struct ct_stack *s, const struct ct_env *env, struct ct_err *e);
 /* PLY, binary little-endian, 3DGS names plus our signed density. */
 int ct_gauss_read(const char *path, struct ct_gauss *g, struct ct_err *e);
+/* The set becomes an input of what is made of it, under this name. CT_ENOMEM. */
+int ct_gauss_sign(struct ct_gauss *g, const char *path, struct ct_err *e);
 int ct_gauss_write(
 	const char *path, const struct ct_gauss *g, const struct ct_env *env, struct ct_err *e);
 /* safetensors, or a checkpoint of PyTorch, which is read and not executed (pickle.h): F64, F32,

@@ -264,7 +264,7 @@ static int read_own(const struct ct_meta *keys, struct ct_gauss *g, struct ct_er
 	return rc < 0 ? -1 : 0;
 }
 
-static int sign(struct ct_gauss *g, const char *path, struct ct_err *e)
+int ct_gauss_sign(struct ct_gauss *g, const char *path, struct ct_err *e)
 {
 	const double head[2] = {g->gamma, (double)g->activation};
 	struct ct_piece piece[FIELDS + 1] = {{head, sizeof head}};
@@ -286,7 +286,7 @@ static int read_gauss(
 		g->n = (size_t)d.count;
 		for (size_t k = 0; k < FIELDS; k++)
 			read_field(&d, k, g->column[k]);
-		rc = sign(g, name, e);
+		rc = ct_gauss_sign(g, name, e);
 	}
 	ct_meta_free(&d.own);
 	return rc;
@@ -436,7 +436,7 @@ int ct_gauss_as_read(struct ct_gauss *g, const char *name, struct ct_err *e)
 		ct_meta_free(&g->meta);
 		g->meta = a.gauss.meta;
 		a.gauss.meta = (struct ct_meta){0};
-		rc = sign(g, name, e);
+		rc = ct_gauss_sign(g, name, e);
 	}
 	ct_any_free(&a);
 	free(text);

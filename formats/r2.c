@@ -6,6 +6,7 @@
 #include "core/words.h"
 #include "formats/any.h"
 #include "formats/ends.h"
+#include "formats/format.h"
 #include "formats/hash.h"
 #include "formats/io.h"
 #include "formats/pickle.h"
@@ -155,16 +156,6 @@ static int read_own(struct ct_gauss *g, const struct ct_pickle *p, struct ct_err
 	return 0;
 }
 
-static int sign(struct ct_gauss *g, const char *path, struct ct_err *e)
-{
-	const double head[2] = {g->gamma, (double)g->activation};
-	struct ct_piece piece[FIELDS + 1] = {{head, sizeof head}};
-
-	for (size_t k = 0; k < FIELDS; k++)
-		piece[1 + k] = (struct ct_piece){g->column[k], g->n * sizeof **g->column};
-	return ct_meta_input(&g->meta, path, FIELDS + 1, piece, e);
-}
-
 static int read_gauss(
 	const unsigned char *data, size_t n, const char *name, struct ct_any *a, struct ct_err *e)
 {
@@ -176,7 +167,7 @@ static int read_gauss(
 	if (ct_pickle_read(&p, data, n, e) == 0 && size_of(&count, &p, e) == 0 &&
 		read_arrays(g, &p, count, e) == 0 && read_bound(g, &p, e) == 0 &&
 		read_own(g, &p, e) == 0)
-		rc = sign(g, name, e);
+		rc = ct_gauss_sign(g, name, e);
 	ct_pickle_free(&p);
 	return rc;
 }
