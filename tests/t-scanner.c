@@ -260,6 +260,12 @@ static void softness(void)
 	OK(left(&soft, 0.52, 0.2, 2) == 0.52 && !soft, "slices that do not alias keep theirs");
 	OK(left(&soft, 0.52, 0.9, 3) == 0.52 && !soft,
 		"slices three times as far apart keep theirs");
+	p[2].spread = 0.41;
+	p[2].aliases = 0.9;
+	ct_soft_leave(p, (const double[3]){1, 1, 2});
+	OK(ct_soft_noise(&p[2], 0.5) && !ct_soft_noise(&p[2], 0.2),
+		"noise that is alike along z makes slices of a spread that was left soft");
+	p[2].spread = 0.55;
 	OK(!ct_soft_leave(p, all) && p[2].spread == 0.4 && p[0].spread == 0.4,
 		"refined along all axes, z is no softer than the plane");
 	p[2].spread = 0.3;
