@@ -22,7 +22,7 @@ EXTRA_DIST += tests/extremes.sh tests/extremes.py
 EXTRA_DIST += tests/long/all.sh tests/long/lib.sh tests/long/kill.sh tests/long/full.sh \
 	tests/long/peak.sh tests/long/memory.sh tests/long/two.sh tests/long/sanitize.sh tests/long/threads.sh tests/long/fuzz.sh \
 	tests/long/network.sh tests/long/network.py tests/long/train.sh tests/long/cluster.sh tests/long/conda.sh tests/long/faults.sh tests/long/fault.c tests/long/io-faults.sh tests/long/io-fault.c
-EXTRA_DIST += tests/test-names.awk tests/test-names-left tests/tap.sh tests/tap.h tests/numbers.h tests/alarm.h
+EXTRA_DIST += tests/test-names-left tests/tap.sh tests/tap.h tests/numbers.h tests/alarm.h
 check_PROGRAMS += tests/t-core
 tests_t_core_SOURCES = tests/t-core.c
 dist_check_SCRIPTS += tests/t-believed.sh tests/t-locale.sh
@@ -47,7 +47,7 @@ tests_t_upsample_SOURCES = tests/t-upsample.c
 check_PROGRAMS += tests/t-expected
 tests_t_expected_SOURCES = tests/t-expected.c
 tests_t_tv_steps_SOURCES = tests/t-tv-steps.c
-dist_check_SCRIPTS += tests/t-layers.sh tests/t-plain.sh tests/t-citation.sh tests/t-site.sh
+dist_check_SCRIPTS += tests/t-source.sh tests/t-site.sh
 check_PROGRAMS += tests/t-any tests/t-io tests/t-raw
 tests_t_raw_SOURCES = tests/t-raw.c tests/nifti-make.h
 tests_t_any_SOURCES = tests/t-any.c tests/scratch.h
@@ -197,7 +197,7 @@ else
 EXTRA_DIST += tests/t-apart.cc tests/t-fragments.cc tests/t-held.cc
 endif
 dist_check_SCRIPTS += tests/t-ct-ddnm.sh tests/t-sr.sh
-dist_check_SCRIPTS += tests/t-all-tools.sh tests/t-style.sh tests/t-names.sh
+dist_check_SCRIPTS += tests/t-all-tools.sh
 check_PROGRAMS += tests/t-consistency tests/t-tv
 tests_t_consistency_SOURCES = tests/t-consistency.c tests/separable-pair.h
 tests_t_tv_SOURCES = tests/t-tv.c
