@@ -106,11 +106,9 @@ tests_t_samplers_SOURCES = tests/t-samplers.c tests/pinv.h
 check_PROGRAMS += tests/t-slices tests/t-slice-values
 tests_t_slice_values_SOURCES = tests/t-slice-values.c
 tests_t_slices_SOURCES = tests/t-slices.c
-dist_check_SCRIPTS += tests/t-convert.sh tests/t-dicom.sh tests/t-dicom-out.sh tests/t-series.sh tests/t-series-in.sh \
-	tests/t-series-kinds.sh tests/t-series-peers.sh tests/t-series-real.sh tests/t-tilt.sh tests/t-planes.sh tests/t-pixels.sh
-EXTRA_DIST += tests/t-convert.py tests/t-sidecar.py tests/t-dicom.py tests/t-dicom-out.py tests/exr.py tests/t-python.py \
-	tests/describe.py tests/dicom.py tests/t-series.py tests/t-series-in.py tests/t-series-kinds.py tests/t-series-peers.py \
-	tests/t-series-real.py tests/t-tilt.py tests/t-planes.py tests/t-pixels.py tests/htj2k.zip
+dist_check_SCRIPTS += tests/t-convert.sh tests/t-dicom.sh tests/t-dicom-out.sh tests/t-series.sh tests/t-series-kinds.sh
+EXTRA_DIST += tests/t-convert.py tests/t-dicom.py tests/t-dicom-out.py tests/exr.py tests/t-python.py \
+	tests/describe.py tests/dicom.py tests/t-series.py tests/t-series-kinds.py tests/t-pixels.py tests/htj2k.zip
 dist_check_SCRIPTS += tests/t-scans.sh
 EXTRA_DIST += tests/t-scans.py
 check_PROGRAMS += tests/t-exr tests/t-exr-parts
@@ -293,7 +291,7 @@ endif
 FUZZ_TARGETS += tests/fuzz/fuzz-slices
 tests_fuzz_fuzz_slices_SOURCES = tests/fuzz/fuzz-slices.c $(FUZZ_DRIVER)
 dist_check_SCRIPTS += tests/t-long.sh
-dist_check_SCRIPTS += tests/t-outputs.sh tests/t-headers.sh tests/t-describe.sh tests/t-python.sh tests/t-sidecar.sh tests/t-picture.sh
+dist_check_SCRIPTS += tests/t-outputs.sh tests/t-headers.sh tests/t-describe.sh tests/t-python.sh tests/t-picture.sh
 EXTRA_DIST += tests/t-picture.py
 check_PROGRAMS += tests/t-hostile
 tests_t_hostile_SOURCES = tests/t-hostile.c tests/nifti-make.h tests/bound.h

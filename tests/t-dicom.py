@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Small DICOM series with an asymmetric mark, and a check of what was read from them."""
+"""Small DICOM series with an asymmetric mark, and a check of what was read from them: t-dicom.py FUNCTION ARGUMENT..."""
 import os
+import re
 import sys
 
+import dicom
 import numpy as np
 from dicom import AXES, COLUMNS, ORIGIN, ROWS, SLICES, t, value, write
 from pydicom import dcmread
@@ -33,7 +35,7 @@ def short_run(path, to):
     d.save_as(to, write_like_original=False)
 
 
-def make():
+def make_series():
     for name in (*AXES, "reversed", "padded"):
         for k in range(SLICES):
             at = SLICES - k if name == "reversed" else (5 * k) % SLICES
@@ -70,7 +72,7 @@ def make():
         f.write("not DICOM\n")
 
 
-def check(name, path):
+def check_series(name, path):
     import nibabel as nib
 
     image = nib.load(path)
@@ -86,7 +88,39 @@ def check(name, path):
     assert np.abs(data - want).max() <= 1 and np.mean(data != want) < 0.01, np.abs(data - want).max()
 
 
-if sys.argv[1] == "make":
-    make()
-else:
-    check(*sys.argv[2:4])
+def make_planes():
+    """Series of whole numbers, of numbers too large for int16, of halves, one with a slice that is not read, and one of
+    160x160x200."""
+    series = {"whole": (1, -1024), "far": (300, 0), "half": (0.5, 0), "broken": (1, 0)}
+    for name, (slope, intercept) in series.items():
+        for k in range(dicom.SLICES):
+            dicom.write("%s/%d.dcm" % (name, k), "axial", k, "1.2.3.7", scale=(1, 0), RescaleSlope=slope,
+                        RescaleIntercept=intercept)
+    b = open("broken/4.dcm", "rb").read()
+    open("broken/4.dcm", "wb").write(b.replace(b"1.2.840.10008.1.2.1\0", b"1.2.840.10008.1.2.9\0"))
+    dicom.ROWS = dicom.COLUMNS = 160
+    for k in range(200):
+        dicom.write("large/%03d.dcm" % k, "axial", k, "1.2.3.8", scale=(1, 0))
+
+
+def parts(path):
+    import nibabel as nib
+
+    image = nib.load(path)
+    head = image.header
+    known = b"".join(x.get_content() for x in head.extensions)
+    known = re.sub(rb'"ct:history": ?"ct-convert [^"]* # ', b"", known)
+    return image.dataobj.get_unscaled().tobytes(), head["datatype"], image.affine.tolist(), head["qform_code"], known
+
+
+def same(path, other):
+    """Two NIfTI files say the same but for their history."""
+    sys.exit(parts(path) != parts(other))
+
+
+def type_of(path, code):
+    sys.exit(int(parts(path)[1]) != int(code))
+
+
+if __name__ == "__main__":
+    globals()[sys.argv[1]](*sys.argv[2:])
