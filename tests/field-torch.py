@@ -106,12 +106,8 @@ def step(before, after):
 
 
 def main(folder):
-    count = 0
-
     def ok(good, name):
-        nonlocal count
-        count += 1
-        print('%sok %d - %s' % ('' if good else 'not ', count, name))
+        print('%s %s' % ('good' if good else 'bad', name))
     for path in sorted(glob.glob(os.path.join(folder, '?.safetensors'))):
         (w, meta), (gradient, _) = read(path), read(path.replace('.safetensors', '-gradient.safetensors'))
         name = os.path.basename(path)[0] + ', ' + meta['field.encoding']
@@ -126,7 +122,6 @@ def main(folder):
         ok(off[worst] < 1e-5, '%s: %d gradients, off by %.1e at %s' % (name, len(off), off[worst], worst))
     off = step(os.path.join(folder, 'step-before.safetensors'), os.path.join(folder, 'step-after.safetensors'))
     ok(off < 1e-4, 'a step of Adam, off by %.1e of its length' % off)
-    print('1..%d' % count)
 
 
 main(sys.argv[1])

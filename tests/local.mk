@@ -122,11 +122,10 @@ check_PROGRAMS += tests/t-safetensors
 tests_t_safetensors_SOURCES = tests/t-safetensors.c
 check_PROGRAMS += tests/t-pt
 tests_t_pt_SOURCES = tests/t-pt.c tests/pt-make.h
-dist_check_SCRIPTS += tests/t-pt.sh
+dist_check_SCRIPTS += tests/t-torch.sh
 EXTRA_DIST += tests/t-pt.py
 check_PROGRAMS += tests/t-ply
 tests_t_ply_SOURCES = tests/t-ply.c
-dist_check_SCRIPTS += tests/t-r2.sh
 check_PROGRAMS += tests/t-loss tests/t-gsfit tests/t-density
 tests_t_density_SOURCES = tests/t-density.c
 tests_t_loss_SOURCES = tests/t-loss.c tests/ssim-plain.h
@@ -134,7 +133,7 @@ tests_t_gsfit_SOURCES = tests/t-gsfit.c
 check_PROGRAMS += tests/t-field-fit
 tests_t_field_fit_SOURCES = tests/t-field-fit.c tests/field-tensors.h
 dist_check_SCRIPTS += tests/t-ct-field.sh
-dist_check_SCRIPTS += tests/t-nabgs.sh tests/t-nabgs-options.sh tests/t-compose.sh
+dist_check_SCRIPTS += tests/t-nabgs.sh
 check_PROGRAMS += tests/t-net-layers
 tests_t_net_layers_SOURCES = tests/t-net-layers.c tests/differences.h
 check_PROGRAMS += tests/t-super-layers
@@ -173,7 +172,7 @@ tests_t_scan_grid_SOURCES = tests/t-scan-grid.c src/recon/scan-grid.c
 tests_t_survey_SOURCES = tests/t-survey.c src/report/survey.c
 tests_t_montage_SOURCES = tests/t-montage.c src/picture/montage.c src/picture/canvas.c
 dist_check_SCRIPTS += tests/t-examples.sh tests/t-page.sh tests/t-formats.sh
-dist_check_SCRIPTS += tests/t-slice-profile.sh tests/t-from-dicom.sh tests/t-ct-profile.sh tests/t-ct-report.sh tests/t-info.sh tests/t-view.sh
+dist_check_SCRIPTS += tests/t-slice-profile.sh tests/t-ct-report.sh tests/t-info.sh tests/t-view.sh
 tests_t_text_CFLAGS = $(AM_CFLAGS) $(BOUNDS)
 if HAVE_OIIO
 check_PROGRAMS += tests/t-image
@@ -229,8 +228,7 @@ dist_check_SCRIPTS += tests/t-sr-keep.sh tests/t-stop.sh tests/t-faults.sh
 dist_check_SCRIPTS += tests/t-modes.sh tests/t-paper.sh
 # A fuzz target for every reader, state and metadata: fuzz-x.c, corpus/x.tar. make check replays the corpus and
 # mutates the seeds; scripts/fuzz.sh looks for more with libFuzzer.
-FUZZ_DRIVER = tests/fuzz/driver.c tests/fuzz/driver.h tests/fuzz/fuzz-file.h tests/fuzz/look.h \
-	tests/fuzz/state-run.h
+FUZZ_DRIVER = tests/fuzz/driver.c tests/fuzz/driver.h tests/fuzz/fuzz-file.h tests/fuzz/state-run.h
 EXTRA_DIST += tests/fuzz/corpus tests/fuzz/make-dicom.py scripts/fuzz.sh scripts/fuzz-corpus.sh
 FUZZ_TARGETS =
 check_PROGRAMS += $(FUZZ_TARGETS)
@@ -291,7 +289,7 @@ endif
 FUZZ_TARGETS += tests/fuzz/fuzz-slices
 tests_fuzz_fuzz_slices_SOURCES = tests/fuzz/fuzz-slices.c $(FUZZ_DRIVER)
 dist_check_SCRIPTS += tests/t-long.sh
-dist_check_SCRIPTS += tests/t-outputs.sh tests/t-headers.sh tests/t-describe.sh tests/t-python.sh tests/t-picture.sh
+dist_check_SCRIPTS += tests/t-outputs.sh tests/t-describe.sh tests/t-python.sh tests/t-picture.sh
 EXTRA_DIST += tests/t-picture.py
 check_PROGRAMS += tests/t-hostile
 tests_t_hostile_SOURCES = tests/t-hostile.c tests/nifti-make.h tests/bound.h
@@ -358,7 +356,6 @@ tests_one_step_LDADD = libctsr.a $(CT_LIBS)
 EXTRA_DIST += tests/one-step.py
 check_PROGRAMS += tests/t-field-network
 tests_t_field_network_SOURCES = tests/t-field-network.c tests/field-plain.h tests/field-tensors.h
-dist_check_SCRIPTS += tests/t-field-torch.sh
 EXTRA_DIST += tests/field-torch.py
 check_PROGRAMS += tests/t-arssr
 tests_t_arssr_SOURCES = tests/t-arssr.c tests/numbers.h

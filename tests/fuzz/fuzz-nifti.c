@@ -1,7 +1,7 @@
 /* Hostile NIfTI: the reader must refuse or give a sound volume, and leave nothing behind.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
-#include "look.h"
+#include "driver.h"
 
 #include "../nifti-make.h"
 

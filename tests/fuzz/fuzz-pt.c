@@ -3,7 +3,7 @@
  * the CRC would protect there, beside one storage of eight bytes.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
-#include "look.h"
+#include "driver.h"
 #include "../pt-make.h"
 
 const int fuzz_rounds = 1500;

@@ -1,7 +1,7 @@
 /* Hostile safetensors: the reader must refuse or give sound tensors, and leave nothing behind.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
-#include "look.h"
+#include "driver.h"
 #include "formats/format.h"
 #include "fuzz-file.h"
 

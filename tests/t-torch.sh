@@ -1,8 +1,11 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Checkpoints that PyTorch wrote: the numbers and the networks in them; ct-info and ct-ddnm take them.
+# What PyTorch writes and computes: checkpoints, neural fields.
 . "$srcdir/tests/tap.sh"
 python_with torch || { echo '1..0 # SKIP no PyTorch'; exit 0; }
+
+# Checkpoints that PyTorch wrote: the numbers and the networks in them; ct-info and ct-ddnm take them.
+part checkpoints
 pt=$builddir/tests/t-pt
 first=in_channels=3,out_channels=6,num_res_blocks=2,channel_mult=1:2,attention_resolutions=2,num_classes=5,num_head_channels=16
 second=num_res_blocks=2,channel_mult=1:1:2,attention_resolutions=4,resblock_updown=False,use_scale_shift_norm=False,num_head_channels=32,use_new_attention_order=True
@@ -71,4 +74,13 @@ exits 0 'ct-ddnm accepts another class of a checkpoint' draw --prior net0.pt --a
 # safetensors, which record their architecture
 exits 2 '--arch that contradicts a file of safetensors is refused with status 2' ct-ddnm -f -q --steps 2 --prior "$builddir/prior.safetensors" --arch model_channels=64 y.exr o.exr
 has err 'arch model_channels=64 contradicts the file: 32' 'an architecture that contradicts the file is named'
+
+# Neural fields against PyTorch's: values and gradients of the same weights.
+part fields
+"$builddir/tests/t-field-network" dump . && "$builddir/tests/t-field-fit" dump . && "$PY" "$srcdir/tests/field-torch.py" . >said
+ok $? 'values and gradients of fields are written and read'
+judged() { # judged FILE: its lines "good NAME" and "bad NAME" as tests
+	while read -r how name; do [ "$how" = good ]; ok $? "$name"; done <"$1"
+}
+judged said
 done_testing
