@@ -221,7 +221,6 @@ check_PROGRAMS += tests/t-vec-v1
 tests_t_vec_v1_SOURCES = tests/t-vec.c
 tests_t_vec_v1_CFLAGS = $(AM_CFLAGS) -DCT_SIMD_LEVEL=1
 endif
-dist_check_SCRIPTS += tests/t-levels.sh
 check_PROGRAMS += tests/t-solve
 tests_t_solve_SOURCES = tests/t-solve.c
 dist_check_SCRIPTS += tests/t-sr-keep.sh tests/t-stop.sh tests/t-faults.sh
