@@ -288,7 +288,7 @@ endif
 FUZZ_TARGETS += tests/fuzz/fuzz-slices
 tests_fuzz_fuzz_slices_SOURCES = tests/fuzz/fuzz-slices.c $(FUZZ_DRIVER)
 dist_check_SCRIPTS += tests/t-long.sh
-dist_check_SCRIPTS += tests/t-outputs.sh tests/t-describe.sh tests/t-python.sh tests/t-picture.sh
+dist_check_SCRIPTS += tests/t-outputs.sh tests/t-python.sh tests/t-picture.sh
 EXTRA_DIST += tests/t-picture.py
 check_PROGRAMS += tests/t-hostile
 tests_t_hostile_SOURCES = tests/t-hostile.c tests/nifti-make.h tests/bound.h
@@ -338,8 +338,7 @@ check_PROGRAMS += tests/t-slice-prior
 tests_t_slice_prior_SOURCES = tests/t-slice-prior.c tests/numbers.h
 check_PROGRAMS += tests/t-volume-network
 tests_t_volume_network_SOURCES = tests/t-volume-network.c tests/volume-network-plain.h tests/numbers.h tests/slice-make.h
-dist_check_SCRIPTS += tests/t-progress.sh
-EXTRA_DIST += tests/tab.py tests/term.py
+EXTRA_DIST += tests/terminal.py
 # The installed library.
 check_PROGRAMS += tests/t-ctsr
 tests_t_ctsr_SOURCES = tests/t-ctsr.c
