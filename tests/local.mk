@@ -287,7 +287,6 @@ EXTRA_DIST += tests/fuzz/fuzz-image.c
 endif
 FUZZ_TARGETS += tests/fuzz/fuzz-slices
 tests_fuzz_fuzz_slices_SOURCES = tests/fuzz/fuzz-slices.c $(FUZZ_DRIVER)
-dist_check_SCRIPTS += tests/t-long.sh
 dist_check_SCRIPTS += tests/t-outputs.sh tests/t-python.sh tests/t-picture.sh
 EXTRA_DIST += tests/t-picture.py
 check_PROGRAMS += tests/t-hostile
