@@ -224,7 +224,7 @@ endif
 check_PROGRAMS += tests/t-solve
 tests_t_solve_SOURCES = tests/t-solve.c
 dist_check_SCRIPTS += tests/t-sr-keep.sh tests/t-stop.sh tests/t-faults.sh
-dist_check_SCRIPTS += tests/t-modes.sh tests/t-paper.sh
+dist_check_SCRIPTS += tests/t-modes.sh
 # A fuzz target for every reader, state and metadata: fuzz-x.c, corpus/x.tar. make check replays the corpus and
 # mutates the seeds; scripts/fuzz.sh looks for more with libFuzzer.
 FUZZ_DRIVER = tests/fuzz/driver.c tests/fuzz/driver.h tests/fuzz/fuzz-file.h tests/fuzz/state-run.h
