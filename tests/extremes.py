@@ -15,9 +15,14 @@ import subprocess
 import sys
 import tempfile
 
-import nibabel as nib
-import numpy as np
-import pydicom
+try:
+    import nibabel as nib
+    import numpy as np
+    import pydicom
+except ImportError:
+    if sys.executable != "/usr/bin/python3" and os.path.exists("/usr/bin/python3"):
+        os.execv("/usr/bin/python3", ["/usr/bin/python3", *sys.argv])
+    sys.exit(print("extremes.py: needs a Python with nibabel and pydicom", file=sys.stderr) or 77)
 
 ROWS = []
 

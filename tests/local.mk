@@ -14,11 +14,11 @@ check-long: all tests/t-pt
 	builddir=. $(SHELL) $(top_srcdir)/tests/long/all.sh $(PARTS)
 # ct-sr of scans at the limits, a table: tests/extremes.py; ROWS names some of them.
 check-extremes: all
-	PATH='$(abs_top_builddir)':$$PATH $(SHELL) $(top_srcdir)/tests/extremes.sh $(ROWS)
+	PATH='$(abs_top_builddir)':$$PATH python3 $(top_srcdir)/tests/extremes.py $(ROWS)
 fuzz:
 	$(SHELL) $(top_srcdir)/scripts/fuzz.sh $(FUZZ)
 .PHONY: check-long check-extremes fuzz
-EXTRA_DIST += tests/extremes.sh tests/extremes.py
+EXTRA_DIST += tests/extremes.py
 EXTRA_DIST += tests/long/all.sh tests/long/lib.sh tests/long/kill.sh tests/long/full.sh \
 	tests/long/peak.sh tests/long/memory.sh tests/long/two.sh tests/long/sanitize.sh tests/long/threads.sh tests/long/fuzz.sh \
 	tests/long/network.sh tests/long/network.py tests/long/train.sh tests/long/cluster.sh tests/long/conda.sh tests/long/faults.sh tests/long/fault.c tests/long/io-faults.sh tests/long/io-fault.c
