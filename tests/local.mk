@@ -82,7 +82,6 @@ tests_t_fit_extreme_SOURCES = tests/t-fit-extreme.c
 tests_t_extreme_SOURCES = tests/t-extreme.c tests/gaussian-plain.h
 tests_t_mixture_SOURCES = tests/t-mixture.c tests/gaussian-plain.h
 dist_check_SCRIPTS += tests/t-ct-degrade.sh
-dist_check_SCRIPTS += tests/t-slabs.sh
 dist_check_SCRIPTS += tests/t-ct-prior.sh
 dist_check_SCRIPTS += tests/t-ct-metrics.sh
 check_PROGRAMS += tests/t-centre

@@ -2,7 +2,7 @@
 #ifndef CT_CORE_MEMORY_H
 #define CT_CORE_MEMORY_H
 
-/* Bytes of the program and its libraries: 8 to 16 MiB are held (tests/t-slabs.sh). */
+/* Bytes of the program and its libraries: 8 to 16 MiB are held (tests/t-cost.sh). */
 #define CT_MEMORY_BASE 25165824.0
 #define CT_MEMORY_LIKELY 11534336.0 /* of that, for who asks what a run will take */
 /* What is expected may be so much more in the end, of itself. */
