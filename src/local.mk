@@ -186,6 +186,7 @@ libct_a_SOURCES += src/inverse/hessian-tv.c
 SIMD_SOURCES += src/inverse/hessian-row.c src/inverse/hessian-row.h
 libct_a_SOURCES += src/inverse/upsample.c src/inverse/upsample.h
 libct_a_SOURCES += src/inverse/pilot.c src/inverse/pilot.h
+libct_a_SOURCES += src/inverse/inversion.c src/inverse/inversion.h
 libct_a_SOURCES += src/inverse/trial.c src/inverse/trial.h
 libct_a_SOURCES += src/inverse/flat.c src/inverse/flat.h
 
@@ -301,7 +302,7 @@ libct_a_SOURCES += src/refine/damp.c src/refine/damp.h
 libct_a_SOURCES += src/refine/slabs.c src/refine/slabs.h
 libct_a_SOURCES += src/refine/rehearsal.c src/refine/rehearsal.h
 libct_a_SOURCES += src/refine/texture.c src/refine/texture.h
-libct_a_SOURCES += src/refine/refine.c src/refine/run.c src/refine/refine-cost.c src/refine/refine-say.c src/refine/refine.h
+libct_a_SOURCES += src/refine/refine.c src/refine/choose.c src/refine/run.c src/refine/refine-cost.c src/refine/refine-say.c src/refine/refine.h
 
 # src/series
 # Slices of DICOM series: files, groups, order, grids; no DICOM in here.

@@ -293,26 +293,29 @@ static void fill(struct ct_vol *v, size_t side, size_t from, double (*value)(con
 		v->affine[a][a] = 1;
 }
 
-static double gain_of(size_t side, size_t from, double (*value)(const double x[3]))
+static struct ct_trial told_of(size_t side, size_t from, double (*value)(const double x[3]))
 {
 	struct ct_vol v;
-	double gain;
+	struct ct_trial told;
 
 	fill(&v, side, from, value);
-	must(ct_trial_gain(&gain, &v, &twice, &silent, &err));
+	must(ct_trial_run(&told, &v, &twice, &silent, &err));
 	ct_vol_free(&v);
-	return gain;
+	return told;
 }
 
 static void test_gain(void)
 {
-	const double texture = gain_of(28, 0, waves), edges = gain_of(28, 0, blocks);
+	const struct ct_trial texture = told_of(28, 0, waves), edges = told_of(28, 0, blocks);
+	const struct ct_trial small = told_of(CT_TRIAL_LEAST - 1, 0, waves);
 
-	OK(texture < -CT_TRIAL_LOSS, "waves: tv gains %.2f dB", texture);
-	OK(edges > 1, "plateaus: tv gains %.2f dB", edges);
-	OK(isinf(gain_of(CT_TRIAL_LEAST - 1, 0, waves)), "too small to tell");
-	OK(isinf(gain_of(96, 97, waves)), "nor can air tell");
-	OK(isfinite(gain_of(96, 72, waves)), "of which there is much: a corner is asked");
+	OK(texture.gain < -0.15, "waves: tv gains %.2f dB", texture.gain);
+	OK(texture.share > 0.8, "waves: the best mean is htv, %.2f of it", texture.share);
+	OK(edges.gain > 1, "plateaus: tv gains %.2f dB", edges.gain);
+	OK(edges.share < 0.5, "plateaus: the best mean is mostly tv, htv %.2f", edges.share);
+	OK(isinf(small.gain) && small.share == 0, "too small to tell");
+	OK(isinf(told_of(96, 97, waves).gain), "nor can air tell");
+	OK(isfinite(told_of(96, 72, waves).gain), "of which there is much: a corner is asked");
 }
 
 static struct ct_refine plan_of(const struct ct_vol *v, int method, double noise)
@@ -336,13 +339,13 @@ static void test_plan(void)
 	must(ct_degrade_put(&v.meta, &twice, &err));
 	r = plan_of(&v, CT_UPSAMPLE_AUTO, 0);
 	OK(r.textured && r.method == CT_UPSAMPLE_HTV &&
-			ct_refine_inversion(&r).method == CT_UPSAMPLE_HTV,
+			ct_refine_inversion(&r).first.method == CT_UPSAMPLE_HTV,
 		"waves: auto is htv");
 	OK(strcmp(ct_refine_why(&r), "texture") == 0, "and says why");
 	r = plan_of(&v, CT_UPSAMPLE_TV, 0);
 	OK(!r.textured && r.method == CT_UPSAMPLE_TV, "tv stays what it is");
 	r = plan_of(&v, CT_UPSAMPLE_AUTO, 20);
-	OK(!r.textured && r.method == CT_UPSAMPLE_TV, "with noise auto is tv");
+	OK(r.textured && r.method == CT_UPSAMPLE_HTV, "waves: auto is htv with noise, too");
 	ct_vol_free(&v);
 	fill(&v, 28, 0, blocks);
 	must(ct_degrade_put(&v.meta, &twice, &err));

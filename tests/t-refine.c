@@ -89,9 +89,9 @@ static void at_once(const struct ct_vol *lo)
 	call(&alone);
 	OK(alone.rc == 0 && alone.did.adds && alone.did.slabs == 1, "the prior adds (%s%s)",
 		alone.failed.msg, alone.did.why_not);
-	OK(ct_refine_inversion(&alone.did).mirrors, "to an inversion of mirror images, too");
+	OK(ct_refine_inversion(&alone.did).first.mirrors, "to an inversion of mirror images, too");
 	alone.did.adds = false;
-	OK(!ct_refine_inversion(&alone.did).mirrors, "alone the scan itself is inverted");
+	OK(!ct_refine_inversion(&alone.did).first.mirrors, "alone the scan itself is inverted");
 	for (int k = 0; k < 2; k++)
 		if (pthread_create(&thread[k], NULL, call, &two[k]))
 			exit(99);
@@ -299,6 +299,86 @@ static void shares(void)
 		"of an aliased texture throughout a seventh of what is made stays");
 }
 
+static double deviation(const struct ct_vol *a, const struct ct_vol *b)
+{
+	double sum = 0;
+
+	for (size_t i = 0; i < ct_vol_count(a); i++)
+		sum += pow((double)a->data[i] - (double)b->data[i], 2);
+	return sqrt(sum / (double)ct_vol_count(a));
+}
+
+/* A CT of plateaus with a texture upon them, slices of three. */
+static void make_mixed(struct ct_vol *lo)
+{
+	const struct ct_degrade by = {{1, 1, 3}, {0, 0, 0}, CT_DECIMATE_MEAN, {0}};
+	const size_t n[3] = {2 * SIDE, SIDE, 2 * THICK};
+
+	*lo = (struct ct_vol){0};
+	must(ct_vol_alloc(lo, n, &err));
+	texture(lo->data, n, 7);
+	for (size_t i = 0; i < ct_vol_count(lo); i++) {
+		const size_t at[3] = {i % n[0], i / n[0] % n[1], i / n[0] / n[1]};
+		const double x = (double)at[0] - 24, y = (double)at[1] - 11;
+		const double z = remainder((double)at[2], 24);
+
+		lo->data[i] = lo->data[i] / 16 +
+			      300 * (float)tanh(4 - 0.5 * sqrt(x * x / 4 + y * y + z * z));
+	}
+	for (int a = 0; a < 3; a++)
+		lo->affine[a][a] = a == 2 ? 3 : 1;
+	must(ct_degrade_put(&lo->meta, &by, &err));
+}
+
+/* The mean of TV and HTV: of a scan that is asked for it, alone and in slabs. */
+static void means(void)
+{
+	const struct ct_env env = quiet;
+	struct ct_upsample_report did;
+	struct ct_vol lo, tv = {0}, htv = {0}, mean = {0};
+	struct call auto_ = {.rule = rule_of(CT_UPSAMPLE_AUTO)}, part;
+	struct ct_inversion v;
+	double off = 0, one, two;
+
+	make_mixed(&lo);
+	auto_.lo = &lo;
+	call(&auto_);
+	OK(auto_.rc == 0 && auto_.did.second > 0.1 && auto_.did.second < 0.8 &&
+			strcmp(ct_refine_name(&auto_.did, true), "tv+htv") == 0,
+		"plateaus with texture take a mean, %.2f of it htv (%s)", auto_.did.second,
+		ct_refine_name(&auto_.did, true));
+	v = ct_refine_inversion(&auto_.did);
+	v.first.iterations = 20;
+	v.second = 0;
+	must(ct_inversion_run(&tv, &lo, &v, NULL, &did, &env, &err));
+	must(ct_inversion_bytes(&one, CT_UPSAMPLE_TV, &v, tv.n, &err));
+	v.second = 0.25;
+	must(ct_inversion_run(&mean, &lo, &v, NULL, &did, &env, &err));
+	must(ct_inversion_bytes(&two, CT_UPSAMPLE_TV, &v, tv.n, &err));
+	v.first = ct_inversion_second(&v);
+	v.second = 0;
+	must(ct_inversion_run(&htv, &lo, &v, NULL, &did, &env, &err));
+	for (size_t i = 0; i < ct_vol_count(&mean); i++)
+		off = fmax(off, fabs(0.75 * (double)tv.data[i] + 0.25 * (double)htv.data[i] -
+					(double)mean.data[i]));
+	OK(off < 1e-3 && deviation(&tv, &htv) > 1, "it is the mean of both (%.1g HU)", off);
+	OK(two > one, "and takes the memory of a volume more");
+	part = (struct call){.lo = &lo, .rule = auto_.rule};
+	part.rule.memory = 1.2 * auto_.did.whole;
+	do {
+		part.rule.memory -= 0x1p14;
+		must(ct_refine_plan(&part.did, &part.rule, &lo, &quiet, &err));
+	} while (part.did.slabs < 2 && part.rule.memory > MIB);
+	must(ct_refine_run(&part.did, &part.out, NULL, &lo, &quiet, &err));
+	compare(&auto_.out, &part.out, "a mean", part.did.slabs);
+	end(&auto_);
+	end(&part);
+	ct_vol_free(&lo);
+	ct_vol_free(&tv);
+	ct_vol_free(&htv);
+	ct_vol_free(&mean);
+}
+
 /* RMS of D x - y, HU, of the scan that the call refined. */
 static double apart(const struct call *c)
 {
@@ -309,15 +389,6 @@ static double apart(const struct call *c)
 	must(ct_upsample_settle(
 		&x, c->lo, &c->did.scan.operator,(double) INFINITY, &rms, &quiet, &err));
 	return rms;
-}
-
-static double deviation(const struct ct_vol *a, const struct ct_vol *b)
-{
-	double sum = 0;
-
-	for (size_t i = 0; i < ct_vol_count(a); i++)
-		sum += pow((double)a->data[i] - (double)b->data[i], 2);
-	return sqrt(sum / (double)ct_vol_count(a));
 }
 
 /* Noise stays unless it is to be taken off, whatever the method. */
@@ -375,6 +446,7 @@ int main(void)
 	shares();
 	cuts();
 	reports(&lo, &mute);
+	means();
 	at_once(&lo);
 	slabs(&lo, 0);
 	make(&noisy, true);

@@ -116,7 +116,7 @@ static void twin(double *error, double *weight, const struct ct_refine *of, doub
 		plan(&r, &lo, noise, (double)NAN, true);
 		r.restore.weight = 1;
 		r.textured = of->textured;
-		rule = ct_refine_inversion(&r);
+		rule = ct_refine_inversion(&r).first;
 		must(ct_upsample(&base, &lo, &rule, &did, &quiet, &err));
 		x = malloc(ct_vol_count(&base) * sizeof *x);
 		its = malloc(ct_vol_count(&base) * sizeof *its);
@@ -235,7 +235,7 @@ static void weighs(void)
 	plan(&r, &v, 3.9, 1, false);
 	OK(r.textured, "with little noise, too");
 	plan(&r, &v, 4.1, 1, false);
-	OK(!r.textured, "with more it is not asked");
+	OK(r.textured, "and with more");
 	plan(&r, &v, 0, (double)NAN, false);
 	its = r.share;
 	must(ct_rehearsal_run(&t, &r, &v, &quiet, &err));

@@ -114,7 +114,7 @@ ct-phantom -q --size 96x96x96 shepp-logan big.nii && ct-degrade -q -x 2 big.nii 
 tail -c 442368 h.nii >h.raw && ct-convert -q --raw 48x48x48:f32:4 --orient RAS h.raw h.nii -f
 ct-degrade -q -x 2 --noise 20 big.nii l.nii && tail -c 442368 l.nii >l.raw && ct-convert -q --raw 48x48x48:f32:4 --orient RAS l.raw loud.nii
 exits 0 'edges that do' ct-sr -f -Q draft -x 2 h.nii m.nii
-says "48x48x48 to 96x96x96, 2 times; blur [0-9.,]+ voxels, (sinc|point|mean) \\(measured\\); no certain noise \\(measured\\); h?tv, [0-9]+ iterations \\([a-z, -]+\\); data residual $number HU RMS" \
+says "48x48x48 to 96x96x96, 2 times; blur [0-9.,]+ voxels, (sinc|point|mean) \\(measured\\); no certain noise \\(measured\\); (tv\\+htv|h?tv), [0-9]+ iterations \\([a-z, -]+\\); data residual $number HU RMS" \
 	'what was measured'
 grep -qE '^ct-sr: assumed: profile [0-9.]+,[0-9.]+,[0-9.]+ mm wide [(]FWHM[)] along x,y,z, uncertain by [0-9]+ %(, so [0-9]+ % less blur is undone)?, [a-z -]+ [(][0-9]+ % sure[)]; measured on edges; edges overshoot by [0-9]+ % [(]a sharp kernel, or thin bone[)]; --sigma and --decimate say it better$' err
 ok $? 'and how surely'
@@ -129,10 +129,10 @@ exits 0 'correlated noise' ct-sr -Q draft -x 2 --sigma 1 soft.nii g1.nii
 has err 'noise [0-9.]* HU, correlated [(]measured' 'is told'
 # the operator is given, the noise is not: it is measured
 exits 0 'noise that nothing says' ct-sr -Q draft -x 2 --sigma .8493 loud.nii g2.nii
-says "48x48x48 to 96x96x96, 2 times; blur 0.8493 voxels, sinc \\(given\\); noise [1-3][0-9.]+ HU \\(measured\\); tv, [0-9]+ iterations \\(band-limited\\); data residual $number HU RMS" \
+says "48x48x48 to 96x96x96, 2 times; blur 0.8493 voxels, sinc \\(given\\); noise [1-3][0-9.]+ HU \\(measured\\); tv\\+htv, [0-9]+ iterations \\(band-limited\\); data residual $number HU RMS" \
 	'is measured'
 exits 0 'none' ct-sr -f -Q draft -x 2 --sigma .8493 --noise 0 loud.nii g2.nii
-says "48x48x48 to 96x96x96, .*; noise 0 HU \\(given\\); tv, [0-9]+ iterations \\(band-limited\\); data residual $number HU RMS" \
+says "48x48x48 to 96x96x96, .*; noise 0 HU \\(given\\); tv\\+htv, [0-9]+ iterations \\(band-limited\\); data residual $number HU RMS" \
 	'and --noise 0 is none'
 exits 0 'what a rehearsal finds' ct-sr -f -v --confidence e.nii scan.nii up.nii
 has err '^ct-sr: rehearsal: what the prior adds is multiplied by 1[.]' 'of the detail' && has err '^ct-sr: rehearsal: the predicted error is multiplied by ' 'and of the error'

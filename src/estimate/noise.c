@@ -6,7 +6,6 @@
 #include "inverse/upsample.h"
 
 #include <math.h>
-#include <stdbool.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -27,7 +26,8 @@ static const double air = -850, clipped_air = -1024;      /* HU */
 static const double texture = 8, in_parts = 4;            /* HU, of a block and of its parts */
 static const double even = 1.4, uneven = 1.8, inside = 2; /* inside a body, of what is outside */
 static const double lopsided = 0.3;                       /* skewness */
-static const size_t bodies = 3;                           /* one in so many blocks is no bone */
+static const double widest = 7.5; /* mm between voxels of a block: beyond that bodies are busy */
+static const size_t bodies = 3;   /* one in so many blocks is no bone */
 
 /* Values that clipping and masks leave. */
 struct voids {
@@ -398,15 +398,16 @@ int ct_noise_busy(double *busy, const struct ct_vol *v, const double factor[stat
 	const double coarsest = fmax(factor[0], fmax(factor[1], factor[2]));
 	const size_t m[3] = {BLOCK, BLOCK, BLOCK}, row[3] = {1, v->n[0], v->n[0] * v->n[1]};
 	const double spread = ct_upsample_spread(v);
-	double least = (double)INFINITY, second = (double)INFINITY;
+	double mm[3], least = (double)INFINITY, second = (double)INFINITY;
 	size_t stride[3], half[3], all[3], step = 1;
 	float *sd;
 
 	*busy = 0;
+	ct_vol_spacing(v, mm);
 	for (int a = 0; a < 3; a++) {
 		const size_t far = factor[a] > 1 ? 1 : (size_t)fmax(nearbyint(coarsest), 1);
 
-		if (v->n[a] < (BLOCK - 1) * far + 2 * BLOCK)
+		if (v->n[a] < (BLOCK - 1) * far + 2 * BLOCK || (double)far * mm[a] > widest)
 			return 0;
 		stride[a] = far * row[a];
 		all[a] = v->n[a] - (BLOCK - 1) * far;

@@ -63,8 +63,8 @@ int ct_noise_measure(struct ct_noise *out, const struct ct_vol *v, struct ct_err
 /* How busy v is throughout: the median deviation of blocks, over that of all voxels, in the eighth
  * of v (halves along each axis) where it is least but one. A patient has eighths that are mostly
  * flat, spongy bone has not. Blocks are as wide along each axis as they are along those that will
- * be refined `factor` times. So much noise, HU, is no texture. 0 where v is too small. CT_ENOMEM.
- */
+ * be refined `factor` times. So much noise, HU, is no texture. 0 where v is too small, and where
+ * that is beyond 7.5 mm from voxel to voxel: a head is busy there. CT_ENOMEM. */
 int ct_noise_busy(double *busy, const struct ct_vol *v, const double factor[static 3], double noise,
 	struct ct_err *e);
 /* From here on it is texture throughout, such as spongy bone. */

@@ -51,10 +51,9 @@ static void choose(
 	}
 }
 
-/* Mean square of what a method misses of the part that became `coarse`. */
-static int miss(double *square, enum ct_upsample method, const struct ct_vol *part,
-	const struct ct_vol *coarse, const struct ct_degrade *by, const struct ct_env *env,
-	struct ct_err *e)
+/* The part, refined again by a method. */
+static int again(struct ct_vol *made, enum ct_upsample method, const struct ct_vol *coarse,
+	const struct ct_degrade *by, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_upsample_rule rule = {.method = method,
 		.known = true,
@@ -62,33 +61,43 @@ static int miss(double *square, enum ct_upsample method, const struct ct_vol *pa
 		.iterations = ITERATIONS,
 		.tolerance = TOLERANCE};
 	struct ct_upsample_report did;
-	const size_t n = ct_vol_count(part);
-	struct ct_vol made = {0};
-	int rc = ct_upsample(&made, coarse, &rule, &did, env, e);
 
-	*square = 0;
-	for (size_t i = 0; rc == 0 && i < n; i++) {
-		const double d = (double)(made.data[i] - part->data[i]);
-
-		*square += d * d / (double)n;
-	}
-	ct_vol_free(&made);
-	return rc;
+	return ct_upsample(made, coarse, &rule, &did, env, e);
 }
 
-int ct_trial_gain(double *db, const struct ct_vol *lo, const struct ct_degrade *by,
+static void compare(struct ct_trial *t, const struct ct_vol *part, const struct ct_vol *dc,
+	const struct ct_vol *tv, const struct ct_vol *htv)
+{
+	double least = 0, first = 0, moved = 0, right = 0;
+
+	for (size_t i = 0; i < ct_vol_count(part); i++) {
+		const double misses = (double)(part->data[i] - tv->data[i]);
+		const double to = (double)(htv->data[i] - tv->data[i]);
+		const double plain = (double)(part->data[i] - dc->data[i]);
+
+		least += plain * plain;
+		first += misses * misses;
+		moved += to * to;
+		right += to * misses;
+	}
+	if (least > 0 && first > 0)
+		t->gain = 10 * log10(least / first);
+	if (moved > 0)
+		t->share = fmax(right / moved, 0);
+}
+
+int ct_trial_run(struct ct_trial *t, const struct ct_vol *lo, const struct ct_degrade *by,
 	const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_env quiet = *env;
-	struct ct_vol part = {0}, coarse = {0};
+	struct ct_vol part = {0}, coarse = {0}, dc = {0}, tv = {0}, htv = {0};
 	struct ct_degrade own = *by; /* of the part: twice as coarse where that is to be refined */
 	bool refined[3];
 	ptrdiff_t start[3];
-	double tv, dc;
 	size_t n[3];
 	int rc = -1;
 
-	*db = (double)INFINITY;
+	*t = (struct ct_trial){.gain = (double)INFINITY};
 	for (int a = 0; a < 3; a++) {
 		refined[a] = by->factor[a] > 1;
 		own.factor[a] = refined[a] ? 2 : 1;
@@ -101,14 +110,19 @@ int ct_trial_gain(double *db, const struct ct_vol *lo, const struct ct_degrade *
 	quiet.log = NULL; /* it is not what was asked for */
 	quiet.progress = NULL;
 	choose(start, lo, n, refined);
-	if (ct_crop(&part, lo, n, start, 0, e) == 0 &&
-		ct_degrade_volume(&coarse, &part, &own, 0, 0, env->par, e) == 0 &&
-		miss(&tv, CT_UPSAMPLE_TV, &part, &coarse, &own, &quiet, e) == 0 &&
-		miss(&dc, CT_UPSAMPLE_DC, &part, &coarse, &own, &quiet, e) == 0)
-		rc = 0;
-	if (rc == 0 && tv > 0 && dc > 0)
-		*db = 10 * log10(dc / tv);
+	if (ct_crop(&part, lo, n, start, 0, e) ||
+		ct_degrade_volume(&coarse, &part, &own, 0, 0, env->par, e) ||
+		again(&dc, CT_UPSAMPLE_DC, &coarse, &own, &quiet, e) ||
+		again(&tv, CT_UPSAMPLE_TV, &coarse, &own, &quiet, e) ||
+		again(&htv, CT_UPSAMPLE_HTV, &coarse, &own, &quiet, e))
+		goto out;
+	compare(t, &part, &dc, &tv, &htv);
+	rc = 0;
+out:
 	ct_vol_free(&part);
 	ct_vol_free(&coarse);
+	ct_vol_free(&dc);
+	ct_vol_free(&tv);
+	ct_vol_free(&htv);
 	return rc;
 }

@@ -3,8 +3,8 @@
  * and least second-order variation is as good as these, or better.
  *
  * The scan itself is asked. A part of it, where neighbours differ most, is made twice as coarse by
- * the operator that made the scan, in units of its voxels, and refined again: with TV, and without.
- * The part is the truth. doc/results.md has what this finds.
+ * the operator that made the scan, in units of its voxels, and refined again: with TV, with HTV,
+ * and without. The part is the truth. doc/results.md has what this finds.
  * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_INVERSE_TRIAL_H
@@ -13,13 +13,14 @@
 
 /* Coarse voxels of the part along an axis at most, and along one that is refined at the least. */
 enum { CT_TRIAL_MOST = 48, CT_TRIAL_LEAST = 24 };
-/* dB that TV may lose. Of six scans of patients and phantoms, reduced by a band-limited operator,
- * none lost any; made-up spongy bone lost .19 and more (bench/texture.py). */
-#define CT_TRIAL_LOSS 0.15
+struct ct_trial {
+	double gain;  /* of TV over least squares (DC) in the part, dB; INFINITY if lo is too small
+		       * to tell */
+	double share; /* of HTV in that mean of both which is nearest to the part, 0 or more */
+};
 
-/* *db <- what TV gains over least squares (DC) in the part, of peak signal to noise; INFINITY if lo
- * is too small to tell. Allocates. As ct_upsample. */
-int ct_trial_gain(double *db, const struct ct_vol *lo, const struct ct_degrade *by,
+/* Allocates. As ct_upsample. */
+int ct_trial_run(struct ct_trial *t, const struct ct_vol *lo, const struct ct_degrade *by,
 	const struct ct_env *env, struct ct_err *e);
 
 #endif

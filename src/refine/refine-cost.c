@@ -62,7 +62,7 @@ static int try(double *cpu, struct ct_upsample_report *did, const struct ct_vol 
 /* Coarse voxels n[3] of a pilot that is not the whole. */
 static bool pilot_of(size_t *n, const struct ct_refine *r, const struct ct_vol *in)
 {
-	const struct ct_upsample_rule rule = ct_refine_inversion(r);
+	const struct ct_upsample_rule rule = ct_refine_inversion(r).first;
 
 	return r->scan.known && ct_slab_axis(&r->scan.operator, in->n) >= 0 &&
 	       ct_pilot_size(n, in, &rule) && (r->slabs > 1 || memcmp(n, in->n, sizeof in->n) != 0);
@@ -84,10 +84,10 @@ static double work_of(const struct ct_refine *r, const struct ct_vol *in)
 	return all;
 }
 
-static int inversion(double *cpu, const struct ct_refine *r, const struct ct_vol *in,
-	const struct ct_env *env, struct ct_err *e)
+/* Of one method. */
+static int inversion_of(double *cpu, struct ct_upsample_rule rule, const struct ct_refine *r,
+	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_upsample_rule rule = ct_refine_inversion(r);
 	struct ct_upsample_report small, large;
 	struct ct_vol piece = {0};
 	double least, once, most;
@@ -118,6 +118,16 @@ static int inversion(double *cpu, const struct ct_refine *r, const struct ct_vol
 out:
 	ct_vol_free(&piece);
 	return rc;
+}
+
+static int inversion(double *cpu, const struct ct_refine *r, const struct ct_vol *in,
+	const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_inversion v = ct_refine_inversion(r);
+
+	if (inversion_of(cpu, v.first, r, in, env, e))
+		return -1;
+	return v.second > 0 ? inversion_of(cpu, ct_inversion_second(&v), r, in, env, e) : 0;
 }
 
 static double largest(const double factor[3])

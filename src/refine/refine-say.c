@@ -37,7 +37,7 @@ static void put_operator(FILE *f, const struct ct_operator *is)
 
 static void put_method(FILE *f, const struct ct_refine *r)
 {
-	fprintf(f, "; %s", ct_upsample_name(r->did.method));
+	fprintf(f, "; %s", ct_refine_name(r, true));
 	if (r->did.iterations)
 		fprintf(f, ", %zu iterations (%s)", r->did.iterations, ct_refine_why(r));
 	if (r->adds)

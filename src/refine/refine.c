@@ -5,7 +5,6 @@
 #include "refine/rehearsal.h"
 #include "refine/slabs.h"
 #include "inverse/flat.h"
-#include "inverse/trial.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -20,11 +19,10 @@ static bool iterates(int method)
 	       method == CT_UPSAMPLE_TV || method == CT_UPSAMPLE_HTV;
 }
 
-struct ct_upsample_rule ct_refine_inversion(const struct ct_refine *r)
+struct ct_inversion ct_refine_inversion(const struct ct_refine *r)
 {
 	const struct ct_refine_rule *p = &r->rule;
-
-	return (struct ct_upsample_rule){
+	const struct ct_upsample_rule first = {
 		.method = ct_operator_is_cubic(&r->scan) ? CT_UPSAMPLE_CUBIC
 			  : r->least                     ? CT_UPSAMPLE_DC
 			  : r->textured                  ? CT_UPSAMPLE_HTV
@@ -40,6 +38,8 @@ struct ct_upsample_rule ct_refine_inversion(const struct ct_refine *r)
 		.texture = r->texture,
 		.mirrors = r->adds,
 		.plain = r->adds};
+
+	return (struct ct_inversion){first, r->second};
 }
 
 static double voxels(const size_t n[3])
@@ -53,18 +53,18 @@ static int need_of(double *bytes, const struct ct_refine *r, const size_t n[3], 
 	struct ct_err *e)
 {
 	const struct ct_refine_rule *p = &r->rule;
-	const struct ct_upsample_rule rule = ct_refine_inversion(r);
+	const struct ct_inversion v = ct_refine_inversion(r);
 	const double one = 4 * voxels(n), error = p->error ? one : 0;
 	const double networks = p->prior ? ct_slice_prior_bytes(p->prior) : 0; /* are read before */
 	double most = 0, agree = 0;
 
 	if (r->inverts) {
-		if (ct_upsample_bytes(&most, r->method, &rule, n, e))
+		if (ct_inversion_bytes(&most, r->method, &v, n, e))
 			return -1;
 		most = fmax(most, 2 * error) + (p->start ? one : 0);
 	}
 	if (r->adds) {
-		if (ct_upsample_bytes(&agree, CT_UPSAMPLE_DC, &rule, n, e))
+		if (ct_upsample_bytes(&agree, CT_UPSAMPLE_DC, &v.first, n, e))
 			return -1;
 		most = fmax(most + networks,
 			error + fmax(agree + networks, one + ct_restore_bytes(p->prior, &r->restore,
@@ -247,96 +247,6 @@ static int check_start(const struct ct_refine *r, const struct ct_vol *in, struc
 							 : 0;
 }
 
-/* Of texture throughout so much of what HTV and the prior make beyond DC is believed, where no
- * rehearsal tells: less where what they add stands for what aliased. doc/blur-estimate.md, "Texture
- * throughout". */
-#define BUSY_SHARE 0.5
-#define BUSY_ALIASED 0.15
-/* With more noise, HU, the scan cannot be asked what TV loses: TV smoothes the noise. */
-#define QUIET 4
-
-/* The careful inversion, and no prior, whose networks learned what TV and HTV leave. A texture
- * keeps HTV. */
-static void take_least(struct ct_refine *r, const char *why, const struct ct_env *env)
-{
-	ct_log(env, CT_INFO, "%s: no prior, %s", why,
-		r->textured ? "texture: htv" : "least squares (dc)");
-	r->least = !r->textured;
-	if (r->least)
-		r->method = CT_UPSAMPLE_DC;
-	if (r->adds)
-		snprintf(r->why_not, sizeof r->why_not, "%s: only inverted", why);
-	r->adds = false;
-}
-
-/* Is the scan asked what TV loses of it? */
-static bool is_asked(const struct ct_refine *r)
-{
-	return r->inverts && r->method == CT_UPSAMPLE_TV && r->rule.method != CT_UPSAMPLE_TV &&
-	       r->scan.noise <= QUIET && !(r->scan.soft && ct_operator_is_estimated(&r->scan));
-}
-
-/* Does a scan show texture throughout? Soft slices of no known operator are not asked. */
-static int is_busy(bool *is, double *busy, const struct ct_refine *r, const struct ct_vol *in,
-	struct ct_err *e)
-{
-	*is = false;
-	if (!r->adds || !r->inverts || !isnan(r->rule.weight) || r->rule.said.trust ||
-		(r->scan.soft && ct_operator_is_estimated(&r->scan)))
-		return 0;
-	if (ct_noise_busy(busy, in, r->scan.operator.factor, r->scan.noise, e))
-		return -1;
-	*is = *busy > CT_NOISE_BUSY;
-	return 0;
-}
-
-/* What auto takes, and what TV loses of the scan. */
-static int choose_method(
-	struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
-{
-	const int method = r->rule.method;
-	struct ct_upsample_rule inversion = ct_refine_inversion(r);
-	struct ct_upsample_report choice = {.aliasing = (double)NAN};
-	double gain, busy = 0;
-
-	inversion.start = method == CT_REFINE_PRIOR ? NULL : r->rule.start;
-	if (ct_upsample_choose(&choice, &inversion, r->n, e))
-		return -1;
-	r->method = choice.method;
-	r->aliasing = choice.aliasing;
-	if (is_busy(&r->busy, &busy, r, in, e))
-		return -1;
-	if (r->busy && ct_operator_is_estimated(&r->scan)) {
-		take_least(r, "texture throughout, whose edges show no operator for certain", env);
-		return 0;
-	}
-	if (r->busy) {
-		ct_log(env, CT_INFO, "texture throughout (%.2f): htv, and a share of what it adds",
-			busy);
-		r->share = r->aliasing > CT_UPSAMPLE_ALIAS ? BUSY_ALIASED : BUSY_SHARE;
-		r->textured = true;
-		r->method = CT_UPSAMPLE_HTV;
-		return 0;
-	}
-	if (is_asked(r)) {
-		if (ct_trial_gain(&gain, in, &r->scan.operator, env, e))
-			return -1;
-		r->loss = -gain;
-		r->textured = gain < -CT_TRIAL_LOSS;
-	}
-	if (r->textured) {
-		ct_log(env, CT_INFO, "texture, of which total variation would lose %.2f dB: htv",
-			r->loss);
-		r->method = CT_UPSAMPLE_HTV;
-	}
-	if (r->inverts && r->scan.soft &&
-		(method == CT_REFINE_PRIOR || method == CT_UPSAMPLE_AUTO)) {
-		r->careful = true;
-		take_least(r, "slices softer than a profile explains", env);
-	}
-	return 0;
-}
-
 /* The tiles of ArSSR, and their memory. */
 static int plan_arssr(
 	struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
@@ -415,7 +325,7 @@ static int plan(
 		return plan_arssr(r, in, env, e);
 	if (rule->method == CT_REFINE_PRIOR && plan_prior(r, in, e))
 		return -1;
-	if (choose_method(r, in, env, e) ||
+	if (ct_refine_choose(r, in, env, e) ||
 		(r->scan.known && iterates(rule->method) &&
 			ct_rest_plan(&r->rest, &r->scan.operator, r->n, r->scan.noise,
 				r->scan.alike, e)) ||
@@ -465,9 +375,13 @@ int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const
 
 const char *ct_refine_name(const struct ct_refine *r, bool did)
 {
-	return r->rule.method == CT_REFINE_ARSSR
-		       ? "arssr"
-		       : ct_upsample_name(did ? r->did.method : r->method);
+	const enum ct_upsample method = did ? r->did.method : r->method;
+
+	if (r->rule.method == CT_REFINE_ARSSR)
+		return "arssr";
+	if (r->second > 0)
+		return method == CT_UPSAMPLE_DC ? "dc+htv" : "tv+htv";
+	return ct_upsample_name(method);
 }
 
 const char *ct_refine_why(const struct ct_refine *r)

@@ -19,7 +19,7 @@
 #include "refine/damp.h"
 #include "refine/rest.h"
 #include "estimate/operator.h"
-#include "inverse/upsample.h"
+#include "inverse/inversion.h"
 #include "restore/restore.h"
 
 /* As enum ct_upsample, then the prior on top of auto, and the network of ArSSR. */
@@ -64,7 +64,8 @@ struct ct_refine {
 	bool inverts;            /* not so if the prior adds to what is given */
 	double aliasing;         /* NaN if the operator is not known */
 	double loss;             /* of TV on a part of the CT, dB (trial.h); NaN: not asked */
-	bool textured;           /* so TV does not suit it: auto takes HTV */
+	double second;           /* share of HTV beside TV or DC (inversion.h), below 1 */
+	bool textured;           /* TV does not suit it: auto takes HTV alone */
 	bool careful;            /* its slices are soft (soft.h): inverted without the prior */
 	bool busy;               /* texture throughout, such as spongy bone (noise.h) */
 	double share;            /* of what is made of it beyond DC; 1 unless it is busy */
@@ -123,7 +124,10 @@ int ct_refine_first(struct ct_vol *mid, const struct ct_vol **use, const struct 
 /* What was assumed (assumed.h) and, once run, damped: words for a person, and the header. */
 void ct_refine_assumed(char to[static CT_ASSUMED_WORDS], const struct ct_refine *r,
 	const double spacing[static 3]);
-/* For refine-cost.c, run.c: the rule of the inversion. */
-struct ct_upsample_rule ct_refine_inversion(const struct ct_refine *r);
+/* For refine.c: what auto takes, what TV loses of the scan, whether it is texture. */
+int ct_refine_choose(
+	struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e);
+/* For refine-cost.c, run.c: how it is inverted. */
+struct ct_inversion ct_refine_inversion(const struct ct_refine *r);
 
 #endif

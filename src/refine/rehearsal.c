@@ -129,7 +129,7 @@ static int try(struct sums *s, const struct ct_refine *r, const struct ct_vol *i
 {
 	const int a = refined_axis(&r->scan.operator), b = refined_axis(own);
 	const size_t voxels = n[0] * n[1] * n[2];
-	struct ct_upsample_rule inversion = ct_refine_inversion(r);
+	struct ct_inversion inversion = ct_refine_inversion(r);
 	struct ct_restore_rule rule = r->restore;
 	struct ct_vol part = {0}, coarse = {0}, made = {0}, plain = {0};
 	float *base = NULL, *error = NULL;
@@ -140,17 +140,17 @@ static int try(struct sums *s, const struct ct_refine *r, const struct ct_vol *i
 	int rc = -1;
 
 	ct_env_part(&its, &share);
-	inversion.by = rule.by = *own;
-	inversion.alike = NULL; /* the noise that is added is white */
-	inversion.start = NULL;
-	inversion.spread = 0;
+	inversion.first.by = rule.by = *own;
+	inversion.first.alike = NULL; /* the noise that is added is white */
+	inversion.first.start = NULL;
+	inversion.first.spread = 0;
 	if (a >= 0) {
 		rule.axes[a] = r->restore.axes[b];
 		rule.axes[b] = r->restore.axes[a];
 	}
 	if (cut(&part, in, n, e) ||
 		ct_degrade_volume(&coarse, &part, own, r->scan.noise, env->seed, env->par, e) ||
-		ct_upsample(&made, &coarse, &inversion, &up, &its, e) ||
+		ct_inversion_run(&made, &coarse, &inversion, NULL, &up, &its, e) ||
 		ct_alloc(&base, voxels, sizeof *base, e) ||
 		ct_alloc(&error, voxels, sizeof *error, e))
 		goto out;
@@ -159,8 +159,8 @@ static int try(struct sums *s, const struct ct_refine *r, const struct ct_vol *i
 	if (ct_restore(&made, error, &coarse, r->rule.prior, &rule, &did, &its, e))
 		goto out;
 	add(s, &part, base, made.data, error, r->scan.noise);
-	inversion.method = CT_UPSAMPLE_DC;
-	if (r->busy && ct_upsample(&plain, &coarse, &inversion, &up, &its, e))
+	inversion.first.method = CT_UPSAMPLE_DC;
+	if (r->busy && ct_upsample(&plain, &coarse, &inversion.first, &up, &its, e))
 		goto out;
 	if (r->busy)
 		add_beyond(s, &part, plain.data, made.data);

@@ -8,7 +8,6 @@
 #include "estimate/expected.h"
 #include "inverse/flat.h"
 #include "operator/padding.h"
-#include "inverse/pilot.h"
 
 #include <math.h>
 #include <string.h>
@@ -61,7 +60,7 @@ static int add_prior(struct ct_refine *r, struct ct_vol *out, float *error, cons
 static int take_share(struct ct_refine *r, struct ct_vol *out, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_upsample_rule rule = ct_refine_inversion(r);
+	struct ct_upsample_rule rule = ct_refine_inversion(r).first;
 	struct ct_upsample_report did;
 	struct ct_vol plain = {0};
 	int rc;
@@ -77,31 +76,27 @@ static int take_share(struct ct_refine *r, struct ct_vol *out, const struct ct_v
 /* Is something of the scan left out as noise? */
 static bool leaves_rest(const struct ct_refine *r)
 {
-	return r->scan.known && r->scan.noise > 0 && (r->adds || r->did.method >= CT_UPSAMPLE_TV);
+	return r->scan.known && r->scan.noise > 0 &&
+	       (r->adds || r->second > 0 || r->did.method >= CT_UPSAMPLE_TV);
 }
 
 /* A CT, or a slab of it. */
 static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
-	const struct ct_vol *in, const struct ct_vol *start, struct ct_pilot *pilot,
+	const struct ct_vol *in, const struct ct_vol *start, struct ct_inversion_pilots *pilots,
 	const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_upsample_rule rule = ct_refine_inversion(r);
+	struct ct_inversion inversion = ct_refine_inversion(r);
 	struct ct_env_part part = {.env = env, .to = r->adds ? CT_REFINE_INVERTS : 1};
 	struct ct_env own;
 
 	ct_env_part(&own, &part);
-	rule.start = start;
-	rule.multipliers = &pilot->multipliers;
-	if (pilot->iterations) {
-		rule.iterations = pilot->iterations;
-		rule.tolerance = 0;
-	}
+	inversion.first.start = start;
 	if (!r->inverts) {
 		if (copy(out, start, e))
 			return -1;
 		r->did = (struct ct_upsample_report){.residual = (double)NAN};
 	} else {
-		if (ct_upsample(out, in, &rule, &r->did, &own, e))
+		if (ct_inversion_run(out, in, &inversion, pilots, &r->did, &own, e))
 			return -1;
 		say_inversion(&r->did, env);
 	}
@@ -126,8 +121,8 @@ static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 
 /* Slab k, put where it belongs. */
 static int one_slab(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
-	const struct ct_vol *in, size_t k, struct ct_pilot *pilot, const struct ct_env *env,
-	struct ct_err *e)
+	const struct ct_vol *in, size_t k, struct ct_inversion_pilots *pilots,
+	const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_slab s = ct_slab_at(&r->scan.operator, in->n, k, r->slabs);
 	struct ct_env_part of = {.env = env,
@@ -140,7 +135,7 @@ static int one_slab(struct ct_refine *r, struct ct_vol *out, struct ct_vol *erro
 	ct_env_part(&own, &of);
 	if (ct_slab_cut(&part, in, &s, false, e) ||
 		(r->rule.start && ct_slab_cut(&start, r->rule.start, &s, true, e)) ||
-		refine(r, &made, error ? &its : NULL, &part, r->rule.start ? &start : NULL, pilot,
+		refine(r, &made, error ? &its : NULL, &part, r->rule.start ? &start : NULL, pilots,
 			&own, e))
 		goto out;
 	ct_slab_put(out, &made, &s);
@@ -167,12 +162,13 @@ static int begin(
 }
 
 static int in_slabs(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
-	const struct ct_vol *in, struct ct_pilot *pilot, const struct ct_env *env, struct ct_err *e)
+	const struct ct_vol *in, struct ct_inversion_pilots *pilots, const struct ct_env *env,
+	struct ct_err *e)
 {
 	if (begin(out, r, in, e) || (error && ct_vol_like(error, out, e)))
 		return -1;
 	for (size_t k = 0; k < r->slabs; k++)
-		if (one_slab(r, out, error, in, k, pilot, env, e))
+		if (one_slab(r, out, error, in, k, pilots, env, e))
 			return -1;
 	return 0;
 }
@@ -263,23 +259,23 @@ static int damp(struct ct_refine *r, struct ct_vol *out, const struct ct_vol *in
 static int run_inverted(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
 {
-	const struct ct_upsample_rule rule = ct_refine_inversion(r);
+	const struct ct_inversion inversion = ct_refine_inversion(r);
 	struct ct_env_part part = {.env = env, .to = PILOT};
-	struct ct_pilot pilot = {0};
+	struct ct_inversion_pilots pilots = {0};
 	struct ct_env own;
 	int rc = -1;
 
 	ct_env_part(&own, &part);
 	if (r->inverts && r->scan.known && ct_slab_axis(&r->scan.operator, in->n) >= 0 &&
-		ct_pilot_run(&pilot, in, &rule, r->slabs > 1, &own, e))
+		ct_inversion_pilot(&pilots, in, &inversion, r->slabs > 1, &own, e))
 		goto out;
 	part = (struct ct_env_part){.env = env, .from = part.done > 0 ? PILOT : 0, .to = 1};
 	rc = r->rule.method == CT_REFINE_ARSSR ? run_arssr(r, out, in, &own, e)
-	     : r->slabs > 1                    ? in_slabs(r, out, error, in, &pilot, &own, e)
-			    : refine(r, out, error, in, r->rule.start, &pilot, &own, e);
+	     : r->slabs > 1                    ? in_slabs(r, out, error, in, &pilots, &own, e)
+			    : refine(r, out, error, in, r->rule.start, &pilots, &own, e);
 	rc = rc || ct_check_stop(env, e) || damp(r, out, in, env, e) ? -1 : 0;
 out:
-	ct_pilot_free(&pilot);
+	ct_inversion_pilot_free(&pilots);
 	return rc;
 }
 

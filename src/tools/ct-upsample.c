@@ -46,8 +46,8 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(rule.method, 'm', "method", CT_WORDS(CT_REFINE_LIST),
 		"interpolate (linear to sinc), or invert blur and sampling: dc, tv (least total "
 		"variation), htv (least second-order variation). prior adds detail that a network "
-		"predicts. arssr is a network of the whole CT. auto is tv, htv for aliased points and texture, and bspline if the "
-		"operator is not known"),
+		"predicts. arssr is a network of the whole CT. auto is the mean of tv and htv that "
+		"suits the scan, and bspline if the operator is not known"),
 	SAID_OPTS(said,
 		"refine every axis S times, or the axes X, Y, Z times; need not be whole; default: "
 		"the factor that IN was reduced by, else as ct-sr",

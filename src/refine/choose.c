@@ -1,0 +1,127 @@
+/* choose.c: how a scan is inverted; see refine.h. SPDX-License-Identifier: Apache-2.0 */
+#include "config.h"
+#include "inverse/trial.h"
+#include "refine/refine.h"
+
+#include <math.h>
+#include <stdio.h>
+
+/* Of texture throughout so much of what HTV and the prior make beyond DC is believed, where no
+ * rehearsal tells: less where what they add stands for what aliased. doc/blur-estimate.md, "Texture
+ * throughout". */
+#define BUSY_SHARE 0.5
+#define BUSY_ALIASED 0.15
+/* dB that TV may lose. Along several axes of six scans of patients and phantoms, reduced by a
+ * band-limited operator, none lost any; made-up spongy bone lost .19 and more (bench/texture.py).
+ */
+#define LOSS 0.15
+/* Along one axis TV loses on most scans, and a mean gains: HTV is made alone from so large a share
+ * on. Of scans of patients it is .3 to .65, of two limbs above 1.4. A share below FAINT is not
+ * worth its time. */
+#define ALONE 0.95
+#define FAINT 0.1
+
+/* The careful inversion, and no prior, whose networks learned what TV and HTV leave. Slices that
+ * are soft get the mean of least squares and HTV; a texture keeps HTV. */
+static void take_least(struct ct_refine *r, const char *why, const struct ct_env *env)
+{
+	ct_log(env, CT_INFO, "%s: no prior, %s", why,
+		r->textured  ? "texture: htv"
+		: r->careful ? "the mean of least squares (dc) and htv"
+			     : "least squares (dc)");
+	r->least = !r->textured;
+	r->second = r->least && r->careful ? 0.5 : 0;
+	if (r->least)
+		r->method = CT_UPSAMPLE_DC;
+	if (r->adds)
+		snprintf(r->why_not, sizeof r->why_not, "%s: only inverted", why);
+	r->adds = false;
+}
+
+/* Is the scan asked what TV loses of it? */
+static bool is_asked(const struct ct_refine *r)
+{
+	return r->inverts && r->method == CT_UPSAMPLE_TV && r->rule.method != CT_UPSAMPLE_TV &&
+	       !(r->scan.soft && ct_operator_is_estimated(&r->scan));
+}
+
+/* Does a scan show texture throughout? Soft slices of no known operator are not asked. */
+static int is_busy(bool *is, double *busy, const struct ct_refine *r, const struct ct_vol *in,
+	struct ct_err *e)
+{
+	*is = false;
+	if (!r->adds || !r->inverts || !isnan(r->rule.weight) || r->rule.said.trust ||
+		(r->scan.soft && ct_operator_is_estimated(&r->scan)))
+		return 0;
+	if (ct_noise_busy(busy, in, r->scan.operator.factor, r->scan.noise, e))
+		return -1;
+	*is = *busy > CT_NOISE_BUSY;
+	return 0;
+}
+
+/* TV alone, HTV alone or a mean of both, as the scan itself tells. The trial is of twice: of more,
+ * a scan needs the less of HTV. Along several axes the prior, which learned what TV leaves, adds to
+ * TV alone. */
+static int ask(
+	struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
+{
+	const double *x = r->scan.operator.factor, most = fmax(x[0], fmax(x[1], x[2]));
+	const int axes = (x[0] > 1) + (x[1] > 1) + (x[2] > 1);
+	struct ct_trial told;
+
+	if (ct_trial_run(&told, in, &r->scan.operator, env, e))
+		return -1;
+	r->loss = -told.gain;
+	r->textured = axes > 1 ? told.gain < -LOSS : told.share > ALONE;
+	if (r->textured) {
+		ct_log(env, CT_INFO, "texture, of which total variation would lose %.2f dB: htv",
+			r->loss);
+		r->method = CT_UPSAMPLE_HTV;
+		return 0;
+	}
+	r->second = !r->adds    ? pow(told.share, most - 1)
+		    : axes == 1 ? pow(told.share, 2 * (most - 1))
+				: 0;
+	if (r->second < FAINT)
+		r->second = 0;
+	else
+		ct_log(env, CT_INFO, "the mean of tv and htv, %.2f of it htv", r->second);
+	return 0;
+}
+
+int ct_refine_choose(
+	struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
+{
+	const int method = r->rule.method;
+	struct ct_upsample_rule inversion = ct_refine_inversion(r).first;
+	struct ct_upsample_report choice = {.aliasing = (double)NAN};
+	double busy = 0;
+
+	inversion.start = method == CT_REFINE_PRIOR ? NULL : r->rule.start;
+	if (ct_upsample_choose(&choice, &inversion, r->n, e))
+		return -1;
+	r->method = choice.method;
+	r->aliasing = choice.aliasing;
+	if (is_busy(&r->busy, &busy, r, in, e))
+		return -1;
+	if (r->busy && ct_operator_is_estimated(&r->scan)) {
+		take_least(r, "texture throughout, whose edges show no operator for certain", env);
+		return 0;
+	}
+	if (r->busy) {
+		ct_log(env, CT_INFO, "texture throughout (%.2f): htv, and a share of what it adds",
+			busy);
+		r->share = r->aliasing > CT_UPSAMPLE_ALIAS ? BUSY_ALIASED : BUSY_SHARE;
+		r->textured = true;
+		r->method = CT_UPSAMPLE_HTV;
+		return 0;
+	}
+	if (is_asked(r) && ask(r, in, env, e))
+		return -1;
+	if (r->inverts && r->scan.soft &&
+		(method == CT_REFINE_PRIOR || method == CT_UPSAMPLE_AUTO)) {
+		r->careful = true;
+		take_least(r, "slices softer than a profile explains", env);
+	}
+	return 0;
+}
