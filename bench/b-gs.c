@@ -193,7 +193,8 @@ static void loss(void *arg)
 	struct side *d = arg;
 	const struct ct_fit *f = &d->f;
 	const struct ct_loss_view v = {d->w.dimg, d->w.img, d->base_proj.data, d->target.data, NULL,
-		ct_rasterise_pitch(SIZE), f->opt.l1, f->opt.ssim, 2 / f->extent, f->mean_weight};
+		ct_rasterise_pitch(SIZE), f->opt.l1, f->opt.ssim, 2 / f->extent, f->mean_weight,
+		false};
 	struct ct_loss_terms t;
 
 	ct_loss_image_gradient(&d->w.loss, &t, &v, NULL);

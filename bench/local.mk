@@ -26,7 +26,8 @@ EXTRA_PROGRAMS += bench/metrics-calls
 bench_metrics_calls_SOURCES = bench/metrics-calls.c bench/bench.h
 BENCH_SH += bench/b-metrics.sh
 bench: bench/metrics-calls
-BENCH_SH += bench/b-fdk.sh
+BENCH_SH += bench/b-fdk.sh bench/b-kernels.sh
+bench: tests/t-kernels tests/t-kernels-scan tests/t-kernels-model
 BENCH_SH += bench/b-upsample.sh bench/b-size.sh
 BENCH_SH += bench/b-dicom.sh
 EXTRA_PROGRAMS += bench/b-gs

@@ -220,6 +220,11 @@ check_PROGRAMS += tests/t-vec-v1
 tests_t_vec_v1_SOURCES = tests/t-vec.c
 tests_t_vec_v1_CFLAGS = $(AM_CFLAGS) -DCT_SIMD_LEVEL=1
 endif
+# Every kernel at each level; with an argument, bench/b-kernels.sh.
+check_PROGRAMS += tests/t-kernels tests/t-kernels-scan tests/t-kernels-model
+tests_t_kernels_SOURCES = tests/t-kernels.c tests/kernels.h
+tests_t_kernels_scan_SOURCES = tests/t-kernels-scan.c tests/kernels.h
+tests_t_kernels_model_SOURCES = tests/t-kernels-model.c tests/kernels.h
 check_PROGRAMS += tests/t-solve
 tests_t_solve_SOURCES = tests/t-solve.c
 dist_check_SCRIPTS += tests/t-sr-keep.sh tests/t-stop.sh tests/t-faults.sh
