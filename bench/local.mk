@@ -26,7 +26,10 @@ EXTRA_PROGRAMS += bench/metrics-calls
 bench_metrics_calls_SOURCES = bench/metrics-calls.c bench/bench.h
 BENCH_SH += bench/b-metrics.sh
 bench: bench/metrics-calls
-BENCH_SH += bench/b-fdk.sh bench/b-kernels.sh
+BENCH_SH += bench/b-fdk.sh bench/b-kernels.sh bench/b-backproject.sh
+EXTRA_PROGRAMS += bench/backproject-calls
+bench_backproject_calls_SOURCES = bench/backproject-calls.c bench/bench.h
+bench: bench/backproject-calls
 bench: tests/t-kernels tests/t-kernels-scan tests/t-kernels-model
 BENCH_SH += bench/b-upsample.sh bench/b-size.sh
 BENCH_SH += bench/b-dicom.sh

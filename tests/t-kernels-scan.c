@@ -490,7 +490,8 @@ static void backproject_line(size_t n)
 	double map[VIEWS][3][4];
 	const size_t grid[3] = {7, 5, n};
 	const struct ct_backprojector b = scan_of(map, grid, step[n % 4]);
-	const struct ct_bp_tile t = {&b, {2, 0, 1}, {n, 7, 5}, {0, 0, 0}};
+	const struct ct_bp_tile t = {
+		&b, {2, 0, 1}, {n < CT_BP_SEGMENT ? n : CT_BP_SEGMENT, 7, 5}, {0, 0, 0}};
 	tile_of *acc = (tile_of *)(void *)aligned((size_t)CT_BP_TILE * CT_BP_TILE * CT_BP_SEGMENT);
 	const float *views = views_of(&b);
 	float *blend = scratch((CT_BP_BLEND + 2 * CT_BP_SLACK) * sizeof *blend);

@@ -146,6 +146,17 @@ struct backproject_job {
 
 static const size_t tile_size[3] = {CT_BP_SEGMENT, CT_BP_TILE, CT_BP_TILE};
 
+/* Begin to fetch the voxels that follow `out` in AHEAD planes: each is a page of its own, which the
+ * processor does not see coming. */
+static void fetch(const float *out, const struct backproject_job *j, size_t k, const size_t n[3])
+{
+	enum { AHEAD = 16, LINE = 16 /* floats */ };
+
+	if (j->stride[1] == 1 && k + AHEAD < n[0])
+		for (size_t i = 0; i < n[1]; i += LINE)
+			__builtin_prefetch(out + AHEAD * j->stride[0] + i, 1);
+}
+
 /* A tile of lines in all views; then it is added to the volume. */
 static void tile(void *arg, size_t task, size_t worker)
 {
@@ -181,6 +192,7 @@ static void tile(void *arg, size_t task, size_t worker)
 			float *out = j->vol + (at[0] + k) * j->stride[0] + at[1] * j->stride[1] +
 				     (at[2] + c) * j->stride[2];
 
+			fetch(out, j, k, t.n);
 			for (size_t i = 0; i < t.n[1]; i++)
 				out[i * j->stride[1]] += acc[c][i][k];
 		}

@@ -1,0 +1,225 @@
+/* backproject-calls.c: back-projection (recon/backproject.h) of VIEWS views of 512x512 pixels onto
+ * n^3 voxels of a cube of 256 mm, one thread, in GUPS: 1e9 updates of a voxel by a view, a second
+ * of CPU time. Beside it, in turn in one process,
+ *
+ *   one tile   our kernel on one tile of voxels and two views again and again, so that nothing
+ * comes from memory: what the instructions alone take RabbitCT   `lolaAsmBackprojection` of the
+ * shared objects that are named (b-backproject.sh), on the same pixels and matrices, and the
+ * largest difference of the volumes
+ *
+ * Usage: backproject-calls N [NAME=OBJECT...]. SPDX-License-Identifier: Apache-2.0 */
+#include "config.h"
+#include "bench/bench.h"
+#include "recon/backproject.h"
+#include "core/mem.h"
+
+#include <dlfcn.h>
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+enum { VIEWS = 32, SIDE = 512, PEERS = 4 };
+
+/* RabbitCT's src/rabbitCt.h. */
+struct projection {
+	int id;
+	double *matrix; /* 12, of columns */
+	float *image;   /* rows of columns */
+};
+
+struct rabbit {
+	uint32_t size, width, height;
+	float voxel, origin;
+	float *volume;
+	uint32_t views;
+	double *geometry;
+	struct projection *view;
+	char *clip;
+};
+
+struct peer {
+	const char *name;
+	int (*run)(struct rabbit *r);
+	struct rabbit data;
+	char clip[4096]; /* a file of its own */
+};
+
+static struct {
+	struct ct_backprojector b;
+	float *volume, *views, *blend;
+	float (*acc)[CT_BP_TILE][CT_BP_SEGMENT];
+	struct ct_par *par;
+	size_t updates;
+} our;
+
+/* A cone beam about axis 2: source at 750 mm, detector at 1200, pixels of 1.3 mm. */
+static void matrix_of(double m[3][4], size_t view, double mm, double first)
+{
+	const double a = 2 * M_PI * (double)view / VIEWS, c = cos(a), s = sin(a), far = 750,
+		     f = 1200 / 1.3 / far, mid = (SIDE - 1) / 2.0;
+	const double world[3][4] = {{mid * -s / far + f * c, mid * c / far + f * s, 0, mid},
+		{mid * -s / far, mid * c / far, f, mid}, {-s / far, c / far, 0, 1}};
+
+	for (int r = 0; r < 3; r++)
+		for (int i = 0; i < 4; i++)
+			m[r][i] = i < 3 ? mm * world[r][i]
+					: world[r][3] +
+						  first * (world[r][0] + world[r][1] + world[r][2]);
+}
+
+static double pixel(size_t view, size_t row, size_t col)
+{
+	return 1 + sin(0.031 * (double)row + (double)view) * cos(0.017 * (double)col);
+}
+
+static void ours(void *arg)
+{
+	(void)arg;
+	ct_backproject(&our.b, 0, VIEWS, our.volume, our.views, our.par);
+}
+
+static void tile(void *arg)
+{
+	const size_t n = our.b.n[0] / 2, side = CT_BP_TILE;
+	const size_t most = CT_BP_SEGMENT < our.b.n[2] ? CT_BP_SEGMENT : our.b.n[2];
+	const struct ct_bp_tile t = {
+		&our.b, {2, 0, 1}, {most, side, side}, {(double)n, (double)n, 0}};
+
+	(void)arg;
+	for (size_t done = 0; done < our.updates; done += most * side * side * CT_BP_GROUP)
+		CT_SIMD(ct_backproject_line_tile)
+	(our.acc, &t, 0, CT_BP_GROUP, our.views, our.blend + CT_BP_SLACK);
+}
+
+static void theirs(void *arg)
+{
+	struct peer *p = arg;
+
+	p->run(&p->data);
+}
+
+static int open_peer(struct peer *p, char *word, size_t n, double mm, double first)
+{
+	int (*prepare)(struct rabbit *);
+	char *file = strchr(word, '=');
+	void *so;
+	struct ct_err e;
+
+	if (!file || !(so = dlopen(file + 1, RTLD_NOW | RTLD_LOCAL))) {
+		fprintf(stderr, "%s: not NAME=OBJECT, or it does not open\n", word);
+		return -1;
+	}
+	*file = 0;
+	p->name = word;
+	*(void **)&prepare = dlsym(so, "lolaAsmPrepare");
+	*(void **)&p->run = dlsym(so, "lolaAsmBackprojection");
+	p->data = (struct rabbit){
+		(uint32_t)n, SIDE, SIDE, (float)mm, (float)first, .views = VIEWS, .clip = p->clip};
+	snprintf(p->clip, sizeof p->clip, "%s.%zu", file + 1, n);
+	if (!prepare || !p->run || ct_alloc0(&p->data.volume, n * n * n, sizeof(float), &e) ||
+		ct_alloc0(&p->data.geometry, 12 * VIEWS, sizeof(double), &e) ||
+		ct_alloc0(&p->data.view, VIEWS, sizeof *p->data.view, &e))
+		return -1;
+	for (size_t v = 0; v < VIEWS; v++) {
+		struct projection *view = &p->data.view[v];
+		double m[3][4];
+
+		matrix_of(m, v, 1, 0);
+		*view = (struct projection){(int)v + 1, p->data.geometry + 12 * v, NULL};
+		for (size_t i = 0; i < 12; i++)
+			view->matrix[i] = m[i % 3][i / 3];
+		if (ct_alloc(&view->image, (size_t)SIDE * SIDE, sizeof(float), &e))
+			return -1;
+		for (size_t i = 0; i < (size_t)SIDE * SIDE; i++)
+			view->image[i] = (float)pixel(v, i / SIDE, i % SIDE);
+	}
+	return prepare(&p->data);
+}
+
+static int open_ours(size_t n, double mm, double first)
+{
+	struct ct_err e;
+
+	our.b = (struct ct_backprojector){
+		{n, n, n}, VIEWS, SIDE, SIDE, (CT_BP_PAD + SIDE + 1 + 15 + 15) / 16 * 16, NULL, 2};
+	our.updates = n * n * n * VIEWS;
+	if (ct_alloc0(&our.b.map, VIEWS, sizeof *our.b.map, &e) ||
+		ct_alloc0(&our.volume, n * n * n, sizeof(float), &e) ||
+		ct_alloc0(&our.views, VIEWS * ct_backprojector_size(&our.b), sizeof(float), &e) ||
+		ct_alloc0(&our.blend, CT_BP_BLEND + 2 * CT_BP_SLACK, sizeof(float), &e) ||
+		ct_alloc0(&our.acc, CT_BP_TILE, sizeof *our.acc, &e) ||
+		ct_par_alloc(&our.par, 1, &e))
+		return -1;
+	for (size_t v = 0; v < VIEWS; v++) {
+		float *view = our.views + v * ct_backprojector_size(&our.b);
+
+		matrix_of(our.b.map[v], v, mm, first);
+		for (size_t c = 0; c < SIDE; c++)
+			for (size_t r = 0; r < SIDE; r++)
+				view[(c + 1) * our.b.pitch + CT_BP_PAD + r] = (float)pixel(v, r, c);
+		ct_backproject_frame(&our.b, view);
+	}
+	return 0;
+}
+
+/* Of RabbitCT's volume from ours, as a part of the largest. */
+static double apart(const float *a, size_t n)
+{
+	double worst = 0, most = 0;
+
+	for (size_t i = 0; i < n; i++) {
+		worst = fmax(worst, fabs((double)a[i] - (double)our.volume[i]));
+		most = fmax(most, fabs((double)our.volume[i]));
+	}
+	return worst / most;
+}
+
+int main(int argc, char **argv)
+{
+	const size_t n = argc > 1 ? strtoul(argv[1], NULL, 10) : 256;
+	const double mm = 256.0 / (double)n, first = -0.5 * mm * ((double)n - 1);
+	static struct peer peer[PEERS];
+	const size_t peers = argc > 2 ? (size_t)argc - 2 : 0, sides = peers + 2;
+	double t[PEERS + 2][BENCH_ROUNDS];
+
+	if (n < 16 || n > 1024 || peers > PEERS || open_ours(n, mm, first))
+		return 1;
+	for (size_t p = 0; p < peers; p++)
+		if (open_peer(peer + p, argv[p + 2], n, mm, first) < 0)
+			return 1;
+	for (int round = -1; round < BENCH_ROUNDS; round++)
+		for (size_t s = 0; s < sides; s++) {
+			const double took = bench_time(CLOCK_PROCESS_CPUTIME_ID,
+				s == 0   ? ours
+				: s == 1 ? tile
+					 : theirs,
+				s < 2 ? NULL : peer + s - 2);
+
+			if (round >= 0)
+				t[s][round] = took;
+		}
+	for (size_t s = 0; s < sides; s++) {
+		double ratio[BENCH_ROUNDS];
+
+		for (int i = 0; i < BENCH_ROUNDS; i++)
+			ratio[i] = t[s][i] / t[0][i];
+		qsort(ratio, BENCH_ROUNDS, sizeof *ratio, bench_order);
+		if (s == 0)
+			printf("%zu^3, %d views, v%d: %.3g GUPS ct_backproject\n", n, VIEWS,
+				ct_simd_level(),
+				(double)our.updates / 1e9 /
+					bench_median(
+						(double[BENCH_ROUNDS]){t[0][0], t[0][1], t[0][2],
+							t[0][3], t[0][4], t[0][5], t[0][6]},
+						BENCH_ROUNDS));
+		else
+			printf("  %.3g GUPS %s, time by ours %.3g [%.3g..%.3g]\n",
+				(double)our.updates / 1e9 / bench_median(t[s], BENCH_ROUNDS),
+				s == 1 ? "one tile" : peer[s - 2].name, ratio[BENCH_ROUNDS / 2],
+				ratio[0], ratio[BENCH_ROUNDS - 1]);
+		if (s > 1)
+			printf("  difference of volumes %.2g of the largest\n",
+				apart(peer[s - 2].data.volume, n * n * n));
+	}
+	return 0;
+}
