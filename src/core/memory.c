@@ -103,11 +103,21 @@ double ct_memory_free(const char *root)
 	return isinf(machine) ? 0 : machine;
 }
 
-double ct_memory_held(void)
+static double told(const char *key)
 {
-	const double kib = number_in("/proc/self", "status", "VmHWM:");
+	const double kib = number_in("/proc/self", "status", key);
 
 	return isnan(kib) ? 0 : 1024 * kib;
+}
+
+double ct_memory_held(void)
+{
+	return told("VmHWM:");
+}
+
+double ct_memory_now(void)
+{
+	return told("VmRSS:");
 }
 
 /* Of what is free a run takes most: others may want some, too. */

@@ -4,7 +4,6 @@
 
 /* Bytes of the program and its libraries: 8 to 16 MiB are held (tests/t-cost.sh). */
 #define CT_MEMORY_BASE 25165824.0
-#define CT_MEMORY_LIKELY 11534336.0 /* of that, for who asks what a run will take */
 /* What is expected may be so much more in the end, of itself. */
 #define CT_MEMORY_SPARE 0.1
 
@@ -14,6 +13,8 @@ double ct_memory_free(const char *root);
 /* The most bytes of memory that this program has held so far; 0 if nothing tells. (That of
  * getrusage counts what started it.) */
 double ct_memory_held(void);
+/* Those that it holds now. */
+double ct_memory_now(void);
 /* What a run may take of so many free bytes; infinite if that is 0. */
 double ct_memory_most(double free);
 

@@ -84,6 +84,11 @@ out:
 	return rc;
 }
 
+bool ct_product_orders(void)
+{
+	return ct_simd_level() == 4;
+}
+
 int ct_product_alloc(struct ct_product **out, const float *matrix, size_t rows, size_t columns,
 	size_t ldy, struct ct_err *e)
 {
@@ -94,7 +99,7 @@ int ct_product_alloc(struct ct_product **out, const float *matrix, size_t rows, 
 		return -1;
 	*p = (struct ct_product){.matrix = matrix, .rows = rows, .columns = columns, .ldy = ldy};
 	was = ct_dnn_enter();
-	if (ct_simd_level() == 4)
+	if (ct_product_orders())
 		rc = build(p, e);
 	ct_dnn_leave(was);
 	if (rc)

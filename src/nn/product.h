@@ -10,11 +10,15 @@
 #define CT_NN_PRODUCT_H
 #include "core/err.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 
 enum { CT_PRODUCT_ROWS = 32 };
 
 struct ct_product;
+
+/* Does a product keep its matrix in another order? */
+bool ct_product_orders(void);
 
 /* W (rows,columns), borrowed. y has rows of ldy floats. CT_EFAIL, CT_ENOMEM. */
 int ct_product_alloc(struct ct_product **out, const float *matrix, size_t rows, size_t columns,

@@ -3,7 +3,10 @@
  *   inversion   (once + each x iterations) x voxels; `once` and `each` are measured on a piece of
  *               about SOLVER_PIECE^3 fine voxels, the number of iterations on one of PRIOR_PIECE^3
  *   prior       each x textured cells + rest x voxels: `each` from a piece of about CELLS cells, at
- *               the place of a lattice that has most texture; `rest` from a flat one
+ *               a place of a lattice of mean texture; `rest` from a flat one. What the first call
+ *               takes beside it, as oneDNN then makes its code, comes once.
+ *
+ * Rehearsals take the same, of the parts of the CT that they make coarser.
  *
  * Processor time, so that other work on the machine does not count.
  * SPDX-License-Identifier: Apache-2.0 */
@@ -84,8 +87,13 @@ static double work_of(const struct ct_refine *r, const struct ct_vol *in)
 	return all;
 }
 
-/* Of one method. */
-static int inversion_of(double *cpu, struct ct_upsample_rule rule, const struct ct_refine *r,
+/* CPU seconds: of a voxel of the CT, inverted, and flat to the prior; of a textured cell; once. */
+struct rates {
+	double inverted, flat, cell, once;
+};
+
+/* *each += those of a voxel that one method inverts. */
+static int inversion_of(double *each, struct ct_upsample_rule rule, const struct ct_refine *r,
 	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_upsample_report small, large;
@@ -113,21 +121,22 @@ static int inversion_of(double *cpu, struct ct_upsample_rule rule, const struct 
 		goto out;
 	if (iterations > 0)
 		once += fmax(most - once, 0) / TRIES * (iterations - 1);
-	*cpu += once * work_of(r, in) / (double)ct_vol_count(&piece);
+	*each += once / (double)ct_vol_count(&piece);
 	rc = 0;
 out:
 	ct_vol_free(&piece);
 	return rc;
 }
 
-static int inversion(double *cpu, const struct ct_refine *r, const struct ct_vol *in,
+static int inversion(struct rates *is, const struct ct_refine *r, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_inversion v = ct_refine_inversion(r);
 
-	if (inversion_of(cpu, v.first, r, in, env, e))
+	if (inversion_of(&is->inverted, v.first, r, in, env, e))
 		return -1;
-	return v.second > 0 ? inversion_of(cpu, ct_inversion_second(&v), r, in, env, e) : 0;
+	return v.second > 0 ? inversion_of(&is->inverted, ct_inversion_second(&v), r, in, env, e)
+			    : 0;
 }
 
 static double largest(const double factor[3])
@@ -151,15 +160,14 @@ static size_t patch_cells(const struct ct_slice_prior *prior, const struct ct_de
 static int try_prior(double *cpu, const struct ct_vol *piece, const struct ct_refine *r,
 	const struct ct_env *env, struct ct_err *e)
 {
-	const struct ct_upsample_rule refine = {
-		.method = CT_UPSAMPLE_BSPLINE, .known = true, .by = r->scan.operator};
+	const struct ct_inversion inversion = ct_refine_inversion(r);
 	struct ct_restore_report did;
 	struct ct_upsample_report up;
 	struct ct_vol x = {0};
 	double begin;
 	int rc = -1;
 
-	if (ct_upsample(&x, piece, &refine, &up, env, e) == 0) {
+	if (ct_inversion_run(&x, piece, &inversion, NULL, &up, env, e) == 0) {
 		begin = ct_clock_cpu();
 		rc = ct_restore(&x, NULL, piece, r->rule.prior, &r->restore, &did, env, e);
 		*cpu = ct_clock_cpu() - begin;
@@ -168,52 +176,64 @@ static int try_prior(double *cpu, const struct ct_vol *piece, const struct ct_re
 	return rc;
 }
 
-/* The piece of a lattice that has most textured cells. */
+static int by_value(const void *a, const void *b)
+{
+	const double x = **(const double *const *)a, y = **(const double *const *)b;
+
+	return (x < y) - (x > y);
+}
+
+/* Of the pieces of a lattice the one that an average textured cell is in: as many are in pieces
+ * with more of them as in those with less. Where there are most the network looks at most of them,
+ * where there are few at few. */
 static int find_uneven(struct ct_vol *piece, double *uneven, const struct ct_vol *in,
 	const double factor[3], size_t cells, struct ct_err *e)
 {
 	const double side = cbrt(CELLS / 3 * pow(largest(factor), 2)); /* fine voxels */
+	double count[CT_CROP_PLACES], sum = 0, so_far = 0;
+	const double *order[CT_CROP_PLACES];
+	int k = 0;
 
-	*uneven = -1;
 	for (int i = 0; i < CT_CROP_PLACES; i++) {
 		struct ct_vol here = {0};
-		double its;
 
 		if (cut(&here, in, factor, side, i, e))
 			return -1;
-		its = ct_texture_cells(&here, factor, cells);
-		if (its > *uneven) {
-			ct_vol_free(piece);
-			*piece = here;
-			*uneven = its;
-		} else
-			ct_vol_free(&here);
+		count[i] = ct_texture_cells(&here, factor, cells);
+		ct_vol_free(&here);
+		order[i] = &count[i];
+		sum += count[i];
 	}
-	return 0;
+	qsort(order, CT_CROP_PLACES, sizeof *order, by_value);
+	while (k + 1 < CT_CROP_PLACES && (so_far += *order[k]) < sum / 2)
+		k++;
+	*uneven = *order[k];
+	return cut(piece, in, factor, side, (int)(order[k] - count), e);
 }
 
-static int prior(double *cpu, const struct ct_refine *r, const struct ct_vol *in,
+static int prior(struct rates *is, const struct ct_refine *r, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e)
 {
-	const double *factor = r->scan.operator.factor, voxels = (double)ct_vol_count(in);
+	const double *factor = r->scan.operator.factor;
 	const size_t cells = patch_cells(r->rule.prior, &r->scan.operator);
-	struct ct_vol piece = {0};
-	double uneven, most, flat, share, each;
+	struct ct_vol piece = {0}, blank = {0};
+	double uneven, most, flat, first, voxels;
 	int rc = -1;
 
-	if (find_uneven(&piece, &uneven, in, factor, cells, e) ||
+	if (find_uneven(&piece, &uneven, in, factor, cells, e) || ct_vol_like(&blank, &piece, e))
+		goto out;
+	voxels = (double)ct_vol_count(&piece);
+	memset(blank.data, 0, ct_vol_count(&piece) * sizeof *blank.data);
+	if (try_prior(&first, &blank, r, env, e) || try_prior(&flat, &blank, r, env, e) ||
 		try_prior(&most, &piece, r, env, e))
 		goto out;
-	share = (double)ct_vol_count(&piece) / voxels;
-	memset(piece.data, 0, ct_vol_count(&piece) * sizeof *piece.data);
-	if (try_prior(&flat, &piece, r, env, e))
-		goto out;
-	each = fmax(most - flat, 0) / fmax(uneven, 1);
-	*cpu += work_of(r, in) / voxels *
-		(flat / share + each * ct_texture_cells(in, factor, cells));
+	is->once = fmax(first - flat, 0);
+	is->flat = flat / voxels;
+	is->cell = fmax(most - flat, 0) / fmax(uneven, 1);
 	rc = 0;
 out:
 	ct_vol_free(&piece);
+	ct_vol_free(&blank);
 	return rc;
 }
 
@@ -245,35 +265,59 @@ out:
 	return rc;
 }
 
-/* Voxels that are made again in rehearsals, of the weight and of the predicted error: a share of
- * the result's. */
-static double rehearsals(const struct ct_refine *r, const struct ct_vol *in)
+/* Textured cells of a CT that `by` made. */
+static double textured(
+	const struct ct_refine *r, const struct ct_vol *v, const struct ct_degrade *by)
+{
+	return r->adds ? ct_texture_cells(v, by->factor, patch_cells(r->rule.prior, by)) : 0;
+}
+
+/* One rehearsal of each part; more are for the weight and for the predicted error. */
+static int rehearsals(double *cpu, const struct rates *is, const struct ct_refine *r,
+	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_degrade own;
-	double parts = 0;
 	size_t n[3];
 
-	for (int k = 0; ct_rehearsal_part(n, &own, r, in, k); k++)
-		parts += (double)n[0] * (double)n[1] * (double)n[2];
-	return (ct_rehearsal_weighs(r) + r->rule.error) * parts /
-	       ((double)r->n[0] * (double)r->n[1] * (double)r->n[2]);
+	*cpu = 0;
+	for (int k = 0; ct_rehearsal_part(n, &own, r, in, k); k++) {
+		struct ct_vol part = {0}, coarse = {0};
+		ptrdiff_t start[3];
+		int rc;
+
+		ct_crop_place(start, in->n, n, MIDDLE);
+		rc = ct_crop(&part, in, n, start, 0, e) ||
+		     ct_degrade_volume(&coarse, &part, &own, 0, 0, env->par, e);
+		if (rc == 0)
+			*cpu += (is->inverted + is->flat) * (double)ct_vol_count(&coarse) +
+				is->cell * textured(r, &coarse, &own);
+		ct_vol_free(&part);
+		ct_vol_free(&coarse);
+		if (rc)
+			return -1;
+	}
+	return 0;
 }
 
 static int cost_of(double *cpu, const struct ct_refine *r, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e)
 {
+	const double times = ct_rehearsal_weighs(r) + r->rule.error, work = work_of(r, in);
 	struct ct_env quiet = *env;
+	struct rates is = {0};
+	double rehearsed = 0;
 
 	quiet.log = NULL;
 	quiet.progress = NULL;
-	*cpu = 0;
 	if (r->rule.method == CT_REFINE_ARSSR)
 		return arssr(cpu, r, in, &quiet, e);
-	if (r->inverts && inversion(cpu, r, in, &quiet, e))
+	if ((r->inverts && inversion(&is, r, in, &quiet, e)) ||
+		(r->adds && prior(&is, r, in, &quiet, e)) ||
+		(times > 0 && rehearsals(&rehearsed, &is, r, in, &quiet, e)))
 		return -1;
-	if (r->adds && prior(cpu, r, in, &quiet, e))
-		return -1;
-	*cpu *= 1 + rehearsals(r, in);
+	*cpu = is.once + (is.inverted + is.flat) * work +
+	       is.cell * textured(r, in, &r->scan.operator) * work / (double)ct_vol_count(in) +
+	       times * rehearsed;
 	return 0;
 }
 

@@ -50,12 +50,13 @@ static double voxels(const size_t n[3])
 /* Bytes of volumes and of what is worked in, of a CT of `coarse` voxels that is refined to n: of
  * the inversion, of the prior, or of what makes its result agree, never two of them. */
 static int need_of(double *bytes, const struct ct_refine *r, const size_t n[3], double coarse,
-	struct ct_err *e)
+	size_t threads, struct ct_err *e)
 {
 	const struct ct_refine_rule *p = &r->rule;
 	const struct ct_inversion v = ct_refine_inversion(r);
 	const double one = 4 * voxels(n), error = p->error ? one : 0;
-	const double networks = p->prior ? ct_slice_prior_bytes(p->prior) : 0; /* are read before */
+	const double networks = /* are read before; a rehearsal or a slab was before */
+		p->prior ? ct_slice_prior_bytes(p->prior) + (r->adds ? CT_RESTORE_CODE : 0) : 0;
 	double most = 0, agree = 0;
 
 	if (r->inverts) {
@@ -68,7 +69,7 @@ static int need_of(double *bytes, const struct ct_refine *r, const size_t n[3], 
 			return -1;
 		most = fmax(most + networks,
 			error + fmax(agree + networks, one + ct_restore_bytes(p->prior, &r->restore,
-								     n, p->error)));
+								     n, p->error, threads)));
 	}
 	if (r->share < 1)
 		most = fmax(most, 2 * one + agree + error + networks);
@@ -100,7 +101,7 @@ static double widest_of(const struct ct_refine *r, const struct ct_vol *in, size
 /* Bytes in m slabs: volumes, and the work of the largest slab; or those of what is tried before
  * there are volumes. */
 static int need_in_slabs(double *bytes, const struct ct_refine *r, const struct ct_vol *in,
-	size_t m, struct ct_err *e)
+	size_t m, size_t threads, struct ct_err *e)
 {
 	const double share = widest_of(r, in, m);
 	const int axis = ct_slab_axis(&r->scan.operator, in->n);
@@ -111,12 +112,12 @@ static int need_in_slabs(double *bytes, const struct ct_refine *r, const struct 
 	if (m > 1)
 		n[axis] = (size_t)nearbyint(
 			share * (double)in->n[axis] * r->scan.operator.factor[axis]);
-	if (need_of(bytes, r, n, share * (double)ct_vol_count(in), e))
+	if (need_of(bytes, r, n, share * (double)ct_vol_count(in), threads, e))
 		return -1;
 	*bytes += m > 1 ? volumes_of(r, in) : 0;
 	for (int k = 0; ct_rehearsal_part(n, &own.scan.operator, r, in, k); k++) {
 		own.restore.by = own.scan.operator;
-		if (need_of(&part, &own, n, voxels(n), e))
+		if (need_of(&part, &own, n, voxels(n), threads, e))
 			return -1;
 		*bytes = fmax(*bytes, part + 8 * voxels(n) + 4 * (double)ct_vol_count(in));
 	}
@@ -125,6 +126,10 @@ static int need_in_slabs(double *bytes, const struct ct_refine *r, const struct 
 	*bytes += CT_MEMORY_BASE + r->before;
 	return 0;
 }
+
+/* The slabs, and so the result, are the same for any number of threads: they are chosen as for so
+ * many. */
+enum { THREADS = 4 };
 
 /* As a whole, or in as few slabs as fit. Within a bound that is given, all but the volumes may
  * become a tenth more. */
@@ -138,7 +143,7 @@ static int choose_slabs(struct ct_refine *r, const struct ct_vol *in, struct ct_
 	double need;
 
 	r->slabs = 1;
-	if (need_in_slabs(&r->whole, r, in, 1, e))
+	if (need_in_slabs(&r->whole, r, in, 1, THREADS, e))
 		return -1;
 	r->need = r->whole;
 	if (given <= 0 && r->need <= free)
@@ -148,7 +153,7 @@ static int choose_slabs(struct ct_refine *r, const struct ct_vol *in, struct ct_
 		widest_of(r, in, r->slabs + 1) * (r->whole - CT_MEMORY_BASE) > each)
 		r->slabs++;
 	while (need > most && r->slabs < can) {
-		if (need_in_slabs(&r->need, r, in, ++r->slabs, e))
+		if (need_in_slabs(&r->need, r, in, ++r->slabs, THREADS, e))
 			return -1;
 		need = r->need + spare * fmax(r->need - volumes, 0);
 	}
@@ -329,7 +334,8 @@ static int plan(
 		(r->scan.known && iterates(rule->method) &&
 			ct_rest_plan(&r->rest, &r->scan.operator, r->n, r->scan.noise,
 				r->scan.alike, e)) ||
-		choose_slabs(r, in, e))
+		choose_slabs(r, in, e) ||
+		need_in_slabs(&r->need, r, in, r->slabs, ct_par_threads(env->par), e))
 		return -1;
 	if (r->slabs == 1)
 		return 0;

@@ -214,6 +214,11 @@ static int sides(struct predict_job *j, size_t threads, struct ct_err *e)
 	return 0;
 }
 
+double ct_predict_bytes(const struct ct_slice_network *r, size_t threads)
+{
+	return ct_slice_network_bytes(r, ROWS, threads) + (double)threads * sizeof(struct side);
+}
+
 int ct_predict(struct ct_guess *g, const struct ct_scene *s, const struct ct_slice_network *r,
 	const bool axes[static 3], size_t *textured, size_t *cells, const struct ct_env *env,
 	struct ct_err *e)

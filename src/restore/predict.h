@@ -56,4 +56,7 @@ int ct_predict(struct ct_guess *g, const struct ct_scene *s, const struct ct_sli
 	const bool axes[static 3], size_t *textured, size_t *cells, const struct ct_env *env,
 	struct ct_err *e);
 
+/* Bytes that ct_predict works in. */
+double ct_predict_bytes(const struct ct_slice_network *r, size_t threads);
+
 #endif

@@ -366,21 +366,8 @@ out:
 	return rc;
 }
 
-double ct_slice_prior_bytes(const struct ct_slice_prior *p)
-{
-	double n = 0;
-
-	for (size_t i = 0; i < p->n; i++)
-		n += (double)p->r[i].at[CT_PARTS] +
-		     (double)(1 + p->r[i].components) * (double)ct_patch_count(&p->r[i].shape);
-	return n * sizeof(float);
-}
-
-/* Of the networks and of what they work in. */
-#define NETWORKS 67108864.0
-
 double ct_restore_bytes(const struct ct_slice_prior *prior, const struct ct_restore_rule *rule,
-	const size_t n[static 3], bool error)
+	const size_t n[static 3], bool error, size_t threads)
 {
 	const bool second = rule->passes > 1;
 	const struct ct_volume_network *volume =
@@ -388,15 +375,20 @@ double ct_restore_bytes(const struct ct_slice_prior *prior, const struct ct_rest
 	struct ct_scene scene = {.n = {n[0], n[1], n[2]}};
 	const double apart = rule->doubt > 0, *factor = rule->by.factor;
 	const double fine = 4 * (double)n[0] * (double)n[1] * (double)n[2];
-	double one = fine, coarse = 0, cell, more;
+	double one = fine, coarse = 0, cell, more, work;
 	bool axes[3];
 
 	cell = (double)ct_slice_prior_knows(axes, prior, &rule->by, false);
-	more = NETWORKS + (second ? fine / pow(cell, 3) : 0);
+	more = ct_slice_prior_bytes(prior) + CT_RESTORE_CODE + (second ? fine / pow(cell, 3) : 0);
+	work = fmax(ct_slice_prior_work(prior, &rule->by, false, threads),
+		second ? ct_slice_prior_work(prior, &rule->by, true, threads) : 0);
 	for (int a = 0; a < 3; a++)
 		scene.coarse[a] = factor[a] > 1;
-	if (volume)
-		more += fine + ct_volume_network_bytes(volume, &scene);
+	if (volume) {
+		more += fine;
+		work = fmax(work, ct_volume_network_bytes(volume, &scene, threads));
+	}
+	more += work;
 	if (apart_of((size_t)cell, factor) == 0)
 		return more + one * (1 + apart);
 	for (int a = 0; a < 3; a++) {

@@ -51,7 +51,7 @@ struct ct_slice_prior {
 /* The networks of w. CT_EINPUT naming what does not fit. *p must be zero. */
 int ct_slice_prior_alloc(struct ct_slice_prior *p, const struct ct_tensors *w, struct ct_err *e);
 void ct_slice_prior_free(struct ct_slice_prior *p);
-/* Bytes that its networks of slices hold. */
+/* Bytes that its networks hold. */
 double ct_slice_prior_bytes(const struct ct_slice_prior *p);
 /* The cell of its networks for scans that d made, as a solver refined them, or (again) as the prior
  * did, on a grid no finer than the volume's: the one nearest to the factors of the coarse axes; 0:
@@ -59,6 +59,10 @@ double ct_slice_prior_bytes(const struct ct_slice_prior *p);
  * take slices. */
 size_t ct_slice_prior_knows(bool axes[static 3], const struct ct_slice_prior *p,
 	const struct ct_degrade *d, bool again);
+
+/* The most bytes that one of its slice networks for scans that d made works in. */
+double ct_slice_prior_work(
+	const struct ct_slice_prior *p, const struct ct_degrade *d, bool again, size_t threads);
 
 /* The volume network for scans that d made; NULL: none. */
 const struct ct_volume_network *ct_slice_prior_volume(
@@ -89,9 +93,12 @@ struct ct_restore_rule {
 int ct_restore_confidence(struct ct_restore_rule *rule, bool *little, size_t cell,
 	const size_t n[static 3], struct ct_err *e);
 
-/* Bytes of work that the prior takes for a volume of n voxels, with the predicted error or not. */
+/* Bytes of code that oneDNN loads and makes, and keeps. */
+#define CT_RESTORE_CODE 8388608.0
+/* Bytes that the prior holds, and works in for a volume of n voxels, with the predicted error or
+ * not. */
 double ct_restore_bytes(const struct ct_slice_prior *prior, const struct ct_restore_rule *rule,
-	const size_t n[static 3], bool error);
+	const size_t n[static 3], bool error, size_t threads);
 
 struct ct_restore_report {
 	size_t cells, textured; /* cells of slices; looked at, and not flat */

@@ -88,14 +88,34 @@ void ct_slice_network_describe(float features[static CT_SLICE_NETWORK_FEATURES],
 	features[7] = tanhf(pose->mu / 500);
 }
 
+static size_t rows_of(size_t most)
+{
+	return (most + CT_PRODUCT_ROWS - 1) / CT_PRODUCT_ROWS * CT_PRODUCT_ROWS;
+}
+
+/* Values of a row of work. */
+static size_t row_of(const struct ct_slice_network *r)
+{
+	return ct_patch_count(&r->shape) + r->inputs + (4 + 2 * r->more) * r->width + r->out;
+}
+
+double ct_slice_network_bytes(const struct ct_slice_network *r, size_t n, size_t threads)
+{
+	const double width = (double)r->width;
+	const double ready = (double)r->components * (double)ct_patch_count(&r->shape) +
+			     width * ((double)r->inputs + (double)(1 + r->more) * width);
+
+	return sizeof(float) * ((double)threads * (double)rows_of(n) * (double)row_of(r) +
+				       (ct_product_orders() ? ready : 0));
+}
+
 int ct_slice_network_work_alloc(struct ct_slice_network_work *w, const struct ct_slice_network *r,
 	size_t most, struct ct_err *e)
 {
 	const size_t n = ct_patch_count(&r->shape), f = r->inputs;
 
-	most = (most + CT_PRODUCT_ROWS - 1) / CT_PRODUCT_ROWS * CT_PRODUCT_ROWS;
-	if (ct_alloc0(&w->patch, most * (n + f + (4 + 2 * r->more) * r->width + r->out),
-		    sizeof *w->patch, e))
+	most = rows_of(most);
+	if (ct_alloc0(&w->patch, most * row_of(r), sizeof *w->patch, e))
 		return -1;
 	w->feature = w->patch + most * n;
 	w->a1 = w->feature + most * f;

@@ -79,6 +79,8 @@ struct ct_slice_network_work {
 int ct_slice_network_work_alloc(struct ct_slice_network_work *w, const struct ct_slice_network *r,
 	size_t most, struct ct_err *e);
 void ct_slice_network_work_free(struct ct_slice_network_work *w);
+/* Bytes of work of n patches on each of the threads, and of its matrices made ready. */
+double ct_slice_network_bytes(const struct ct_slice_network *r, size_t n, size_t threads);
 /* The features of row i. */
 float *ct_slice_network_features(
 	struct ct_slice_network_work *w, const struct ct_slice_network *r, size_t i);

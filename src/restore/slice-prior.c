@@ -3,6 +3,7 @@
 #include "config.h"
 #include "restore/restore.h"
 
+#include <math.h>
 #include <stdio.h>
 
 int ct_slice_prior_alloc(struct ct_slice_prior *p, const struct ct_tensors *w, struct ct_err *e)
@@ -42,6 +43,32 @@ void ct_slice_prior_free(struct ct_slice_prior *p)
 	for (size_t i = 0; i < p->volumes; i++)
 		ct_volume_network_free(&p->volume[i]);
 	p->n = p->volumes = 0;
+}
+
+double ct_slice_prior_bytes(const struct ct_slice_prior *p)
+{
+	double n = 0;
+
+	for (size_t i = 0; i < p->n; i++)
+		n += (double)p->r[i].at[CT_PARTS] +
+		     (double)(1 + p->r[i].components) * (double)ct_patch_count(&p->r[i].shape);
+	n *= sizeof(float);
+	for (size_t i = 0; i < p->volumes; i++)
+		n += ct_volume_network_held(&p->volume[i]);
+	return n;
+}
+
+double ct_slice_prior_work(
+	const struct ct_slice_prior *p, const struct ct_degrade *d, bool again, size_t threads)
+{
+	bool axes[3];
+	const size_t cell = ct_slice_prior_knows(axes, p, d, again);
+	double most = 0;
+
+	for (size_t i = 0; i < p->n; i++)
+		if (p->again[i] == again && p->r[i].shape.cell == cell)
+			most = fmax(most, ct_predict_bytes(&p->r[i], threads));
+	return most;
 }
 
 const struct ct_volume_network *ct_slice_prior_volume(

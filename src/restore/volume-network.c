@@ -397,11 +397,18 @@ static void turn(size_t axis[static 3], const struct ct_volume_network *r, const
 		}
 }
 
-double ct_volume_network_bytes(const struct ct_volume_network *r, const struct ct_scene *s)
+double ct_volume_network_held(const struct ct_volume_network *r)
+{
+	return sizeof(float) * (double)start_of(r, PARTS);
+}
+
+double ct_volume_network_bytes(
+	const struct ct_volume_network *r, const struct ct_scene *s, size_t threads)
 {
 	const double width = (double)r->width, blocks = (double)r->blocks;
 	const double planes = width * ((blocks + 1) * KEPT_X + blocks * KEPT_Y);
-	const double sides = (2 * blocks + 2) * (3 * (double)widest(r) + CHANNELS);
+	const double layers = fmin(2 * blocks + 2, (double)threads); /* at the same time */
+	const double sides = layers * (3 * (double)widest(r) + CHANNELS);
 	double cells = 1;
 	size_t axis[3];
 

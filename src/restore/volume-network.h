@@ -44,9 +44,11 @@ int ct_volume_network_get(struct ct_volume_network *r, const struct ct_tensors *
 void ct_volume_network_free(struct ct_volume_network *r);
 /* Are these the axes that are coarse in its scans? */
 bool ct_volume_network_fits(const struct ct_volume_network *r, const bool coarse[static 3]);
-/* Bytes that ct_volume_network_predict works in, with many threads, for a scene whose x is not
- * looked at. */
-double ct_volume_network_bytes(const struct ct_volume_network *r, const struct ct_scene *s);
+/* Bytes that it holds. */
+double ct_volume_network_held(const struct ct_volume_network *r);
+/* Bytes that ct_volume_network_predict works in for a scene whose x is not looked at. */
+double ct_volume_network_bytes(
+	const struct ct_volume_network *r, const struct ct_scene *s, size_t threads);
 /* h <- what the volume of the scene, which the network fits, still lacks, where the slice networks
  * added `added`. The same bytes for any number of threads. CT_ENOMEM, CT_EFAIL, CT_ESTOP. */
 int ct_volume_network_predict(const struct ct_volume_network *r, float *h, const struct ct_scene *s,

@@ -3,6 +3,7 @@
 #include "tools/lib/ahead.h"
 #include "cli/cost-report.h"
 #include "cli/files.h"
+#include "core/clock.h"
 #include "core/memory.h"
 
 #include <libgen.h>
@@ -145,13 +146,30 @@ static void print_plan(const struct ct_refine *r, const struct ct_vol *in)
 		CT_WORD(CT_SOURCE_LIST, r->scan.noise_from));
 }
 
+/* Of the code of the program, what a run will still load. */
+#define CODE 524288.0
+
+/* At least what it has held so far, with what it read. The program, its libraries and what these
+ * keep are not known ahead: they are what it holds now beside volumes and networks. */
+static double memory_of(const struct ct_refine *r, const struct ct_vol *in)
+{
+	const double fine = (double)r->n[0] * (double)r->n[1] * (double)r->n[2];
+	const double volumes = 4 * ((double)ct_vol_count(in) + (r->rule.start ? fine : 0));
+	const double networks = r->rule.prior ? ct_slice_prior_bytes(r->rule.prior) : 0;
+	const double now = ct_memory_now();
+	const double own = now > 0 ? now - volumes - networks + CODE : CT_MEMORY_BASE;
+
+	return fmax(r->need - CT_MEMORY_BASE + fmax(own, 0), ct_memory_held());
+}
+
 int ahead_tell(const struct ct_refine *r, const struct ct_vol *in, const char *name,
 	const char *out, const char *error, const struct ct_env *env, struct ct_err *e)
 {
 	const double voxels = (double)r->n[0] * (double)r->n[1] * (double)r->n[2];
 	const struct file files[FILES] = {
 		{out, (ct_files_is_dicom(out) ? 2 : 4) * voxels}, {error, 4 * voxels}};
-	struct ct_cost cost = {.memory = r->need - CT_MEMORY_BASE + CT_MEMORY_LIKELY};
+	const double before = ct_clock_cpu(); /* it reads and plans likewise */
+	struct ct_cost cost = {.memory = memory_of(r, in)};
 	char slabs[40] = "";
 	double cpu;
 
@@ -166,7 +184,7 @@ int ahead_tell(const struct ct_refine *r, const struct ct_vol *in, const char *n
 		return 0;
 	if (ct_refine_cost(&cpu, r, in, env, e))
 		return -1;
-	cost.seconds = cpu / (double)ct_par_threads(env->par);
+	cost.seconds = (before + cpu) / (double)ct_par_threads(env->par);
 	for (size_t i = 0; i < FILES; i++)
 		cost.disk += files[i].path ? files[i].bytes : 0;
 	if (r->slabs > 1)
