@@ -7,8 +7,8 @@
 # cohort.md and cohort.svg: size of the result, factor, wall seconds, peak memory (MiB), and where TRUTH has a file of the
 # same name PSNR (dB) of cubic interpolation and of the result, and SSIM; else the data residual (HU RMS), if it is known
 # how the scan was made; then mean and standard deviation. A scan that cannot be done is in the table as failed, with the
-# reason in OUT/NAME.log, and holds up no other. Killed, or with more scans, the same command goes on; with other OPTIONS,
-# or another ct-sr, it makes all anew. make -j is fine, but then seconds are not those of a free machine; THREADS says how
+# reason in OUT/NAME.log, and holds up no other. Killed, or with more scans, the same command goes on; with other OPTIONS
+# or TRUTH, or another ct-sr, it makes all anew. make -j is fine, but then seconds are not those of a free machine; THREADS says how
 # many each may take. CONFIDENCE=yes also makes the predicted error, OUT/NAME.std.nii.gz, and REPORT=yes a page to look at,
 # OUT/NAME.html (ct-sr(1)); a scan of which one of these cannot be made has failed.
 SCANS = scans
@@ -29,7 +29,7 @@ list = for f in "$$SCANS"/*.nii "$$SCANS"/*.nii.gz "$$SCANS"/*/; do [ ! -e "$$f"
 stem = name=$${scan\#\#*/}; name=$${name%.gz}; name=$${name%.nii}; to=$$OUT/$$name
 JOBS := $(addprefix scan-,$(shell SCANS='$(SCANS)'; $(list) | awk '{print NR}'))
 
-all: $(JOBS)
+all: options $(JOBS)
 	@$(list) | while IFS= read -r scan; do
 		$(stem)
 		cat "$$to.row" 2>/dev/null || printf '%s\tfailed\n' "$$name"
@@ -41,8 +41,15 @@ all: $(JOBS)
 	cat "$$OUT/cohort.md"
 
 options:
-	@mkdir -p "$$OUT"
-	{ ct-sr --version; printf '%s\n' "$$OPTIONS" '$(CONFIDENCE) $(REPORT)'; } >"$$OUT/options.part" || exit
+	@if [ -z "$(JOBS)" ]; then
+		echo "$$SCANS: no scan: SCANS is a folder of .nii, .nii.gz or folders of DICOM" >&2
+		exit 2
+	elif [ -n "$$TRUTH" ] && [ ! -d "$$TRUTH" ]; then
+		echo "$$TRUTH: no folder: TRUTH is one of .nii or .nii.gz with the names of SCANS" >&2
+		exit 2
+	fi
+	mkdir -p "$$OUT"
+	{ ct-sr --version; printf '%s\n' "$$OPTIONS" '$(CONFIDENCE) $(REPORT)' "$$TRUTH"; } >"$$OUT/options.part" || exit
 	cmp -s "$$OUT/options.part" "$$OUT/options" && rm "$$OUT/options.part" || mv "$$OUT/options.part" "$$OUT/options"
 
 $(JOBS): scan-%: options
@@ -58,9 +65,10 @@ $(JOBS): scan-%: options
 		exit 0
 	}
 	factor=$$(sed -n 's/^ct-sr: [0-9x]* to [0-9x]*, \([0-9.,]*\) times.*/\1/p' "$$to.log")
+	: >"$$to.figures"
 	for truth in "$$TRUTH/$$name.nii" "$$TRUTH/$$name.nii.gz"; do
 		[ -n "$$TRUTH" ] && [ -e "$$truth" ] || continue
-		ct-metrics "$$truth" "$$to.nii.gz" | awk '{print "result", $$0}' >"$$to.figures"
+		ct-metrics "$$truth" "$$to.nii.gz" | awk '{print "result", $$0}' >>"$$to.figures"
 		ct-upsample -q -f -t $(THREADS) -m cubic -x "$$factor" "$$scan" "$$to.cubic.nii" &&
 			ct-metrics "$$truth" "$$to.cubic.nii" | awk '{print "cubic", $$0}' >>"$$to.figures"
 		rm -f "$$to.cubic.nii"
@@ -76,7 +84,7 @@ $(JOBS): scan-%: options
 			split(took, t, " "); OFS = "\t"
 			print name, size, factor, sprintf("%.1f", t[1]), sprintf("%.0f", t[2] / 1024), psnr["cubic"], psnr["result"], ssim,
 				"result" in psnr && psnr["result"] != "" ? "" : residual
-		}' "$$to.log" $$([ ! -e "$$to.figures" ] || echo "$$to.figures") >"$$to.part" && mv "$$to.part" "$$to.row"
+		}' "$$to.log" "$$to.figures" >"$$to.part" && mv "$$to.part" "$$to.row"
 	rm -f "$$to.time" "$$to.figures"
 
 .PHONY: all options $(JOBS)

@@ -7,6 +7,8 @@
 #include <assert.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <limits.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -72,6 +74,27 @@ fail:
 	return -1;
 }
 
+/* Is the folder missing that a file or folder of this name would be in? */
+static int lacks_folder(const char *path, struct ct_err *e)
+{
+	size_t n = strlen(path);
+	char folder[PATH_MAX];
+	struct stat st;
+
+	while (n > 0 && path[n - 1] == '/')
+		n--;
+	while (n > 0 && path[n - 1] != '/')
+		n--;
+	if (n < 2 || n >= sizeof folder)
+		return 0;
+	snprintf(folder, sizeof folder, "%.*s", (int)n - 1, path);
+	return stat(folder, &st) != 0 && errno == ENOENT
+		       ? ct_fail(e, CT_EOUTPUT,
+				 "%s: there is no folder %.200s: make it first (mkdir -p)", path,
+				 folder)
+		       : 0;
+}
+
 int ct_out_leads(const char *path, struct ct_err *e)
 {
 	const int why = errno;
@@ -84,7 +107,9 @@ int ct_out_leads(const char *path, struct ct_err *e)
 			"name what it should lead to",
 			path, (int)n, to);
 	errno = why;
-	return n > 0 ? ct_fail_errno(e, CT_EOUTPUT, path) : 0;
+	if (n > 0)
+		return ct_fail_errno(e, CT_EOUTPUT, path);
+	return why == ENOENT ? lacks_folder(path, e) : 0;
 }
 
 /* May a file of this name be written, as far as what is there tells? */

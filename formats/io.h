@@ -69,7 +69,8 @@ int ct_put(struct ct_out *o, const void *data, size_t n, struct ct_err *e);
 /* Is an output of this name allowed now (exists, --force), and can a file be made there and hold
  * something? Asked before the work: cli/files.h. CT_EOUTPUT. */
 int ct_out_check(const char *path, const struct ct_env *env, struct ct_err *e);
-/* CT_EOUTPUT if the path, which stat() just could not follow, is a symbolic link. */
+/* CT_EOUTPUT if the path, which stat() just could not follow, is a symbolic link, or would lie in a
+ * folder that is not there. */
 int ct_out_leads(const char *path, struct ct_err *e);
 /* Is the output `out` the same file as `path`, by whatever names, be they there or not? "-" of an
  * input is the file that standard input is read from. */

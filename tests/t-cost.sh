@@ -100,7 +100,7 @@ exits 0 'ct-upsample --dry-run accepts --memory' ct-upsample --dry-run -m tv --m
 has out '^work *tv of 2097152 voxels in [2-9] slabs$' 'the dry run prints the number of slabs'
 awk '$1 == "memory" {m = $2} END {exit !(m > 27 && m < 43)}' out; ok $? 'the dry run prints the memory of the slabs'
 [ ! -e no.nii ]; ok $? 'the dry run writes no volume'
-exits 0 'the prior refines in slabs with --std' ct-upsample -q -t 1 -m prior -p "$known" --memory 134M --std made/std.nii thick.nii made/p.nii
+exits 0 'the prior refines in slabs with --std' ct-upsample -q -t 1 -m prior -p "$known" --memory 138M --std made/std.nii thick.nii made/p.nii
 ct-upsample -q -m prior -p "$known" --std std.nii thick.nii p.nii
 near p.nii made/p.nii; ok $? 'the prior in slabs is near the prior of the whole'
 ct-metrics --ssim none --range 1 --json std.nii made/std.nii | sed -n 's/.*"rmse-hu": \([0-9.e+-]*\).*/\1/p' | awk '{near = $1 < .1} END {exit !near}'
@@ -115,7 +115,7 @@ near whole-tv.nii o.nii; ok $? 'ct-sr in slabs is near TV of the whole volume'
 [ -z "$(ls -A tmp)" ]; ok $? 'slabs leave nothing in TMPDIR'
 ct-sr -q -Q draft --memory 52M - - <thick.nii >stream.nii; ok $? 'ct-sr refines a stream in slabs'
 look same stream.nii o.nii; ok $? 'a stream refined in slabs gives the same voxels'
-exits 0 'ct-sr refines in slabs with --confidence and --report' ct-sr -q -t 1 --memory 134M --prior "$known" --confidence c.nii --report r.html thick.nii r.nii
+exits 0 'ct-sr refines in slabs with --confidence and --report' ct-sr -q -t 1 --memory 138M --prior "$known" --confidence c.nii --report r.html thick.nii r.nii
 near p.nii r.nii; ok $? 'ct-sr with the prior in slabs is near ct-upsample with the prior'
 grep -q 'id="error"' r.html; ok $? 'the report of a run in slabs shows the predicted error'
 if script -qec true /dev/null </dev/null >/dev/null 2>&1; then

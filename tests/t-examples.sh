@@ -57,6 +57,17 @@ exits 0 'cohort.mk accepts CONFIDENCE=yes with REPORT=yes' run SCANS=one OUT=pag
 [ "$(cd page && echo a.*)" = 'a.html a.log a.nii.gz a.row a.std.nii.gz' ]
 ok $? 'CONFIDENCE=yes and REPORT=yes give a map and a page for each scan'
 
+mkdir 'one here' 'truths here' && cp scans/a.nii 'one here/d e.nii' && cp truth/a.nii 'truths here/d e.nii'
+exits 0 'cohort.mk accepts names with blanks throughout' run SCANS='one here' TRUTH='truths here' OUT='out here'
+has 'out here/cohort.csv' "^\"d e\",24x24x48,1x1x4,[^,]*,[^,]*,$p,[0-9]" 'a scan with a blank in its name is compared with its truth'
+exits 2 'cohort.mk refuses a folder without a scan' run SCANS=nowhere OUT=none
+has err '^nowhere: no scan: SCANS is a folder of .nii, .nii.gz or folders of DICOM' 'cohort.mk names the folder without a scan'
+
+exits 2 'cohort.mk refuses a folder of truths that does not exist' run SCANS=one TRUTH=nowhere OUT=none
+has err '^nowhere: no folder: TRUTH' 'cohort.mk names the folder of truths that does not exist'
+run SCANS=one TRUTH= OUT=late >out && run SCANS=one OUT=late >out
+has late/cohort.csv "^\"a\",.*,$p,[0-9.]*,[0-9.]*,\$" 'a cohort without truths is compared once TRUTH names them'
+
 # The pipeline of README.md and of ct-pipeline(7) is what ct-sr --paper runs, and is run here as it stands
 # there, on a small phantom with fewer views, Gaussians and iterations.
 part pipeline

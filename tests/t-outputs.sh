@@ -28,6 +28,8 @@ each nofolder/out
 each /proc/out
 mkdir is.nii is.exr is.ply is.csv is.safetensors; : >is.nii/file; each is
 rm -r is.*
+exits 4 'a file in a folder that does not exist is refused with status 4' ct-phantom -q --size 8x8x8 cube 'no dir/x/a.nii'
+has err '^ct-phantom: no dir/x/a.nii: there is no folder no dir/x: make it first (mkdir -p)$' 'the error names the folder that is missing, and how to make it'
 for f in nii exr ply csv safetensors; do ln -s /nowhere/at/all link.$f; done; each link
 rm link.*
 ( trap '' XFSZ; ulimit -f 0; ct-upsample -x 2 none.nii full.nii 2>&1; echo $? ) | cat >err

@@ -128,8 +128,8 @@ static int need_in_slabs(double *bytes, const struct ct_refine *r, const struct 
 }
 
 /* The slabs, and so the result, are the same for any number of threads: they are chosen as for so
- * many. */
-enum { THREADS = 4 };
+ * many. What CT_MEMORY_BASE has to spare does for a few more. */
+enum { THREADS = 1 };
 
 /* As a whole, or in as few slabs as fit. Within a bound that is given, all but the volumes may
  * become a tenth more. */
