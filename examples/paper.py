@@ -8,10 +8,12 @@ import sys
 
 import ctsr
 
+if not 3 <= len(sys.argv) <= 9:
+    sys.exit('usage: ' + __doc__.split('\n')[0].split(': ')[1])
 path, out, factor, prior, views, steps, gaussians, iterations = (sys.argv[1:] + [None] * 8)[:8]
 low = ctsr.read(path)
 projections = ctsr.project(low, views=int(views or 100))
-fine = ctsr.ddnm(projections, prior, factor=int(factor or 4), steps=int(steps or 0))
+fine = ctsr.ddnm(projections, prior or None, factor=int(factor or 4), steps=int(steps or 0))
 base = ctsr.upsample(low, factor=int(factor or 4), method='linear')
 added = ctsr.fit(fine, base, gaussians=int(gaussians or 0), iterations=int(iterations or 0))
 print('%d Gaussians' % len(added))

@@ -10,6 +10,8 @@ import matplotlib
 matplotlib.use('Agg')
 import matplotlib.pyplot as plt
 
+if not 4 <= len(sys.argv) <= 5:
+    sys.exit('usage: ' + __doc__.split('\n')[0].split(': ')[1])
 before = ctsr.read(sys.argv[1])
 after = ctsr.superres(before, error=True, prior=(sys.argv[4:] or [None])[0],
                       progress=lambda what, done, total: print('\r%s %d/%d ' % (what, done, total), end='', file=sys.stderr))

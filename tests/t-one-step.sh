@@ -187,6 +187,8 @@ ct-project -q -n 4 lr.nii p.exr && ct-ddnm -q -x 2 -n 2 -p "$prior" p.exr p4.exr
 	ct-nabgs -q -g 100 -n 10 -b p.nii p4.exr p.ply && ct-compose -q p.nii p.ply paper-a.nii; ok $? 'the commands of the paper'
 exits 0 'the example in C' "$builddir/examples/paper" lr.nii paper-b.nii 2 "$prior" 4 2 100 10
 exits 0 'in Python' "$PY" "$srcdir/examples/paper.py" lr.nii paper-c.nii 2 "$prior" 4 2 100 10
+exits 1 'paper.py without arguments fails with status 1' "$PY" "$srcdir/examples/paper.py"
+has err '^usage: paper.py IN OUT.nii' 'paper.py without arguments prints its usage'
 exits 0 'make the same CT' py same paper-a.nii paper-b.nii paper-c.nii
 
 # A finer grid.

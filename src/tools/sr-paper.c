@@ -301,12 +301,13 @@ static int ahead(struct paper *j, struct ct_err *e)
 						   "needed to estimate the time",
 						   w->p->in)
 					 : 0;
-	cost.memory = ct_step_paper_bytes(&w->plan, j->lr.n);
+	cost.memory = ct_memory_now() + ct_step_paper_bytes(&w->plan, j->lr.n);
 	cost.disk = 4 * pow(w->plan.factor, 3) * (double)ct_vol_count(&j->lr);
 	if (describe(&j->lr, (enum ct_units)ct_io_rule_of(&j->env).units, &own, e) ||
 		sr_paper_seconds(&cost.seconds, &w->plan, &j->lr, &keeper, &own, e))
 		return -1;
 	cost.seconds /= (double)ct_par_threads(own.par);
+	cost.memory = fmax(cost.memory, ct_memory_held()); /* of each step, tried */
 	if (own.command->json)
 		return ct_cost_print(&cost, &j->env, e);
 	printf("# about %.*f %s on %zu threads, %.0f MiB of memory at least\n",
