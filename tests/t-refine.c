@@ -366,9 +366,10 @@ static void means(void)
 	part = (struct call){.lo = &lo, .rule = auto_.rule};
 	part.rule.memory = 1.2 * auto_.did.whole;
 	do {
-		part.rule.memory -= 0x1p14;
-		must(ct_refine_plan(&part.did, &part.rule, &lo, &quiet, &err));
-	} while (part.did.slabs < 2 && part.rule.memory > MIB);
+		part.rule.memory -= 0x1p18;
+		part.rc = ct_refine_plan(&part.did, &part.rule, &lo, &quiet, &part.failed);
+	} while (part.rc == 0 && part.did.slabs < 2);
+	must(part.rc);
 	must(ct_refine_run(&part.did, &part.out, NULL, &lo, &quiet, &err));
 	compare(&auto_.out, &part.out, "a mean", part.did.slabs);
 	end(&auto_);
