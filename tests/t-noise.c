@@ -495,6 +495,22 @@ static void test_spongy(void)
 	ct_vol_free(&v);
 }
 
+/* Values that each block shows alike, as those of noise, but that lie to one side. */
+static void test_lopsided(void)
+{
+	struct ct_vol v;
+
+	alloc(&v, 40);
+	for (size_t i = 0; i < ct_vol_count(&v); i++)
+		v.data[i] = 40 + (ct_rng_uniform(6, 4, i) < 0.25 ? 400.F : 0);
+	OK(measure(&v).common > 100 && measure(&v).sure == 0,
+		"values that lie to one side are texture, not noise");
+	for (size_t i = 0; i < ct_vol_count(&v); i++)
+		v.data[i] = 40 + (ct_rng_uniform(6, 4, i) < 0.5 ? 400.F : 0);
+	OK(measure(&v).sure > 100, "values on both sides may be noise");
+	ct_vol_free(&v);
+}
+
 /* A chessboard of 0 and 1: the squares of a block of 3 x 3 x 3, 13 of one and 14 of the other, over
  * the values that are free after a mean and a slope along each axis. The slopes are 0, but across
  * two planes, of 5 ones and of 4. */
@@ -525,6 +541,7 @@ int main(void)
 	test_slope();
 	test_texture();
 	test_spongy();
+	test_lopsided();
 	test_chessboard();
 	test_correlated();
 	test_anatomy();
