@@ -4,7 +4,7 @@
 # one thread, and of the assembly of RabbitCT on the same pixels and matrices, in turn in one process.
 #   RABBITCT=folder   its sources (https://github.com/HPC-Dwarfs/RabbitCT, MIT), compiled in a folder
 #                     that is removed, with the flags of its mk/include_GCC.mk, without OpenMP
-#   SIZES='128 256'   edges of the volume
+#   SIZES='128'       edges of the volume; RabbitCT's assembly faults here at 256 (not looked into), ours does not
 set -e
 dir=$(mktemp -d); trap 'rm -rf "$dir"' EXIT
 peers=
@@ -20,7 +20,7 @@ if [ -n "$RABBITCT" ]; then
 else
 	echo 'b-backproject.sh: without RabbitCT: RABBITCT is not set'
 fi
-for n in ${SIZES:-128 256}; do
+for n in ${SIZES:-128}; do
 	# shellcheck disable=SC2086
 	"$builddir/bench/backproject-calls" "$n" $peers | grep -v -e '^Padd' -e '^SIMD' -e '^Alloc' -e '^Wrote'
 done

@@ -68,8 +68,8 @@ CT_SIMD_DECLARE(void, ct_backproject_row,
 		size_t count, const float *restrict views));
 /* That for lines of voxels (backproject-line.c): */
 enum {
-	CT_BP_SEGMENT = 128, /* voxels of a line that are done together */
-	CT_BP_TILE = 32,     /* lines of a tile along both other axes: their sums stay in the
+	CT_BP_SEGMENT = 256, /* voxels of a line that are done together */
+	CT_BP_TILE = 16,     /* lines of a tile along both other axes: their sums stay in the
 				second cache, */
 	CT_BP_GROUP = 2,     /* with the part of so many views that they read */
 	CT_BP_LONGEST = 15,  /* rows from voxel to voxel, at most */
