@@ -60,8 +60,7 @@ static int is_busy(bool *is, double *busy, const struct ct_refine *r, const stru
 }
 
 /* TV alone, HTV alone or a mean of both, as the scan itself tells. The trial is of twice: of more,
- * a scan needs the less of HTV. Along several axes the prior, which learned what TV leaves, adds to
- * TV alone. */
+ * a scan needs the less of HTV. The prior learned what TV leaves, and adds to a mean with less. */
 static int ask(
 	struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
 {
@@ -79,9 +78,7 @@ static int ask(
 		r->method = CT_UPSAMPLE_HTV;
 		return 0;
 	}
-	r->second = !r->adds    ? pow(told.share, most - 1)
-		    : axes == 1 ? pow(told.share, 2 * (most - 1))
-				: 0;
+	r->second = pow(told.share, (r->adds ? 2 : 1) * (most - 1));
 	if (r->second < FAINT)
 		r->second = 0;
 	else
