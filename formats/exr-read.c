@@ -2,7 +2,7 @@
  * and tables, exr-write.c has what is in the chunks.
  *
  * Parts may come in any order (the number at the end of the name sorts them), FLOAT or HALF,
- * channel Y or the only one, ZIP, ZIPS or not compressed.
+ * channel Y or the only one, and "deviation" of all parts, ZIP, ZIPS or not compressed.
  * SPDX-License-Identifier: Apache-2.0
  */
 #include "config.h"
@@ -14,7 +14,6 @@
 #include "formats/exr.h"
 #include "formats/format.h"
 #include "formats/any.h"
-#include "formats/hash.h"
 #include "formats/voxels.h"
 
 #include <jansson.h>
@@ -312,12 +311,13 @@ static int get_meta(struct reader *d, int part, struct ct_meta *m)
 
 /* Where the pixels of a part are: layout[] of one row of a chunk. */
 struct layout {
-	size_t row, at; /* bytes of a row of all channels; where ours begins */
-	bool half;
-	size_t rows; /* of a chunk */
+	size_t row, at,
+		beside; /* bytes of a row of all channels; where ours, where deviations begin */
+	bool half, has, has_half; /* ours are HALF; there are deviations; they are HALF */
+	size_t rows;              /* of a chunk */
 };
 
-/* Channel Y or the only one, and the compression. */
+/* Channel Y or the only one, that of deviations, and the compression. */
 static int find_channel(struct reader *d, const struct part *p, struct layout *l)
 {
 	const exr_attr_chlist_t *list = NULL;
@@ -331,18 +331,21 @@ static int find_channel(struct reader *d, const struct part *p, struct layout *l
 	for (int i = 0; i < list->num_channels; i++) { /* they lie in the order of the list */
 		const exr_attr_chlist_entry_t *c = &list->entries[i];
 		const bool ours = list->num_channels == 1 || strcmp(c->name.str, "Y") == 0;
+		const bool beside = !ours && strcmp(c->name.str, CT_EXR_DEVIATION) == 0;
+		const bool half = c->pixel_type == EXR_PIXEL_HALF;
+		size_t other;
+		bool any;
 
 		if (c->x_sampling != 1 || c->y_sampling != 1)
 			return ct_fail(d->e, CT_EINPUT, "%s: subsampled channel", p->name);
-		if (ours && c->pixel_type != EXR_PIXEL_FLOAT && c->pixel_type != EXR_PIXEL_HALF)
+		if ((ours || beside) && !half && c->pixel_type != EXR_PIXEL_FLOAT)
 			return ct_fail(
 				d->e, CT_EINPUT, "%s: channel is not FLOAT or HALF", p->name);
-		if (ours) {
-			found = true;
-			l->at = l->row;
-			l->half = c->pixel_type == EXR_PIXEL_HALF;
-		}
-		l->row += p->w * (c->pixel_type == EXR_PIXEL_HALF ? 2 : 4);
+		found = found || ours;
+		l->has = l->has || beside;
+		*(beside ? &l->beside : ours ? &l->at : &other) = l->row;
+		*(beside ? &l->has_half : ours ? &l->half : &any) = half;
+		l->row += p->w * (half ? 2 : 4);
 	}
 	if (!found)
 		return ct_fail(d->e, CT_EINPUT, "%s has %d channels and none is named Y", p->name,
@@ -387,20 +390,30 @@ static void get_row(float *to, const unsigned char *from, size_t w, bool half)
 		memcpy(to, from, w * sizeof *to);
 }
 
-static int get_pixels(struct reader *d, const struct part *p, float *to)
+/* also: NULL, or where deviations go. */
+static int get_pixels(struct reader *d, const struct part *p, float *to, float *also)
 {
 	unsigned char *bytes = NULL;
 	struct layout l;
 	int rc = 0;
 
-	if (find_channel(d, p, &l) || ct_alloc(&bytes, l.rows * l.row, 3, d->e))
+	if (find_channel(d, p, &l))
+		return -1;
+	if (l.has != (also != NULL))
+		return ct_fail(d->e, CT_EINPUT, "%s has %s channel " CT_EXR_DEVIATION ", unlike %s",
+			p->name, l.has ? "a" : "no", d->part->name);
+	if (ct_alloc(&bytes, l.rows * l.row, 3, d->e))
 		return -1;
 	for (size_t y = 0; rc == 0 && y < p->h; y += l.rows) {
 		const size_t rows = p->h - y < l.rows ? p->h - y : l.rows;
 
 		rc = get_chunk(d, p, p->y0 + (int)y, rows, &l, bytes);
-		for (size_t i = 0; rc == 0 && i < rows; i++)
+		for (size_t i = 0; rc == 0 && i < rows; i++) {
 			get_row(to + (y + i) * p->w, bytes + i * l.row + l.at, p->w, l.half);
+			if (also)
+				get_row(also + (y + i) * p->w, bytes + i * l.row + l.beside, p->w,
+					l.has_half);
+		}
 	}
 	free(bytes);
 	return rc;
@@ -428,27 +441,22 @@ static int check_sizes(struct reader *d)
 
 static int read_all(struct reader *d, struct ct_stack *s)
 {
+	struct layout l;
+
 	if (list_parts(d) || check_sizes(d) ||
 		ct_stack_alloc(s, d->n, d->part->h, d->part->w, d->e))
 		return -1;
 	for (size_t k = 0; k < d->n; k++)
 		if (get_geometry(d, s, k) || get_meta(d, d->part[k].index, &s->meta))
 			return -1;
-	if (ct_stack_check(s, d->e))
+	if (ct_stack_check(s, d->e) || find_channel(d, d->part, &l) ||
+		(l.has && ct_alloc(&s->deviation, ct_stack_count(s), sizeof *s->deviation, d->e)))
 		return -1;
 	for (size_t k = 0; k < d->n; k++)
-		if (get_pixels(d, &d->part[k], ct_stack_view(s, k)))
+		if (get_pixels(d, &d->part[k], ct_stack_view(s, k),
+			    l.has ? s->deviation + k * s->h * s->w : NULL))
 			return -1;
 	return 0;
-}
-
-int ct_stack_sign(struct ct_stack *s, const char *path, struct ct_err *e)
-{
-	const uint64_t head[4] = {s->views, s->h, s->w, (uint64_t)s->beam};
-	const struct ct_piece piece[] = {{head, sizeof head}, {s->view, s->views * sizeof *s->view},
-		{s->data, ct_stack_count(s) * sizeof *s->data}};
-
-	return ct_meta_input(&s->meta, path, 3, piece, e);
 }
 
 static int read_stack(

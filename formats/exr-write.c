@@ -5,6 +5,7 @@
 #include "formats/any.h"
 #include "formats/exr.h"
 #include "formats/format.h"
+#include "formats/hash.h"
 #include "formats/io.h"
 #include "formats/text.h"
 #include "core/mem.h"
@@ -204,6 +205,9 @@ static exr_result_t put_header(exr_context_t c, const struct ct_stack *s)
 		TRY(exr_initialize_required_attr_simple(
 			c, part, (int32_t)s->w, (int32_t)s->h, EXR_COMPRESSION_ZIP));
 		TRY(exr_add_channel(c, part, "Y", EXR_PIXEL_FLOAT, EXR_PERCEPTUALLY_LINEAR, 1, 1));
+		if (s->deviation)
+			TRY(exr_add_channel(c, part, CT_EXR_DEVIATION, EXR_PIXEL_FLOAT,
+				EXR_PERCEPTUALLY_LINEAR, 1, 1));
 		TRY(exr_set_version(c, part, 1));
 		TRY(put_geometry(c, part, s, k));
 	}
@@ -214,8 +218,8 @@ static exr_result_t put_header(exr_context_t c, const struct ct_stack *s)
 
 /* Chunks of one view: room for each, scratch for each worker. */
 struct packer {
-	const float *from;    /* [h][w] */
-	size_t h, w, n, room; /* n chunks, room bytes for each */
+	const float *from, *also; /* [h][w]; also: NULL, or a second channel */
+	size_t h, w, n, room;     /* n chunks, room bytes for each */
 	unsigned char *out, *scratch;
 	size_t *bytes; /* of each chunk */
 };
@@ -223,11 +227,17 @@ struct packer {
 static void pack(void *arg, size_t i, size_t worker)
 {
 	const struct packer *p = arg;
-	const size_t row = p->w * sizeof *p->from;
+	const size_t row = p->w * sizeof *p->from, all = p->also ? 2 * row : row;
 	const size_t rows = p->h - i * ROWS < ROWS ? p->h - i * ROWS : ROWS;
+	unsigned char *scratch = p->scratch + 2 * worker * ROWS * all, *both = scratch + ROWS * all;
+	const void *from = p->from + i * ROWS * p->w;
 
-	p->bytes[i] = ct_exr_zip(p->out + i * p->room, (const void *)(p->from + i * ROWS * p->w),
-		rows * row, p->scratch + worker * ROWS * row);
+	for (size_t y = 0; p->also && y < rows; y++) { /* channels in turn, row by row */
+		memcpy(both + y * all, p->from + (i * ROWS + y) * p->w, row);
+		memcpy(both + y * all + row, p->also + (i * ROWS + y) * p->w, row);
+		from = both;
+	}
+	p->bytes[i] = ct_exr_zip(p->out + i * p->room, from, rows * all, scratch);
 }
 
 static exr_result_t put_pixels(
@@ -246,15 +256,15 @@ static exr_result_t put_pixels(
 static int packer_alloc(
 	struct packer *p, const struct ct_stack *s, const struct ct_env *env, struct ct_err *e)
 {
-	const size_t whole = ROWS * s->w * sizeof *s->data;
+	const size_t whole = ROWS * s->w * sizeof *s->data * (s->deviation ? 2 : 1);
 
 	*p = (struct packer){.h = s->h,
 		.w = s->w,
 		.n = (s->h + ROWS - 1) / ROWS,
 		.room = ct_exr_zip_room(whole)};
 	return ct_alloc(&p->out, p->n, p->room, e) ||
-			       ct_alloc(&p->scratch, ct_par_threads(env ? env->par : NULL), whole,
-				       e) ||
+			       ct_alloc(&p->scratch, ct_par_threads(env ? env->par : NULL),
+				       2 * whole, e) ||
 			       ct_alloc(&p->bytes, p->n, sizeof *p->bytes, e)
 		       ? -1
 		       : 0;
@@ -296,6 +306,7 @@ static int build(struct file *f, const char *path, const struct ct_stack *s,
 	for (size_t k = 0; k < s->views && r == EXR_ERR_SUCCESS; k++) {
 		ct_progress(env, "writing", k, s->views);
 		p.from = ct_stack_view(s, k);
+		p.also = s->deviation ? s->deviation + k * s->h * s->w : NULL;
 		r = put_pixels(c, (int)k, &p, env);
 	}
 	if (c && r == EXR_ERR_SUCCESS)
@@ -332,10 +343,20 @@ int ct_stack_write(
 	return rc;
 }
 
+int ct_stack_sign(struct ct_stack *s, const char *path, struct ct_err *e)
+{
+	const uint64_t head[4] = {s->views, s->h, s->w, (uint64_t)s->beam};
+	const size_t bytes = ct_stack_count(s) * sizeof *s->data;
+	const struct ct_piece piece[] = {{head, sizeof head}, {s->view, s->views * sizeof *s->view},
+		{s->data, bytes}, {s->deviation, bytes}};
+
+	return ct_meta_input(&s->meta, path, s->deviation ? 4 : 3, piece, e);
+}
+
 /* All but the pixels goes through a file, in memory, of one. */
 int ct_stack_as_read(struct ct_stack *s, const char *name, struct ct_err *e)
 {
-	const struct ct_stack one = {1, 1, 1, s->beam, s->view, s->data, s->meta};
+	const struct ct_stack one = {1, 1, 1, s->beam, s->view, s->data, s->meta, NULL};
 	struct file f = {.e = e};
 	struct ct_any a = {0};
 	int rc = -1;

@@ -1,10 +1,11 @@
 /* exr.h: names of the attributes of an EXR stack, and the bytes of its ZIP chunks, for exr-*.c.
  *
- * A stack is one flat scanline part a view, named view.0000, view.0001, ..., with one channel Y,
- * FLOAT, ZIP. Every part carries the geometry of its view (world mm, RAS+) as strings that
- * keep doubles exactly: ct:beam, ct:angleDeg, ct:source, ct:detCentre, ct:detU, ct:detV. The
- * first part also carries ct:version and the metadata, one string "ct:KEY" a key; keys that
- * do not fit an attribute name stand in one JSON object, ct:meta.
+ * A stack is one flat scanline part a view, named view.0000, view.0001, ..., with a channel Y,
+ * FLOAT, ZIP, and if samples made it a channel "deviation" beside it. Every part carries the
+ * geometry of its view (world mm, RAS+) as strings that keep doubles exactly: ct:beam, ct:angleDeg,
+ * ct:source, ct:detCentre, ct:detU, ct:detV. The first part also carries ct:version and the
+ * metadata, one string "ct:KEY" a key; keys that do not fit an attribute name stand in one JSON
+ * object, ct:meta.
  *
  * A chunk's bytes are split into those at even and at odd places, replaced by differences
  * (plus 128, modulo 256), and deflated into a zlib stream; what does not shrink is stored as it is,
@@ -21,6 +22,7 @@
 #define CT_EXR_PREFIX "ct:"
 #define CT_EXR_META "ct:meta"
 #define CT_EXR_VERSION "ct:version"
+#define CT_EXR_DEVIATION "deviation"
 /* Longest attribute name that every EXR reader takes. */
 enum { CT_EXR_NAME = 31, CT_EXR_VERSION_NOW = 1 };
 

@@ -32,7 +32,17 @@ def plain(data, n):
     return bytes(out)
 
 
-def read(name):
+def names(channels):
+    """Of a list of channels, all FLOAT."""
+    found, at = [], 0
+    while channels[at]:
+        end = channels.index(b'\0', at)
+        found.append(channels[at:end].decode())
+        at = end + 17
+    return found
+
+
+def read(name, channel='Y'):
     """Views in the order of the file, each a list of its floats row by row."""
     b = open(name, 'rb').read()
     magic, version = struct.unpack_from('<ii', b)
@@ -42,6 +52,7 @@ def read(name):
         found, at = header(b, at)
         x0, y0, x1, y1 = struct.unpack('<4i', found['dataWindow'])
         parts.append((x1 - x0 + 1, y1 - y0 + 1, 16 if found['compression'][0] == 3 else 1))
+        has = names(found['channels'])
         if not many:
             break
     at += 1 if many else 0
@@ -53,8 +64,10 @@ def read(name):
         y, n = struct.unpack_from('<ii', b, at)
         w, h, lines = parts[k]
         rows = min(lines, h - y)
-        data = plain(b[at + 8:at + 8 + n], 4 * w * rows)
-        views[k][y * w:(y + rows) * w] = struct.unpack('<%df' % (w * rows), data)
+        data = plain(b[at + 8:at + 8 + n], 4 * w * rows * len(has))
+        for i in range(rows):
+            row = 4 * w * (i * len(has) + has.index(channel))
+            views[k][(y + i) * w:(y + i + 1) * w] = struct.unpack('<%df' % w, data[row:row + 4 * w])
         at += 8 + n
     return views
 

@@ -265,6 +265,14 @@ static void test_odd(const char *path)
 	OK(ct_stack_read(path, &t, &e) == 0 && same(&s, &t), "not compressed either %s", e.msg);
 	ct_stack_free(&t);
 	o.codec = EXR_COMPRESSION_ZIP;
+	o.channel[0] = "Y";
+	o.channel[1] = "deviation";
+	write_odd(path, &o, &s, order);
+	OK(ct_stack_read(path, &t, &e) == 0 && same(&s, &t) && t.deviation &&
+			memcmp(t.deviation, s.data, ct_stack_count(&s) * sizeof *s.data) == 0,
+		"a channel of deviations is read beside Y %s", e.msg);
+	ct_stack_free(&t);
+	o.channel[0] = "Z";
 	o.channel[1] = "other";
 	write_odd(path, &o, &s, order);
 	refused(path, "none is named Y", CT_EINPUT, "two channels, no Y");
@@ -312,6 +320,34 @@ static void test_odd(const char *path)
 	o.bad = "0,0,0";
 	write_odd(path, &o, &s, order);
 	refused(path, "view 0", CT_EGEOM, "a detector without width");
+	ct_stack_free(&s);
+}
+
+static void test_deviation(const char *path)
+{
+	struct ct_err e = {0};
+	struct ct_stack s, t = {0};
+	char one[100] = "", other[100] = "";
+	bool back;
+
+	fill(&s, 3, 37, 5);
+	if (!(s.deviation = malloc(ct_stack_count(&s) * sizeof *s.deviation)))
+		exit(99);
+	for (size_t i = 0; i < ct_stack_count(&s); i++)
+		s.deviation[i] = (float)i + 0.25f;
+	OK(ct_stack_write(path, &s, &force, &e) == 0 && ct_stack_read(path, &t, &e) == 0,
+		"views that carry deviations are written and read %s", e.msg);
+	back = t.deviation && same(&s, &t) &&
+	       memcmp(t.deviation, s.deviation, ct_stack_count(&s) * sizeof *s.deviation) == 0;
+	OK(back, "views and deviations come back to the bit");
+	snprintf(one, sizeof one, "%s", ct_meta_get(&t.meta, CT_META_INPUT));
+	ct_stack_free(&t);
+	s.deviation[7] = 0;
+	if (ct_stack_write(path, &s, &force, &e) || ct_stack_read(path, &t, &e))
+		exit(99);
+	snprintf(other, sizeof other, "%s", ct_meta_get(&t.meta, CT_META_INPUT));
+	OK(strcmp(one, other) != 0, "the hash of the views is of their deviations too");
+	ct_stack_free(&t);
 	ct_stack_free(&s);
 }
 
@@ -534,6 +570,7 @@ int main(int argc, char **argv)
 	test_zip();
 	test_threads(path);
 	test_odd(path);
+	test_deviation(path);
 	test_damage(path);
 	test_refused_writes(path);
 	test_speed(path);

@@ -34,6 +34,7 @@ void ct_stack_free(struct ct_stack *s)
 {
 	free(s->view);
 	free(s->data);
+	free(s->deviation);
 	ct_meta_free(&s->meta);
 	*s = (struct ct_stack){0};
 }

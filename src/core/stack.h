@@ -8,7 +8,8 @@
  * central ray upstream.
  *
  * Line integrals are density x mm, density = (HU - LO)/(HI - LO) of the metadata "window".
- * Metadata "quantity": lineIntegral | residual | intensity.
+ * Metadata "quantity": lineIntegral | residual | intensity. What is made of samples carries how far
+ * they differ, which ct-nabgs and ct-fuse weight pixels by.
  * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_CORE_STACK_H
@@ -38,6 +39,7 @@ struct ct_stack {
 	struct ct_view *view; /* owned, [views] */
 	float *data;          /* owned */
 	struct ct_meta meta;
+	float *deviation; /* owned: one standard deviation of each pixel; or NULL */
 };
 
 /* Zeroed views, uninitialised data; *s must be zero. */

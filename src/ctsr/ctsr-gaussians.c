@@ -179,6 +179,11 @@ static int copy_stack(struct ct_stack *to, const ctsr_projections *p, struct ct_
 	if (ct_stack_like(to, &p->s, 1, e))
 		return -1;
 	memcpy(to->data, p->s.data, ct_stack_count(to) * sizeof *to->data);
+	if (!p->s.deviation)
+		return 0;
+	if (ct_alloc(&to->deviation, ct_stack_count(to), sizeof *to->deviation, e))
+		return -1;
+	memcpy(to->deviation, p->s.deviation, ct_stack_count(to) * sizeof *to->data);
 	return 0;
 }
 

@@ -93,6 +93,7 @@ static void put_volume(struct maker *m, const struct ct_vol *v)
 
 static void put_stack(struct maker *m, const struct ct_stack *s)
 {
+	struct ct_survey_range of_samples;
 	struct ct_survey g;
 
 	ct_survey_of(&g, s);
@@ -114,6 +115,10 @@ static void put_stack(struct maker *m, const struct ct_stack *s)
 	put(m, "offset-u-mm", numbers(m, 2, g.offset[0]));
 	put(m, "offset-v-mm", numbers(m, 2, g.offset[1]));
 	put_range(m, ct_stack_count(s), s->data);
+	if (s->deviation) {
+		ct_survey_range_of(&of_samples, ct_stack_count(s), s->deviation);
+		put(m, "deviation-mean", number(of_samples.mean));
+	}
 }
 
 static void put_gauss(struct maker *m, const struct ct_gauss *g)

@@ -6,6 +6,7 @@
 #include "xray/project.h"
 #include "xray/window.h"
 
+#include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 
@@ -142,12 +143,27 @@ static int check_weight(struct ct_evidence *d, struct ct_err *e)
 	return 0;
 }
 
+/* The deviation that the projections carry, where no other is given. */
+static int take_deviation(struct ct_evidence *d, struct ct_err *e)
+{
+	if (d->is.std || !d->in.deviation)
+		return 0;
+	if (ct_stack_like(&d->weight, &d->in, 1, e))
+		return -1;
+	free(d->weight.data);
+	d->weight.data = d->in.deviation;
+	d->in.deviation = NULL;
+	ct_meta_free(&d->weight.meta);
+	d->is.std = d->is.in;
+	return 0;
+}
+
 int ct_evidence_check(struct ct_evidence *d, const struct ct_evidence_rule *r,
 	const struct ct_env *env, struct ct_err *e)
 {
 	d->is = *r;
 	if (ct_evidence_rays(&d->in, r->in, CT_QUANTITY_LINE_INTEGRAL, e) ||
-		check_base(d, env, e) || (r->std && check_weight(d, e)))
+		check_base(d, env, e) || take_deviation(d, e) || (d->is.std && check_weight(d, e)))
 		return -1;
 	if (!r->projections)
 		return 0;

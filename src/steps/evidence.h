@@ -27,7 +27,7 @@ struct ct_evidence {
 	struct ct_stack in;         /* density mm */
 	struct ct_stack base_proj;  /* likewise, of the base */
 	struct ct_stack weight; /* deviation of each pixel of `in`, and once checked its weight, in
-				 * (0, 1]; none without std */
+				 * (0, 1]; without std what `in` carries, or none */
 	struct ct_vol base;     /* HU, or density if there is no lr */
 	struct ct_vol lr; /* HU, and once checked what D of the residual must be: density (LR - D
 			   * base); or none */

@@ -65,12 +65,14 @@ int ct_step_fit_plan(struct ct_step_fit *p, const struct ct_step_fit_rule *r,
 	struct ct_evidence *data, const struct ct_env *env, struct ct_err *e)
 {
 	const bool full = r->mode == CT_STEP_FIT_FULL;
+	const bool given = data->is.std && data->is.std != data->is.in,
+		   published = r->paper || r->compat || r->release;
 
 	if (data->in.beam == CT_FAN)
 		return ct_fail(e, CT_EGEOM,
 			"%s: Gaussians are projected in cone or parallel beam, not fan",
 			data->is.in);
-	if (r->release && data->is.std)
+	if (r->release && given)
 		return ct_fail(e, CT_EUSAGE,
 			"%s: MS-SSIM, of the release, has no weights of pixels", data->is.std);
 	if (decide(&p->options, r, data, e) || ct_evidence_density(data, !full, env, e))
@@ -81,7 +83,7 @@ int ct_step_fit_plan(struct ct_step_fit *p, const struct ct_step_fit_rule *r,
 		.target = &data->in,
 		.base_projections = full ? NULL : &data->base_proj,
 		.base = &data->base,
-		.weight = data->is.std ? &data->weight : NULL,
+		.weight = given || (data->is.std && !published) ? &data->weight : NULL,
 		.lr = data->is.lr ? &data->lr : NULL,
 		.by = &data->by,
 	};

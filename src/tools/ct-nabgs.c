@@ -32,7 +32,7 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(CT_IF_WORD(rule.mode, CT_BIT(CT_STEP_FIT_RESIDUAL)))),
 	CT_INPUT(files.std, 0, "uncertainty", "STACK",
 		"standard deviation of IN, EXR, as ct-ddnm --std writes it: the less certain a "
-		"pixel, the less it counts",
+		"pixel, the less it counts (what IN carries; with --paper and --release none)",
 		CT_WHEN(CT_UNLESS(rule.release))),
 	CT_INPUT(files.lr, 0, "lr", "VOLUME",
 		"the low-resolution CT in HU, NIfTI: also require that the sum of base and residual "
