@@ -101,6 +101,8 @@ static int ddnm(const char *in, const char *out)
 	o.sampler = value("sampler");
 	o.factor = (size_t)number("factor", 0);
 	o.steps = (size_t)number("steps", 0);
+	o.samples = (size_t)number("samples", 0);
+	o.start = (int)number("start", o.start);
 	o.pixel = (int)number("pixel", o.pixel);
 	rc = ctsr_projections_read(&p, in, &e) || ctsr_ddnm(&to, NULL, p, &o, NULL, &e) ||
 	     ctsr_projections_write(to, out, NULL, &e);

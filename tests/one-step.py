@@ -84,7 +84,7 @@ def main(step, *words):
     elif step == 'ddnm':
         ctsr.write_projections(ctsr.ddnm(ctsr.read_projections(files[0]), o.get('prior'), o.get('sampler'),
                                          pixel=PIXELS[int(o['pixel'])] if 'pixel' in o else None,
-                                         **whole(o, 'factor', 'steps')), files[1])
+                                         **whole(o, 'factor', 'steps', 'samples', 'start')), files[1])
     elif step == 'reconstruct':
         how = {k: o[k] for k in ('like', 'method', 'filter') if k in o}
         ctsr.write(ctsr.reconstruct(ctsr.read_projections(files[0]), **how, **window(o), **real(o, 'tv'),

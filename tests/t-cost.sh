@@ -275,7 +275,7 @@ cost ct-ddnm -t 1 -x 4 -n 3 low.exr no.exr; one=$(mib memory)
 is 'ct-ddnm' "$(mib disk) == 10 && $(state) == 10 && $one > 46 && $one < 86" # 16 of weights, 20 of OUT and of its file
 told 1 1
 cost ct-ddnm -t 4 -x 4 -n 3 -k 2 low.exr no.exr; told 2 4
-is 'a plan a thread' "$(mib memory) > $one + 3 * 2 && $(mib memory) < $one + 3 * 9"
+is 'a plan a thread, and the deviation of two samples' "$(mib memory) > $one + 20 + 3 * 2 && $(mib memory) < $one + 30 + 3 * 9 && $(mib disk) == 20"
 cost ct-ddnm -t 1 -x 4 -n 3 --init high.exr low.exr no.exr
 is 'and what it begins from' "$(mib memory) > $one + 3 && $(mib memory) < $one + 14 && $(mib disk) == 10 && $(state) == 10"
 

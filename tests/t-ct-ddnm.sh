@@ -199,10 +199,13 @@ ok $? 'projections of other sizes, fine and coarse'
 is 'max(abs(a - b) for a, b in zip(Y, means("truth.exr")[0])) < 1e-3 * NORM' 'coarse ones are means'
 # the blur of the matched operator, of a volume whose blur is undone and of one where it is not
 blur() { # blur METHOD
-	ct-upsample -qf -m "$1" lr.nii of.nii && ct-project -qf --views 2 of.nii of.exr &&
-		ct-ddnm -vf -n 1 --expert operator=matched of.exr o.exr 2>&1 | sed -n 's/.*operator of blur \(.*\) px$/\1/p'
+	ct-upsample -qf -m "$1" lr.nii of.nii && ct-project -qf --views 2 --coarsen 4 --pixel sinc of.nii of.exr &&
+		ct-ddnm -vf -n 1 of.exr o.exr 2>&1 | sed -n 's/.*operator of blur \(.*\) px$/\1/p'
 }
-[ "$(blur tv)" = 0 ] && [ "$(blur linear)" = 4.07678 ]; ok $? 'the blur of IN is that of the scan, unless it is undone'
+[ "$(blur tv)" = 0 ] && [ "$(blur linear)" = 1.01919 ]; ok $? 'the blur of IN is that of the scan, unless it is undone'
+ct-project -q --views 2 lr.nii rays.exr
+[ "$(ct-ddnm -v -n 1 --expert operator=matched rays.exr rays-o.exr 2>&1 | sed -n 's/.*operator of blur \(.*\) px$/\1/p')" = 1.01919 ]
+ok $? 'the blur of rays of a low-resolution CT is that of the same CT when it is interpolated'
 run() { out=$1; shift; ct-ddnm -q -n 4 "$@" y.exr "$out"; } # run OUT OPTION...
 
 run plain.exr --sampler ddnm
@@ -252,6 +255,35 @@ is 'abs(rms(flat("noise.exr"), flat("truth.exr")) - 1.755) < 0.1' 'from noise: 1
 run sr.exr --init up.exr --expert t-start=20 --sampler ddnm -n 5 --samples 4
 is 'abs(rms(flat("up.exr"), flat("truth.exr")) - 0.898) < 0.01' 'the upsampled volume: 0.90'
 is 'abs(rms(flat("sr.exr"), flat("truth.exr")) - 0.730) < 0.02' 'from its projections: 0.73'
+
+# projections of a refined CT: what the prior begins from, and is held to
+exits 0 'ct-ddnm takes projections of a refined CT without an option' ct-ddnm -q up.exr own.exr
+is 'len(flat("own.exr")) == len(flat("up.exr"))' 'of a refined CT the result is as fine as IN'
+ct-ddnm -q --samples 1 up.exr one.exr
+is '0 < rms(flat("own.exr"), flat("up.exr")) < .35 * rms(flat("one.exr"), flat("up.exr"))' 'of a refined CT only what four samples agree on is kept'
+python3 - <<-'EOP'
+	from exr import read
+	low = lambda v: [sum(v[y * 32 + x] * __import__('math').cos(3.141592653589793 * k * (x + .5) / 32) for y in range(32) for x in range(32)) for k in range(6)]
+	for a, b in zip(read('own.exr'), read('up.exr')):
+	    assert all(abs(p - q) < 1e-4 * 32 * 32 * max(b) for p, q in zip(low(a), low(b)))
+EOP
+ok $? 'of a refined CT the result keeps the low frequencies of IN'
+ct-info own.exr >out; has out '^deviation-mean  *0*\.[0-9]*[1-9]' 'the deviation of the samples travels in the result'
+ct-ddnm -qf --samples 4 --std alone.exr up.exr own2.exr
+is 'read("own.exr", "deviation") == read("own2.exr", "deviation") == read("alone.exr")' '--std writes the deviation that the result carries'
+exits 0 'ct-nabgs weights pixels by what IN carries' ct-nabgs -q -n 20 -g 100 -b up.nii own.exr w1.ply
+exits 0 'ct-nabgs weights pixels by --uncertainty' ct-nabgs -q -n 20 -g 100 -b up.nii --uncertainty alone.exr own.exr w2.ply
+bare() { ct-info "$1" | sed '/history/,$d; /^file/d'; }
+bare w1.ply >w1; bare w2.ply >w2; cmp -s w1 w2; ok $? 'what IN carries weights as --uncertainty does'
+exits 2 'a deviation of one sample is refused' ct-ddnm --samples 1 --std no.exr up.exr no2.exr
+exits 0 'with a factor projections of a refined CT are made finer' ct-ddnm -q -x 2 -n 1 up.exr finer.exr
+ct-info finer.exr | grep -Eq '^size +64 64$'; ok $? 'the result has that many times the pixels'
+exits 0 'the start of a refined CT may be another' ct-ddnm -qf --expert t-start=60 --steps 2 --samples 2 up.exr far.exr
+is 'rms(flat("far.exr"), flat("up.exr")) > rms(flat("own.exr"), flat("up.exr"))' 'a later start changes more of a refined CT'
+ct-upsample -q -x 1,1,3 --sigma 0 hr.nii odd.nii && ct-project -q --views 2 --det 30x22 odd.nii odd.exr
+exits 0 'ct-ddnm takes unequal factors and a detector that they do not divide' ct-ddnm -q odd.exr odd-o.exr
+ct-info odd-o.exr | grep -Eq '^size +30 22$'; ok $? 'the result of such a refined CT has the size of IN'
+
 # a stack that says no coarsening, of a volume that was reduced
 ct-phantom -q --size 16x16x16 --spacing 4 ellipsoids fine.nii; ct-degrade -q -x 4 fine.nii four.nii; ct-project -q -n 1 four.nii four.exr
 exits 2 'a factor that contradicts that of the volume is refused with status 2' ct-ddnm -x 8 four.exr no.exr

@@ -95,9 +95,7 @@ no ct-ddnm --init=none --sampler once
 no ct-ddnm @norm=1 --expert range=bytes
 for o in --uncertainty=p.exr --paper @r2-compat=yes; do no ct-nabgs $o --release; done; no ct-nabgs --release --mode full
 no ct-ddnm --steps=9 --sampler once
-no ct-ddnm @t-start=9
 no ct-ddnm --std=sd.exr
-no ct-ddnm --std=sd.exr --samples 1
 for o in --prior=p.x --preset=fast; do for m in auto linear tv; do no ct-upsample $o -m $m; done; done
 for o in --factor=3 --bytes=0:1 --with=none --cache=none; do
 	no ct-train $o
@@ -249,7 +247,7 @@ ct-ddnm factor 2 64 -
 ct-ddnm class -1 65535 -1
 ct-ddnm steps 1 1000 -
 ct-ddnm sigma-y 0 1 -
-ct-ddnm samples 1 65535 1
+ct-ddnm samples 1 65535 -
 ct-degrade noise 0 1000000 -
 ct-fdk iterations 0 1000000 0
 ct-fdk tv 0 1000000 10

@@ -140,6 +140,11 @@ prior=$srcdir/src/prior/prior.safetensors rdn=$srcdir/src/prior/rdn-4.safetensor
 step 'a prior' exr ddnm low.exr "steps=3 prior=$prior" ct-ddnm -q -n 3 -p "$prior" low.exr
 step 'another sampler, of other pixels' exr ddnm sinc.exr "steps=3 prior=$prior sampler=ddim" ct-ddnm -q -n 3 --sampler ddim -p "$prior" sinc.exr
 step 'a network of super-resolution' exr ddnm low.exr "prior=$rdn" ct-ddnm -q -p "$rdn" low.exr
+ct-upsample -q lr.nii tv.nii && ct-project -q -n 3 tv.nii tv.exr; ok $? 'projections of a refined CT'
+step 'the default of a refined CT' exr ddnm tv.exr "prior=$prior" ct-ddnm -q -p "$prior" tv.exr; own=a$n.exr
+step 'two samples, from another start' exr ddnm tv.exr "prior=$prior samples=2 start=30 steps=2" ct-ddnm -q -p "$prior" -k 2 --expert t-start=30 -n 2 tv.exr
+step 'Gaussians, weighted by what projections carry' ply fit "tv.nii $own" "$few" ct-nabgs -q $with -b tv.nii $own
+refused 'a start without one' 2 exr ddnm low.exr "prior=$prior start=30" ct-ddnm -q -p "$prior" --expert t-start=30 low.exr
 step 'no network' exr ddnm low.exr 'sampler=none' ct-ddnm -q --sampler none low.exr
 refused 'another factor' 2 exr ddnm low.exr "factor=2 prior=$prior" ct-ddnm -q -x 2 -p "$prior" low.exr
 refused 'a larger factor than that of the pixels' 2 exr ddnm low.exr "factor=8 prior=$prior" ct-ddnm -q -x 8 -p "$prior" low.exr

@@ -459,7 +459,7 @@ static void test_bilinear(void)
 
 	for (size_t i = 0; i < H * W; i++)
 		y[i] = (float)(3 * (double)(i / W) - 2 * (double)(i % W));
-	ct_superres_bilinear(H, W, S, x, y);
+	ct_measurement_bilinear(H, W, S, x, y);
 	for (size_t i = 0; i < N; i++) {
 		double row = ((double)(i / (W * S)) - 1.5) / 4,
 		       col = ((double)(i % (W * S)) - 1.5) / 4;
@@ -470,10 +470,10 @@ static void test_bilinear(void)
 	}
 	NEAR(worst, 0, 1e-6, "a ramp stays one, and ends at the centres of the border");
 	y[W + 2] = NAN;
-	ct_superres_bilinear(H, W, S, x, y);
+	ct_measurement_bilinear(H, W, S, x, y);
 	OK(isnan(x[6 * W * S + 10]) && x[0] == 0 && !isnan(x[6 * W * S + 2]),
 		"a pixel counts between its neighbours");
-	ct_superres_bilinear(1, 1, S, x, (float[]){5});
+	ct_measurement_bilinear(1, 1, S, x, (float[]){5});
 	OK(x[0] == 5 && x[S * S - 1] == 5, "one pixel");
 }
 
@@ -503,7 +503,7 @@ static void test_none(void)
 	OK(memcmp(out.data, init.data, 2 * N * sizeof *out.data) == 0 && done[0] && done[1],
 		"what it begins with is its result, to the byte");
 	must(ct_superres(&p, NULL, &in, NULL, &out, NULL, done, &env, &err));
-	ct_superres_bilinear(H, W, S, want, ct_stack_view(&in, 1));
+	ct_measurement_bilinear(H, W, S, want, ct_stack_view(&in, 1));
 	OK(memcmp(ct_stack_view(&out, 1), want, sizeof want) == 0, "or else IN between its pixels");
 	ct_stack_free(&in);
 	ct_stack_free(&init);

@@ -464,20 +464,22 @@ def project(image, beam='cone', threads=0, progress: Optional[Progress] = None, 
     return Projections(_Handle(p, _lib.ctsr_projections_free))
 
 
-def ddnm(projections: Projections, prior=None, sampler: Optional[str] = None, factor=0, steps=0, samples=1, label=-1,
+def ddnm(projections: Projections, prior=None, sampler: Optional[str] = None, factor=0, steps=0, samples=0, label=-1,
          pixel: Optional[str] = None, eta: Optional[float] = None, sigma_y: Optional[float] = None, norm: float = 0,
          init: Optional[Projections] = None, start=-1, travel: Sequence[int] = (0, 0), guidance: float = 2000,
          iterations=100, rate: float = 1e-3, frozen=False, first_channel=False, seed=0, threads=0,
          progress: Optional[Progress] = None, log=None, history: Optional[str] = None) -> Projections:
-    """Projections on a finer detector, by a diffusion prior that is held to them, as ct-ddnm. result.deviation is the
-    standard deviation of the samples, if there are at least 2.
+    """Projections on a finer detector, by a diffusion prior that is held to them, as ct-ddnm; those of a refined CT,
+    which are as fine, with the detail of the prior. result.deviation is the standard deviation of the samples, if
+    there are at least 2. The result carries it too, and fit weights pixels by it.
 
     prior     file of a diffusion prior or network of super-resolution; default: the installed prior
     sampler   ddnm, ddnm+, simple, ddim, ddpm, dpm-solver++, gdp, bird, once or none; default: ddnm+, and once of a network
     factor    times finer; 0: what the projections say they were coarsened by, else 4
-    steps     calls of the network a chain; 0: as published. samples: mean of so many
+    steps     calls of the network a chain; 0: as published, 1 of a refined CT
+    samples   mean of so many; 0: 1, and 4 of a refined CT
     pixel     what a pixel measures, mean or sinc; default: what the projections say
-    init      begin from these, noised to timestep `start` of 1000
+    init      begin from these, noised to timestep `start` of 1000; -1: 60, and 5 of a refined CT
     The others are the options of ct-ddnm(1) of that name."""
     o, out, std = abi.Ddnm(), abi.H(), abi.H()
     _lib.ctsr_ddnm_options_init(c.byref(o), c.sizeof(o))
@@ -491,10 +493,10 @@ def ddnm(projections: Projections, prior=None, sampler: Optional[str] = None, fa
     o.eta, o.sigma_y = o.eta if eta is None else eta, o.sigma_y if sigma_y is None else sigma_y
     o.init = init._h.p if init else None
     _Call(threads, progress, log, seed, history=history).run(
-        _lib.ctsr_ddnm, c.byref(out), c.byref(std) if samples > 1 else None, projections._h, c.byref(o), made=[out, std],
+        _lib.ctsr_ddnm, c.byref(out), c.byref(std) if samples != 1 else None, projections._h, c.byref(o), made=[out, std],
         free=_lib.ctsr_projections_free)
     made = Projections(_Handle(out, _lib.ctsr_projections_free))
-    made.deviation = Projections(_Handle(std, _lib.ctsr_projections_free)) if samples > 1 else None
+    made.deviation = Projections(_Handle(std, _lib.ctsr_projections_free)) if std else None
     return made
 
 
@@ -585,7 +587,8 @@ def fit(projections: Projections, base, gaussians=0, max_gaussians=0, iterations
     """Gaussians fitted to what projections have beyond those of a base volume, as ct-nabgs; with `full` to all of it.
     0 stands for the defaults of ct-nabgs: 50000 Gaussians, 500000 at most, 5000 iterations of one view each.
 
-    base_projections  of the base, where they are known; uncertainty: standard deviation of each pixel
+    base_projections  of the base, where they are known; uncertainty: standard deviation of each pixel, in place of what
+              the projections carry
     lr        low-resolution CT that base and Gaussians together must reduce to
     paper     the published settings"""
     o, g, h = abi.Fit(c.sizeof(abi.Fit)), abi.H(), Image.of(base)._handle()

@@ -64,7 +64,7 @@ static int rule_of(struct ct_step_ddnm_rule *to, const ctsr_ddnm_options *o, str
 	r.steps = (int)o->steps;
 	r.label = o->label;
 	r.start = o->start;
-	r.samples = o->samples ? (int)o->samples : 1;
+	r.samples = (int)o->samples;
 	r.iterations = (int)o->iterations;
 	r.op = o->pixel < 0 ? -1 : (int)ct_pixel_measures((enum ct_pixel)o->pixel);
 	r.eta = o->eta;
@@ -96,6 +96,7 @@ static int read_prior(struct ct_prior *prior, struct ct_meta *meta, char **path,
 	return rc;
 }
 
+/* std: empty if there is one sample. */
 static int ddnm(struct ct_stack *out, struct ct_stack *std, const ctsr_projections *in,
 	const ctsr_ddnm_options *o, struct ctsr_call *k)
 {
@@ -115,8 +116,6 @@ static int ddnm(struct ct_stack *out, struct ct_stack *std, const ctsr_projectio
 	char *path = NULL;
 	int rc = -1;
 
-	if (std && o->samples < 2)
-		return ct_fail(e, CT_EUSAGE, "a deviation needs at least 2 samples");
 	if (rule_of(&rule, o, e) == 0 &&
 		(rule.sampler == CT_SAMPLER_NONE ||
 			read_prior(&prior, &prior_meta, &path, o->prior_file, &rule, e) == 0) &&
@@ -125,7 +124,7 @@ static int ddnm(struct ct_stack *out, struct ct_stack *std, const ctsr_projectio
 		ct_alloc0(&done, out->views, sizeof *done, e) == 0 &&
 		ct_step_ddnm_run(&plan, &d, done, NULL, NULL, &k->env, e) == 0 &&
 		ctsr_note_history(k, &out->meta, 3, from) == 0)
-		rc = std ? ctsr_note_history(k, &std->meta, 3, from) : 0;
+		rc = std->data ? ctsr_note_history(k, &std->meta, 3, from) : 0;
 	free(done);
 	free(path);
 	ct_prior_free(&prior);
@@ -137,12 +136,20 @@ int ctsr_ddnm(ctsr_projections **out, ctsr_projections **deviation, const ctsr_p
 	const ctsr_ddnm_options *o, const ctsr_context *c, ctsr_error *e)
 {
 	struct ctsr_call k = CTSR_CALL(__func__);
+	struct ct_stack none = {0};
 	ctsr_ddnm_options mine;
 	int rc = ctsr_make_projections(&k, out) ||
 		 (deviation && ctsr_make_projections(&k, deviation)) || ctsr_call_begin(&k, in, c);
 
 	ctsr_ddnm_options_init(&mine, sizeof mine);
-	rc = rc || ctsr_take_options(&mine, sizeof mine, o, &k.err) ||
-	     ddnm(&(*out)->s, deviation ? &(*deviation)->s : NULL, in, &mine, &k);
+	rc = rc || ctsr_take_options(&mine, sizeof mine, o, &k.err);
+	if (rc == 0 && deviation && mine.samples == 1)
+		rc = ct_fail(&k.err, CT_EUSAGE, "a deviation needs at least 2 samples");
+	rc = rc || ddnm(&(*out)->s, deviation ? &(*deviation)->s : &none, in, &mine, &k);
+	if (rc == 0 && deviation && !(*deviation)->s.data) {
+		ctsr_projections_free(*deviation);
+		*deviation = NULL;
+	}
+	ct_stack_free(&none);
 	return ctsr_call_end(&k, rc, e);
 }

@@ -351,17 +351,17 @@ typedef struct ctsr_ddnm_options {
 	 * ddnm+, simple, ddim, ddpm, dpm-solver++, gdp, bird, once, none; NULL (default): ddnm+, or
 	 * once. */
 	const char *sampler;
-	size_t factor; /* 2 to 64; 0 (default): as the projections, else the network, say */
+	size_t factor; /* finer, 2 to 64; 0 (default): as the projections, else the network, say */
 	const char *prior_file; /* or network; NULL (default): the installed one */
-	size_t steps;   /* calls of the network a chain; 0 (default): 50, GDP 1000, BIRD 10 */
-	size_t samples; /* mean of so many a view; 0 (default): 1 */
+	size_t steps;   /* calls a chain; 0 (default): 50, GDP 1000, BIRD 10; 1 of a refined CT */
+	size_t samples; /* mean of so many a view; 0 (default): 1, 4 of a refined CT */
 	int label;      /* class to draw; -1 (default): the prior is not conditioned */
 	int pixel;      /* CTSR_PIXEL_MEAN or _SINC; -1 (default): as they say, else means */
 	double eta;     /* noise that is drawn anew, 0 to 1; NaN (default): as published */
 	double sigma_y; /* noise where the largest pixel is 1; NaN (default): 0.0015 */
 	double norm;    /* value that the network sees as 1; 0 (default): the largest */
 	const ctsr_projections *init; /* begin with these, of the geometry of the result; or NULL */
-	int start;         /* timestep of 1000 to begin from, with init; -1 (default): 60 */
+	int start; /* timestep of 1000 to begin from; -1 (default): 60 of init, 5 of a refined CT */
 	size_t travel[2];  /* after every [0] steps go back, [1] times in all; 0 (default): never */
 	double guidance;   /* of CTSR_GDP; default 2000 */
 	size_t iterations; /* of CTSR_BIRD: chains; default 100 */
@@ -371,12 +371,12 @@ typedef struct ctsr_ddnm_options {
 } ctsr_ddnm_options;
 
 CTSR_API void ctsr_ddnm_options_init(ctsr_ddnm_options *o, size_t size);
-/* *out <- the projections on a detector that is `factor` times finer, with the same area.
- * *deviation, unless deviation is NULL, <- the standard deviation of the samples, at least 2. Noise
- * is drawn from the context's seed. As ct-ddnm(1), and the same pixels. o NULL: all defaults.
- * CTSR_USAGE for options that contradict each other, the projections or the prior; CTSR_INPUT for a
- * prior that is missing or broken, and for another quantity; CTSR_GEOMETRY for a fan; CTSR_NUMBER;
- * CTSR_CANCELLED; CTSR_MEMORY. */
+/* *out <- the projections on a detector that is `factor` times finer, with the same area; those of
+ * a refined CT, which are as fine, with the detail of the prior. It carries the deviation of the
+ * samples, if there are 2, as *deviation is, unless deviation is NULL. Noise is of the seed. As
+ * ct-ddnm(1), and the same pixels. o NULL: all defaults. CTSR_USAGE for options that contradict
+ * each other, the projections or the prior; CTSR_INPUT for a prior that is missing or broken, and
+ * for another quantity; CTSR_GEOMETRY for a fan; CTSR_NUMBER; CTSR_CANCELLED; CTSR_MEMORY. */
 CTSR_API int ctsr_ddnm(ctsr_projections **out, ctsr_projections **deviation,
 	const ctsr_projections *in, const ctsr_ddnm_options *o, const ctsr_context *c,
 	ctsr_error *e);
@@ -400,7 +400,7 @@ typedef struct ctsr_fit_options {
 	int full;         /* 1: fit the whole volume, densities >= 0 not enforced; default 0:
 			   * what the projections have beyond those of the base */
 	const ctsr_projections *base_projections; /* NULL (default): computed. Not with full */
-	const ctsr_projections *uncertainty;      /* deviation of each pixel; or NULL */
+	const ctsr_projections *uncertainty; /* deviation of each pixel; NULL: what they carry */
 	const ctsr_volume *lr; /* low-resolution CT that the sum must reduce to; or NULL */
 	int paper;             /* 1: the published settings; default 0 */
 } ctsr_fit_options;

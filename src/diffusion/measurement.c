@@ -1,7 +1,9 @@
 /* measurement.c: see measurement.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "diffusion/measurement.h"
+#include "core/vol.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -230,4 +232,35 @@ void ct_measurement_pull(const struct ct_measurement *op, double by, float *x, c
 	for (size_t k = 0; k < op->h * op->w; k++)
 		c[k] = ct_measurement_singular(op, k) > 0 ? by * (cy[k] - c[k]) : 0;
 	ct_measurement_synth_add(op, x, c, t);
+}
+
+/* The two neighbours of fine pixel k in a line of n, and the weight of the second. */
+static double neighbours(size_t k, size_t n, size_t s, size_t at[static 2])
+{
+	double index = ct_cell_index(ct_cell_centre((double)k) / (double)s),
+	       within = fmin(fmax(index, 0.0), (double)(n - 1));
+
+	at[0] = (size_t)within;
+	at[1] = at[0] + 1 < n ? at[0] + 1 : at[0];
+	return within - (double)at[0];
+}
+
+void ct_measurement_bilinear(
+	size_t h, size_t w, size_t s, float *restrict x, const float *restrict y)
+{
+	size_t row[2], col[2];
+
+	for (size_t i = 0; i < h * s; i++) {
+		double b = neighbours(i, h, s, row);
+
+		for (size_t j = 0; j < w * s; j++) {
+			double a = neighbours(j, w, s, col);
+			const float *up = y + row[0] * w, *down = y + row[1] * w;
+
+			x[i * w * s + j] = (float)((1 - b) * ((1 - a) * (double)up[col[0]] +
+								     a * (double)up[col[1]]) +
+						   b * ((1 - a) * (double)down[col[0]] +
+							       a * (double)down[col[1]]));
+		}
+	}
 }

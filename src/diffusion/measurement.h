@@ -90,4 +90,9 @@ void ct_measurement_adjoint(const struct ct_measurement *op, float *restrict x,
 void ct_measurement_pull(const struct ct_measurement *op, double by, float *x, const float *x0,
 	const double *cy, double *c, double *t);
 
+/* x[s h][s w] from y[h][w], linear along both axes between the centres of pixels that are cells (s
+ * x s fine ones in a coarse one), constant beyond the outermost. */
+void ct_measurement_bilinear(
+	size_t h, size_t w, size_t s, float *restrict x, const float *restrict y);
+
 #endif

@@ -9,7 +9,6 @@
 #include "diffusion/sample-views.h"
 #include "core/mem.h"
 #include "core/rng.h"
-#include "core/vol.h"
 
 #include <assert.h>
 #include <math.h>
@@ -42,6 +41,7 @@ struct seat {
 	size_t view, sample, worker;
 	double least, size;  /* of what is 0, and from there to 1 */
 	float *x, *y, *init; /* as in sampler.h; x owns them, init NULL if there is none */
+	double *scratch;     /* of the operator; NULL if nothing is reduced by it */
 };
 
 struct ct_superres ct_superres_default(size_t scale)
@@ -73,6 +73,10 @@ void ct_superres_size(const struct ct_superres *p, size_t multiple, size_t h, si
 {
 	size_t m = 1; /* coarse pixels that are a multiple of the network's */
 
+	if (p->refined) {
+		h = (h + p->scale - 1) / p->scale;
+		w = (w + p->scale - 1) / p->scale;
+	}
 	while (m * p->scale % multiple)
 		m++;
 	*high = (h + m - 1) / m * m * p->scale;
@@ -252,7 +256,13 @@ static int draw(const struct job *j, struct seat *s, float *result, struct ct_er
 		.normals_ctx = s};
 
 	measure(s);
-	to_picture(s, op->h, op->w, s->y, j->in);
+	if (j->p->refined) {
+		to_picture(s, op->high, op->wide, s->init, j->in);
+		for (size_t c = 0; c < j->net->channels; c++)
+			ct_measurement_forward(op, s->y + c * op->h * op->w,
+				s->init + c * op->high * op->wide, s->scratch);
+	} else
+		to_picture(s, op->h, op->w, s->y, j->in);
 	if (s->init)
 		to_picture(s, op->high, op->wide, s->init, j->init);
 	if (j->p->how.rule == CT_SAMPLER_ONCE ? ask_once(s, e)
@@ -309,11 +319,27 @@ static size_t next_wave(struct job *j, const bool *done, size_t *at)
 	return n;
 }
 
+/* What the mean of the samples adds to a refined view, as far as they agree; var: the sum of their
+ * variances. */
+static void believe(const struct job *j, size_t view, double var)
+{
+	const float *from = ct_stack_view(j->in, view);
+	float *mean = ct_stack_view(j->out, view);
+	double e = -var / (double)j->p->samples, g;
+
+	for (size_t i = 0; i < j->pixels; i++)
+		e += ((double)mean[i] - (double)from[i]) * ((double)mean[i] - (double)from[i]);
+	g = e > 0 ? e / (e + var) : 0;
+	for (size_t i = 0; i < j->pixels; i++)
+		mean[i] = (float)((double)from[i] + g * ((double)mean[i] - (double)from[i]));
+}
+
 /* Mean and deviation of the samples. */
 static void collect(const struct job *j, const float *result, size_t view)
 {
 	const size_t samples = j->p->samples;
 	float *mean = ct_stack_view(j->out, view);
+	double var = 0;
 
 	for (size_t i = 0; i < j->pixels; i++) {
 		const float *r = result + i;
@@ -323,12 +349,17 @@ static void collect(const struct job *j, const float *result, size_t view)
 			sum += (double)r[s * j->pixels];
 		m = sum / (double)samples;
 		mean[i] = (float)m;
-		if (!j->deviation)
+		if (samples < 2)
 			continue;
 		for (size_t s = 0; s < samples; s++)
 			sq += ((double)r[s * j->pixels] - m) * ((double)r[s * j->pixels] - m);
-		ct_stack_view(j->deviation, view)[i] = (float)sqrt(sq / (double)(samples - 1));
+		var += sq / (double)(samples - 1);
+		if (j->deviation)
+			ct_stack_view(j->deviation, view)[i] =
+				(float)sqrt(sq / (double)(samples - 1));
 	}
+	if (j->p->refined && samples > 1)
+		believe(j, view, var);
 }
 
 static int run(struct job *j, bool *done, struct ct_err *e)
@@ -387,6 +418,9 @@ static int prepare(struct job *j, const bool *done, struct ct_err *e)
 			return -1;
 		s->y = s->x + all;
 		s->init = j->init ? s->y + all / (p->scale * p->scale) : NULL;
+		if (p->refined && ct_alloc(&s->scratch, ct_measurement_scratch(&j->op),
+					  sizeof *s->scratch, e))
+			return -1;
 	}
 	return 0;
 }
@@ -395,46 +429,18 @@ static int check(const struct ct_superres *p, const struct ct_stack *in,
 	const struct ct_stack *init, const struct ct_stack *out, const struct ct_stack *deviation,
 	struct ct_err *e)
 {
+	const size_t finer = p->refined ? 1 : p->scale;
+
 	assert(p->norm > 0 || p->how.rule == CT_SAMPLER_NONE);
 	assert(p->scale > 0 && p->samples > 0 && p->samples <= UINT16_MAX);
-	if (out->views != in->views || out->h != in->h * p->scale || out->w != in->w * p->scale)
-		return ct_fail(e, CT_EGEOM, "the output is not %zu times finer", p->scale);
+	if (out->views != in->views || out->h != in->h * finer || out->w != in->w * finer)
+		return ct_fail(e, CT_EGEOM, "the output is not %zu times finer", finer);
 	if (deviation && p->samples < 2)
 		return ct_fail(e, CT_EUSAGE, "a standard deviation needs two samples or more");
 	return (deviation && ct_stack_same(deviation, out, e)) ||
 			       (init && ct_stack_same(init, out, e))
 		       ? -1
 		       : 0;
-}
-
-/* The two neighbours of fine pixel k in a line of n, and the weight of the second. */
-static double neighbours(size_t k, size_t n, size_t s, size_t at[static 2])
-{
-	double index = ct_cell_index(ct_cell_centre((double)k) / (double)s),
-	       within = fmin(fmax(index, 0.0), (double)(n - 1));
-
-	at[0] = (size_t)within;
-	at[1] = at[0] + 1 < n ? at[0] + 1 : at[0];
-	return within - (double)at[0];
-}
-
-void ct_superres_bilinear(size_t h, size_t w, size_t s, float *restrict x, const float *restrict y)
-{
-	size_t row[2], col[2];
-
-	for (size_t i = 0; i < h * s; i++) {
-		double b = neighbours(i, h, s, row);
-
-		for (size_t j = 0; j < w * s; j++) {
-			double a = neighbours(j, w, s, col);
-			const float *up = y + row[0] * w, *down = y + row[1] * w;
-
-			x[i * w * s + j] = (float)((1 - b) * ((1 - a) * (double)up[col[0]] +
-								     a * (double)up[col[1]]) +
-						   b * ((1 - a) * (double)down[col[0]] +
-							       a * (double)down[col[1]]));
-		}
-	}
 }
 
 /* CT_SAMPLER_NONE. */
@@ -447,7 +453,7 @@ static void start_pictures(const struct ct_superres *p, const struct ct_stack *i
 		if (init)
 			memcpy(x, ct_stack_view(init, k), out->h * out->w * sizeof *x);
 		else
-			ct_superres_bilinear(in->h, in->w, p->scale, x, ct_stack_view(in, k));
+			ct_measurement_bilinear(in->h, in->w, p->scale, x, ct_stack_view(in, k));
 		done[k] = true;
 	}
 }
@@ -460,7 +466,7 @@ int ct_superres(const struct ct_superres *p, const struct ct_denoiser *net,
 		.net = net,
 		.env = env,
 		.in = in,
-		.init = init,
+		.init = p->refined && !init ? in : init,
 		.out = out,
 		.deviation = deviation};
 	int rc;
@@ -468,12 +474,14 @@ int ct_superres(const struct ct_superres *p, const struct ct_denoiser *net,
 	if (check(p, in, init, out, deviation, e))
 		return -1;
 	if (p->how.rule == CT_SAMPLER_NONE) {
-		start_pictures(p, in, init, out, done);
+		start_pictures(p, in, j.init, out, done);
 		return 0;
 	}
 	rc = prepare(&j, done, e) || run(&j, done, e) ? -1 : 0;
-	for (size_t k = 0; j.seat && k < j.threads; k++)
+	for (size_t k = 0; j.seat && k < j.threads; k++) {
 		free(j.seat[k].x);
+		free(j.seat[k].scratch);
+	}
 	free(j.seat);
 	free(j.result);
 	free(j.err);

@@ -12,8 +12,15 @@
  * CT_SAMPLER_ONCE is the same with one call of a network that makes the picture of a view s times
  * finer, for the sampler; the result is not corrected.
  *
+ * Views that are fine already, of a refined CT: a chain begins from them, and is held to what the
+ * operator makes of them, so that their low frequencies stay. Of what the mean of K samples adds to
+ * a view only a part g counts,
+ *   g = e^2 / (e^2 + s^2),   e^2 = max(0, mean (mean of samples - view)^2 - s^2 / K),
+ * s^2 the mean variance of the samples: samples that agree are believed, and those of a prior that
+ * knows little add little.
+ *
  * CT_SAMPLER_NONE does nothing of that: its result is the start, init to the byte, or without init
- * the view on the finer grid (ct_superres_bilinear).
+ * the view on the finer grid (ct_measurement_bilinear).
  * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_DIFFUSION_SAMPLE_VIEWS_H
@@ -55,7 +62,8 @@ struct ct_superres {
 	double sigma_det; /* Gaussian of the matched operator, fine pixels */
 	double norm;      /* > 0: line integral that is 1 in the picture, of CT_SUPERRES_STACK */
 	enum ct_superres_range range;
-	bool first; /* keep the first channel instead of the mean */
+	bool first;   /* keep the first channel instead of the mean */
+	bool refined; /* the views are fine already: the result has as many pixels */
 	/* Called by the calling thread after some views are finished (done[k], out and deviation
 	 * hold them), and with last = true before ct_superres returns CT_ESTOP. May be NULL.
 	 * What it fails with, ct_superres returns. */
@@ -68,22 +76,19 @@ struct ct_superres {
 struct ct_superres ct_superres_default(size_t scale);
 /* Largest value of a stack. CT_EINPUT if it is not positive. */
 int ct_superres_norm(const struct ct_stack *in, double *norm, struct ct_err *e);
-/* The picture the network is given for views of (h, w). */
+/* The picture the network is given for views of (h, w), coarse unless they are refined. */
 void ct_superres_size(const struct ct_superres *p, size_t multiple, size_t h, size_t w,
 	size_t *high, size_t *wide);
-/* x[s h][s w] from y[h][w], linear along both axes between the centres of pixels that are cells (s
- * x s fine ones in a coarse one), constant beyond the outermost. */
-void ct_superres_bilinear(size_t h, size_t w, size_t s, float *restrict x, const float *restrict y);
 /* Evaluations of the network, and of its derivative, a view. CT_EUSAGE if steps and start do not
  * fit. */
 int ct_superres_calls(
 	const struct ct_superres *p, size_t *calls, size_t *gradients, struct ct_err *e);
 /* in: views of (h, w). init: NULL, or views of (s h, s w) to begin from. out, and deviation if not
- * NULL (standard deviation of the samples, samples >= 2): views of (s h, s w), allocated. done
- * [views]: views that out and deviation hold already are skipped; set as views are
- * finished. CT_ENUMERIC naming the view; CT_ESTOP if env->stop is raised: what is done is in out.
- * The result does not depend on the threads of env->par, nor on what was done before. NONE needs no
- * net. */
+ * NULL (standard deviation of the samples, samples >= 2): views of (s h, s w), allocated; of
+ * refined views all have their size. done [views]: views that out and deviation hold already are
+ * skipped; set as views are finished. CT_ENUMERIC naming the view; CT_ESTOP if env->stop is raised:
+ * what is done is in out. The result does not depend on the threads of env->par, nor on what was
+ * done before. NONE needs no net. */
 int ct_superres(const struct ct_superres *p, const struct ct_denoiser *net,
 	const struct ct_stack *in, const struct ct_stack *init, struct ct_stack *out,
 	struct ct_stack *deviation, bool *done, const struct ct_env *env, struct ct_err *e);

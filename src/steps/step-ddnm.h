@@ -2,6 +2,12 @@
  * diffusion prior that is held to them (the paper, section DDNM; diffusion/sample-views.h has the
  * samplers), or by a network of super-resolution: all decisions once.
  *
+ * Projections of a CT that was refined already (metadata upsample) are on the fine detector: they
+ * are what the prior begins from and what it is held to, below the Nyquist frequency of the scan.
+ * This is all that the scan says of its projections; pixels of the low-resolution CT are not means
+ * of the fine ones. Of them the mean of SAMPLES samples is made, by one call of the network from a
+ * noise about as large as the error of an inversion. With a factor they become finer as others do.
+ *
  *     ct_step_ddnm_prior, ct_step_ddnm_plan, [what a caller keeps,] ct_step_ddnm_run
  *
  * A rule says what is asked; the plan decides factor, operator, blur and norm by what the stack
@@ -25,8 +31,9 @@ struct ct_step_ddnm_rule {
 	bool insists;      /* on the sampler: a network of super-resolution has its own */
 	int factor, steps; /* 0: what the data say; as published */
 	int label;         /* class, of a prior that is conditioned; -1: none */
-	int start;         /* timestep to begin from, with init; -1: 60 */
-	int samples, iterations;
+	int start;         /* timestep to begin from; -1: 60 with init, 5 of a refined CT */
+	int samples;       /* 0: 4 of a refined CT, else 1 */
+	int iterations;
 	int op;    /* of enum ct_measurement_kind; -1: what the stack says, else the mean */
 	int range; /* of CT_SUPERRES_RANGES */
 	double eta, sigma_y;                 /* NaN: as published */
@@ -37,7 +44,7 @@ struct ct_step_ddnm_rule {
 #define CT_STEP_DDNM_DEFAULTS                                                                      \
 	{                                                                                          \
 		.in = "projections", .prior = "prior", .sampler = CT_SAMPLER_PLUS, .label = -1,    \
-		.start = -1, .samples = 1, .iterations = 100, .op = -1, .eta = (double)NAN,        \
+		.start = -1, .iterations = 100, .op = -1, .eta = (double)NAN,                      \
 		.sigma_y = (double)NAN, .guidance = 2000, .rate = 1e-3                             \
 	}
 
@@ -52,7 +59,8 @@ struct ct_step_ddnm {
 struct ct_step_ddnm_data {
 	const struct ct_stack *in, *init; /* init: NULL, or of the geometry of out */
 	struct ct_prior *prior;           /* of ct_step_ddnm_prior; unused by CT_SAMPLER_NONE */
-	struct ct_stack *out, *std;       /* made; std NULL: not wanted */
+	struct ct_stack *out,
+		*std; /* made; std NULL: not wanted, and empty if there is one sample */
 };
 
 /* *prior (zeroed struct) <- the network of these weights, which are moved into it, for the rule.

@@ -70,7 +70,8 @@ static const struct ct_opt opts[] = {
 		"class to draw, of a prior that is conditioned on classes; -1: it is not",
 		CT_WHEN(CT_IF(prior))),
 	CT_OPT(rule.steps, 'n', "steps", "N", 1, 1000,
-		"calls of the network a chain; by default 50, of gdp 1000 and of bird 10",
+		"calls of the network a chain; by default 50, of gdp 1000 and of bird 10; of a refined "
+		"CT 1",
 		CT_WHEN(CHAIN_OF)),
 	CT_EXPERT(rule.eta, "eta", "X", 0, 1,
 		"of the ddnm samplers the fraction of the noise that is drawn anew in every step "
@@ -81,12 +82,12 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(CT_IF_WORD(rule.sampler, NOISY))),
 	CT_EXPERT_CHOICE(op, "operator", CT_WORDS_TWO(BY_FILE, CT_MEASUREMENT_LIST),
 		"what IN measures of the fine projections: what it says of its pixels, and else "
-		"mean; means of S x S pixels; or what a blur and the coarse grid leave of them "
-		"(see DESCRIPTION)",
+		"mean, of a refined CT matched; means of S x S pixels; or what a blur and the coarse "
+		"grid leave of them (see DESCRIPTION)",
 		CT_WHEN(CHAIN_OF)),
 	CT_CHOICE(rule.sampler, 0, "sampler", CT_WORDS(CT_SAMPLER_LIST),
-		"how the prior is sampled to agree with IN (see SAMPLERS); a network of "
-		"super-resolution is called once"),
+		"how the prior is sampled to agree with IN (see SAMPLERS); a refined CT has ddnm, a "
+		"network of super-resolution is called once"),
 	CT_EXPERT(rule.guidance, "guidance", "X", 0, 1e9,
 		"of gdp: how far a step follows the gradient of the error, as published",
 		CT_WHEN(CT_IF_WORD(rule.sampler, CT_BIT(CT_SAMPLER_GDP)))),
@@ -100,12 +101,13 @@ static const struct ct_opt opts[] = {
 		"begin from these projections, of the geometry of OUT, instead of pure noise",
 		CT_WHEN(BEGUN)),
 	CT_EXPERT(rule.start, "t-start", "T", -1, 999,
-		"noise level to begin from, a timestep of 1000; -1 is 60",
-		CT_WHEN(CT_IF(rule.init), CHAIN_OF)),
+		"noise level to begin from, a timestep of 1000, with --init or of a refined CT; -1 is "
+		"60, of a refined CT 5",
+		CT_WHEN(CHAIN_OF)),
 	CT_EXPERT(travel, "travel", "L,R", 0, 0, "after every L steps go back, R times in all",
 		CT_WHEN(CHAIN_OF)),
-	CT_OPT(rule.samples, 'k', "samples", "K", 1, 65535, "mean of K samples a view",
-		CT_WHEN(CHAIN_OF)),
+	CT_OPT(rule.samples, 'k', "samples", "K", 1, 65535,
+		"mean of K samples a view; by default 1, of a refined CT 4", CT_WHEN(CHAIN_OF)),
 	CT_OUTPUT(std, 0, "std", "FILE", CT_ENDS_STACK,
 		"also write the standard deviation of the samples, EXR",
 		CT_WHEN(CT_IF(rule.samples))),
@@ -147,7 +149,7 @@ static struct ct_step_ddnm_data data_of(struct ddnm_job *j)
 		.init = j->p->rule.init ? &j->init : NULL,
 		.prior = &j->prior,
 		.out = &j->out,
-		.std = j->p->std ? &j->std : NULL};
+		.std = &j->std};
 }
 
 static int make_rule(struct ddnm_job *j, struct ct_err *e)
@@ -157,6 +159,8 @@ static int make_rule(struct ddnm_job *j, struct ct_err *e)
 
 	if (p->travel && ct_cli_within("expert travel", p->travel, 2, false, 1, 1000, v, e))
 		return -1;
+	if (p->std && p->rule.samples == 1)
+		return ct_fail(e, CT_EUSAGE, "--std: needs --samples of 2 or more");
 	j->rule = p->rule;
 	j->rule.in = p->in;
 	j->rule.dashed = true;
@@ -214,6 +218,8 @@ static int settle(struct ddnm_job *j, struct ct_err *e)
 	if ((j->p->rule.init && ct_stack_read(j->p->rule.init, &j->init, e)) ||
 		ct_step_ddnm_plan(&j->plan, &j->rule, &d, e))
 		return -1;
+	if (j->p->std && !j->std.data)
+		return ct_fail(e, CT_EUSAGE, "--std: needs --samples of 2 or more");
 	now.op = FIRST_OPERATOR + (int)j->plan.s.op;
 	now.rule.sampler = (int)j->plan.s.how.rule;
 	return ct_modes_check(&j->env->command->given, &now, e) ? ct_blame(e, j->p->in) : 0;
@@ -245,10 +251,11 @@ static int add_calls(
  * what each further thread has of its own, come. */
 static int estimate(struct ddnm_job *j, struct ct_err *e)
 {
-	const double out = 4.0 * (double)ct_stack_count(&j->out);
+	const double one = 4.0 * (double)ct_stack_count(&j->out), out = j->std.data ? 2 * one : one;
 	const size_t threads = ct_par_threads(j->env->par);
 	const struct ct_superres *s = &j->plan.s;
-	struct ct_cost cost = {.disk = out, .state = out, .work = "0 calls of a network"};
+	struct ct_cost cost = {
+		.disk = j->p->std ? out + one : out, .state = out, .work = "0 calls of a network"};
 	size_t calls, gradients;
 
 	if (ct_superres_calls(s, &calls, &gradients, e) ||
@@ -287,7 +294,7 @@ static int name_run(struct ddnm_job *j, struct ct_err *e)
 			       ct_resume_input(&j->resume, "--init",
 				       j->p->rule.init ? &j->init.meta : NULL, e) ||
 			       ct_resume_value(&j->resume, e, "--std", "%s",
-				       j->p->std ? "given" : "not given")
+				       j->std.data ? "given" : "not given")
 		       ? -1
 		       : 0;
 }
@@ -297,7 +304,8 @@ static int sample(struct ddnm_job *j, struct ct_err *e)
 	const struct ct_step_ddnm_data d = data_of(j);
 
 	if (ct_step_ddnm_reserve(&j->plan, &j->prior, ct_par_threads(j->env->par), e) ||
-		name_run(j, e) || ddnm_state_open(&j->state, &j->resume, &j->out, d.std, e))
+		name_run(j, e) ||
+		ddnm_state_open(&j->state, &j->resume, &j->out, j->std.data ? &j->std : NULL, e))
 		return -1;
 	ct_log(j->env, CT_INFO, "%zu of %zu views are to be made", ddnm_state_left(&j->state),
 		j->out.views);
