@@ -257,7 +257,7 @@ ct-degrade -q -x 1,1,5 truths/a.nii.gz thick.nii && ct-convert -q thick.nii scan
 for page in patient evaluate paper; do
 	sed -n 's/^    //p' "$srcdir/doc/tutorial-$page.md" >commands
 	while IFS= read -r line; do
-		fast=$(echo "$line" | sed 's/--views=[0-9]*/--views=4/; s/--steps=50/--steps=2/; s/--iterations=5000/--iterations=20/; s/--gaussians=50000/--gaussians=50/')
+		fast=$(echo "$line" | sed 's/--views=[0-9]*/--views=4/; s/--steps=50/--steps=2/; s/--iterations=5000/--iterations=20/; s/--gaussians=50000/--gaussians=50/; s/--lr=/--iterations=20 --gaussians=50 &/')
 		sh -c "$fast" >out 2>err </dev/null; rc=$?
 		[ $rc -eq 0 ]; ok $? "tutorial-$page.md: $(echo "$line" | cut -c1-100)"
 		[ $rc -eq 0 ] || sed 's/^/# /' err
@@ -343,4 +343,22 @@ done
 ct-metrics -w -512:3071 --ssim wang p/v/hr.nii p/v/4x/fdk.nii | awk '$1 == "psnr" {p = $2} /^ssim/ {printf "fdk %.2f %.4f\n", p, $2}' >want
 awk '$1 == "fdk" {printf "fdk %.2f %.4f\n", $2, $3}' tables | cmp -s - want
 ok $? 'the row of fdk has the figures of ct-metrics'
+
+# stages.mk
+stages() {
+	make -s -f "$srcdir/examples/stages.mk" VOLUMES=v.nii CUBE=24 VIEWS=6 ITERATIONS=40 GAUSSIANS=200 WINDOW=-512:3071 OUT=s ROWS="$1"
+}
+all='cubic:none:none cubic:published:published cubic:truth:fdk cubic:truth:r2 auto:none:none auto:ddnm:gaussians auto:ddnm:voxels
+	auto:truth:gaussians prior:none:none prior:ddnm:gaussians'
+exits 0 'stages.mk makes a line for each stage' stages "$(echo $all)"
+cp out lines
+[ "$(grep -c '^v ' lines)" = 10 ]; ok $? 'stages.mk prints a line for each row of ROWS'
+column() { awk -v b="$1" -v p="$2" -v f="$3" '$4 == b && $5 == p && $6 == f {print $'"$4"'}' lines; }
+[ "$(column auto truth gaussians 7)" = inf ]; ok $? 'the projections of the truth have no error in stages.mk'
+ct-metrics -w -512:3071 --ssim none s/v/hr.nii s/v/4x-P1/auto.nii | awk '$1 == "psnr" {printf "%.2f\n", $2}' >want
+column auto none none 8 | cmp -s - want; ok $? 'the row of the inversion has the PSNR of ct-metrics'
+awk "BEGIN {exit !($(column auto ddnm gaussians 8) > $(column auto none none 8) - .05)}"
+ok $? "the default chain is not below the inversion: $(column auto none none 8), $(column auto ddnm gaussians 8)"
+awk "BEGIN {exit !($(column prior ddnm gaussians 8) > $(column prior none none 8) - .05)}"
+ok $? "nor below the prior of slices: $(column prior none none 8), $(column prior ddnm gaussians 8)"
 done_testing
