@@ -175,10 +175,11 @@ has err1 '^ct-sr: stopped on request; the same command goes on$' 'a run that is 
 [ -z "$(find g . -maxdepth 1 -name '.ctsr-*')" ]; ok $? 'a fit that is stopped leaves nothing temporary'
 rm -f err1; setsid "$@" marks.nii g.nii 2>err1 & pid=$!
 fits $pid
-sleep 1 # in which it gets further than the state
 grep -q continuing err1; ok $? 'a fit that was stopped goes on from its state'
 grep -q continuing err1 || sed 's/^/# /' err1
 cp g/residual.ply.state before
+had=$(sed -n 's/.*continuing after iteration //p' err1) # and once it is further than the state
+until sed -n 's/^ct-sr: iteration \([0-9]*\):.*/\1/p' err1 | awk -v had="$had" '$1 > had {n++} END {exit !n}' || ! kill -0 $pid; do sleep 0.1; done
 kill -TERM -$pid; kill -INT -$pid; kill -TERM $pid; wait $pid; [ $? -eq 75 ]; ok $? 'a run that is told to stop more than once ends with status 75'
 [ -s g/residual.ply.state ] && ! cmp -s before g/residual.ply.state; ok $? 'the state is that of the last stop'
 rm -f err1; setsid "$@" marks.nii g.nii 2>err1 & pid=$!

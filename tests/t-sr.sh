@@ -222,6 +222,13 @@ ct-metrics -q whole.nii own-sr.nii >out; ok $? 'its voxels are taken for those o
 ct-sr --paper -x 8 --dry-run lr8.nii no.nii >out; has out 'ct-ddnm .*--sigma-y=0.0015 ' 'paper, 8-fold'
 has out '^# about [0-9.]* [sh] on [0-9]* threads, ' 'a dry run of the paper estimates its time'
 has out '^ct-nabgs .*--factor=8 --paper ' 'with its rates'
+# the range that the header of a scan says
+ct-phantom -q --size 16x16x16 --spacing 4 ellipsoids ball.nii && ct-degrade -q -x 2 ball.nii wide.nii
+for x in '' '-x 2'; do
+	# shellcheck disable=SC2086
+	exits 0 "the paper of a scan of another range ($x)" ct-sr -q --paper --expert views=2,iterations=2,gaussians=20 $x -f wide.nii wide-sr.nii
+	ct-info wide-sr.nii >out; has out '^  window  *-1024:3071$' "the result keeps the range of the scan ($x)"
+done
 # a scan that was not clipped before is clipped now, and that is said
 ct-convert -q --type f32 lr.nii - | tail -c 2048 >raw
 ct-convert -q --raw 8x8x8:f32:16 raw plain.nii

@@ -48,13 +48,15 @@ static int choose_factor(struct ct_step_paper *p, const struct ct_meta *m, struc
 		p->rule.of_factor, words, FACTOR_MOST);
 }
 
-/* What the metadata say of the range of the CT: its window, else what it was clipped to. */
-static void take_window(double window[2], const struct ct_meta *m)
+/* What the metadata say of the range of the CT: its window, else, if it counts, what it was clipped
+ * to. */
+static void take_window(double window[2], bool clip, const struct ct_meta *m)
 {
-	const char *said = ct_meta_get(m, CT_META_WINDOW), *clip = ct_meta_get(m, CT_META_CLIP);
+	const char *said = ct_meta_get(m, CT_META_WINDOW);
 	double to[2];
 
-	said = said ? said : clip;
+	if (!said && clip)
+		said = ct_meta_get(m, CT_META_CLIP);
 	if (said && ct_words_numbers(said, ':', 2, false, to) && ct_window_is(to))
 		memcpy(window, to, sizeof to);
 }
@@ -81,8 +83,8 @@ int ct_step_paper_plan(struct ct_step_paper *p, const struct ct_step_paper_rule 
 	p->rule.iterations = r->iterations ? r->iterations : ITERATIONS;
 	p->rule.gaussians = r->gaussians ? r->gaussians : GAUSSIANS;
 	p->sigma_y = p->way.sigma_y[above];
-	if (p->way.clip && m)
-		take_window(p->window, m);
+	if (m)
+		take_window(p->window, p->way.clip, m);
 	return 0;
 }
 

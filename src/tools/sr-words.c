@@ -43,7 +43,7 @@ static int make_plan(struct sr_words *s, struct ct_err *e)
 
 	if (said && ct_cli_numbers("factor", said, ',', 3, true, s->rule.factor, e))
 		return -1;
-	if (!said && dicom_form_of(s->p->in) == NOT_DICOM && strcmp(s->p->in, "-") != 0 &&
+	if (dicom_form_of(s->p->in) == NOT_DICOM && strcmp(s->p->in, "-") != 0 &&
 		ct_io_open(s->p->in, &f, &why) == 0 && ct_nifti_open(&in, f, &head, &why))
 		ct_meta_free(&head.meta);
 	rc = ct_step_paper_plan(&s->plan, &s->rule, &head.meta, e);
