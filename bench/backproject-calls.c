@@ -4,7 +4,7 @@
  *
  *   one tile   our kernel on one tile of voxels and two views again and again, so that nothing
  * comes from memory: what the instructions alone take RabbitCT   `lolaAsmBackprojection` of the
- * shared objects that are named (b-backproject.sh), on the same pixels and matrices, and the
+ * shared objects that are named (b-kernels.sh), on the same pixels and matrices, and the
  * largest difference of the volumes
  *
  * Usage: backproject-calls N [NAME=OBJECT...]. SPDX-License-Identifier: Apache-2.0 */

@@ -26,7 +26,7 @@ EXTRA_PROGRAMS += bench/metrics-calls
 bench_metrics_calls_SOURCES = bench/metrics-calls.c bench/bench.h
 BENCH_SH += bench/b-metrics.sh
 bench: bench/metrics-calls
-BENCH_SH += bench/b-fdk.sh bench/b-kernels.sh bench/b-backproject.sh
+BENCH_SH += bench/b-fdk.sh bench/b-kernels.sh
 EXTRA_PROGRAMS += bench/backproject-calls
 bench_backproject_calls_SOURCES = bench/backproject-calls.c bench/bench.h
 bench: bench/backproject-calls
