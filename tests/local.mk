@@ -328,7 +328,7 @@ tests_t_patch_SOURCES = tests/t-patch.c tests/numbers.h tests/slice-make.h
 check_PROGRAMS += tests/t-slice-prior
 tests_t_slice_prior_SOURCES = tests/t-slice-prior.c tests/numbers.h
 check_PROGRAMS += tests/t-volume-network
-tests_t_volume_network_SOURCES = tests/t-volume-network.c tests/volume-network-plain.h tests/numbers.h tests/slice-make.h
+tests_t_volume_network_SOURCES = tests/t-volume-network.c tests/numbers.h tests/slice-make.h
 EXTRA_DIST += tests/terminal.py
 # The installed library.
 check_PROGRAMS += tests/t-ctsr
@@ -344,7 +344,7 @@ tests_one_step_SOURCES = tests/one-step.c
 tests_one_step_LDADD = libctsr.a $(CT_LIBS)
 EXTRA_DIST += tests/one-step.py
 check_PROGRAMS += tests/t-field-network
-tests_t_field_network_SOURCES = tests/t-field-network.c tests/field-plain.h tests/field-tensors.h
+tests_t_field_network_SOURCES = tests/t-field-network.c tests/field-tensors.h
 EXTRA_DIST += tests/field-torch.py
 check_PROGRAMS += tests/t-arssr
 tests_t_arssr_SOURCES = tests/t-arssr.c tests/numbers.h
