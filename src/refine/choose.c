@@ -21,18 +21,19 @@
 #define ALONE 0.95
 #define FAINT 0.1
 
-/* The careful inversion, and no prior, whose networks learned what TV and HTV leave. Slices that
- * are soft get the mean of least squares and HTV; a texture keeps HTV. */
+/* Of slices that are soft, the share of HTV in its mean with DC: of those of a texture, which HTV
+ * suits, and of others. */
+#define SOFT_TEXTURE 0.75
+#define SOFT 0.5
+
+/* The careful inversion, and no prior, whose networks learned what TV and HTV leave. */
 static void take_least(struct ct_refine *r, const char *why, const struct ct_env *env)
 {
-	ct_log(env, CT_INFO, "%s: no prior, %s", why,
-		r->textured  ? "texture: htv"
-		: r->careful ? "the mean of least squares (dc) and htv"
-			     : "least squares (dc)");
-	r->least = !r->textured;
-	r->second = r->least && r->careful ? 0.5 : 0;
-	if (r->least)
-		r->method = CT_UPSAMPLE_DC;
+	r->second = !r->careful ? 0 : r->textured ? SOFT_TEXTURE : SOFT;
+	r->textured = false;
+	r->least = true;
+	r->method = CT_UPSAMPLE_DC;
+	ct_log(env, CT_INFO, "%s: no prior, least squares (dc), %.2g of it htv", why, r->second);
 	if (r->adds)
 		snprintf(r->why_not, sizeof r->why_not, "%s: only inverted", why);
 	r->adds = false;
@@ -41,8 +42,7 @@ static void take_least(struct ct_refine *r, const char *why, const struct ct_env
 /* Is the scan asked what TV loses of it? */
 static bool is_asked(const struct ct_refine *r)
 {
-	return r->inverts && r->method == CT_UPSAMPLE_TV && r->rule.method != CT_UPSAMPLE_TV &&
-	       !(r->scan.soft && ct_operator_is_estimated(&r->scan));
+	return r->inverts && r->method == CT_UPSAMPLE_TV && r->rule.method != CT_UPSAMPLE_TV;
 }
 
 /* Does a scan show texture throughout? Soft slices of no known operator are not asked. */
