@@ -290,13 +290,13 @@ done
 awk "BEGIN {exit !($(db a-relu.nii) < $(db a-prelu.nii))}"; ok $? 'relu gains less than prelu'
 is 'abs(min(ply("a-relu.ply")["density"])) < 1 and min(ply("a-sine.ply")["density"]) < -1e-3' 'raw densities'
 
-# --uncertainty: pixels that are not certain count less
+# --uncertainty: pixels that are not certain count less; projections that carry how far their samples differ need none
 ct-project -q --views 12 --coarsen 4 --pixel mean hr.nii y.exr
-ct-ddnm -q -n 2 --samples 2 --std s.exr y.exr noisy.exr
-for w in none std; do
-	[ $w = none ] && set -- || set -- --uncertainty s.exr
-	ct-nabgs -q -b up.nii -g 300 --expert max-gaussians=300 -n 20 "$@" noisy.exr $w.ply >$w.txt
-done
+ct-ddnm -q -n 2 y.exr one.exr && ct-ddnm -q -n 2 --samples 2 --std s.exr y.exr two.exr
+fit() { ct-nabgs -q -b up.nii -g 300 --expert max-gaussians=300 -n 20 "$@"; }
+fit one.exr none.ply >none.txt; fit --uncertainty s.exr one.exr std.ply >std.txt
+fit two.exr carried.ply >carried.txt; fit --uncertainty s.exr two.exr given.ply >given.txt
+is 'apart("carried.ply", "given.ply", "density") == 0' 'the deviation that projections carry weighs as --uncertainty does'
 is 'apart("std.ply", "none.ply", "density") > 1e-3' '--uncertainty weighs'
 exits 0 'a fit that makes the projections worse ends' ct-nabgs -b up.nii -g 100 --expert max-gaussians=200,rate=30 -n 24 p.exr worse.ply
 has err 'warning: the error of the fit is .* times that without Gaussians' 'a fit that explains nothing gives a warning'
