@@ -173,11 +173,11 @@ kill -INT -$pid; wait $pid; [ $? -eq 75 ]; ok $? 'an interrupt of the fit ends w
 has err1 '^ct-sr: stopped on request; the same command goes on$' 'a run that is stopped says how to go on'
 [ -s g/residual.ply.state ]; ok $? 'a fit that is stopped leaves its state'
 [ -z "$(find g . -maxdepth 1 -name '.ctsr-*')" ]; ok $? 'a fit that is stopped leaves nothing temporary'
+cp g/residual.ply.state before
 rm -f err1; setsid "$@" marks.nii g.nii 2>err1 & pid=$!
 fits $pid
 grep -q continuing err1; ok $? 'a fit that was stopped goes on from its state'
 grep -q continuing err1 || sed 's/^/# /' err1
-cp g/residual.ply.state before
 had=$(sed -n 's/.*continuing after iteration //p' err1) # and once it is further than the state
 until sed -n 's/^ct-sr: iteration \([0-9]*\):.*/\1/p' err1 | awk -v had="$had" '$1 > had {n++} END {exit !n}' || ! kill -0 $pid; do sleep 0.1; done
 kill -TERM -$pid; kill -INT -$pid; kill -TERM $pid; wait $pid; [ $? -eq 75 ]; ok $? 'a run that is told to stop more than once ends with status 75'
