@@ -33,7 +33,8 @@ static void take_least(struct ct_refine *r, const char *why, const struct ct_env
 	r->textured = false;
 	r->least = true;
 	r->method = CT_UPSAMPLE_DC;
-	ct_log(env, CT_INFO, "%s: no prior, least squares (dc), %.2g of it htv", why, r->second);
+	ct_log(env, CT_INFO, "%s: no prior, %s", why,
+		r->careful ? "the mean of least squares (dc) and htv" : "least squares (dc)");
 	if (r->adds)
 		snprintf(r->why_not, sizeof r->why_not, "%s: only inverted", why);
 	r->adds = false;
