@@ -488,6 +488,10 @@ static void test_spongy(void)
 		"none of spongy bone is taken for noise");
 	must(ct_noise_busy(&less, &v, factor, 100, &err));
 	OK(less < busy, "noise that is known is no texture (%.3g)", less);
+	for (int i = 0; i < 3; i++)
+		v.affine[i][i] = 8;
+	must(ct_noise_busy(&less, &v, factor, 0, &err));
+	OK(less == 0, "blocks of voxels 8 mm apart tell nothing of texture");
 	for (size_t i = 0; i < ct_vol_count(&v) / 2; i++)
 		v.data[i] = 40 + 5 * ct_rng_normal(6, 3, i);
 	must(ct_noise_busy(&busy, &v, factor, 0, &err));
