@@ -308,11 +308,15 @@ static void test_gain(void)
 {
 	const struct ct_trial texture = told_of(28, 0, waves), edges = told_of(28, 0, blocks);
 	const struct ct_trial small = told_of(CT_TRIAL_LEAST - 1, 0, waves);
+	const struct ct_trial cut = told_of(96, 60, waves);
 
 	OK(texture.gain < -0.15, "waves: tv gains %.2f dB", texture.gain);
 	OK(texture.share > 0.8, "waves: the best mean is htv, %.2f of it", texture.share);
 	OK(edges.gain > 1, "plateaus: tv gains %.2f dB", edges.gain);
 	OK(edges.share < 0.5, "plateaus: the best mean is mostly tv, htv %.2f", edges.share);
+	OK(cut.gain < -0.15 && cut.share > 0.8,
+		"waves that padding cuts off: tv gains %.2f dB, the best mean is htv, %.2f of it",
+		cut.gain, cut.share);
 	OK(isinf(small.gain) && small.share == 0, "too small to tell");
 	OK(isinf(told_of(96, 97, waves).gain), "nor can air tell");
 	OK(isfinite(told_of(96, 72, waves).gain), "of which there is much: a corner is asked");

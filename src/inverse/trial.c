@@ -2,6 +2,7 @@
 #include "config.h"
 #include "inverse/trial.h"
 #include "operator/crop.h"
+#include "operator/padding.h"
 
 #include <math.h>
 #include <string.h>
@@ -86,11 +87,32 @@ static void compare(struct ct_trial *t, const struct ct_vol *part, const struct 
 		t->share = fmax(right / moved, 0);
 }
 
+/* *filled (zeroed struct) <- lo, its padding filled as that of a scan is (refine/run.c), and *use is
+ * it; or lo, where nothing is padding. */
+static int fill(struct ct_vol *filled, const struct ct_vol **use, const struct ct_vol *lo,
+	struct ct_err *e)
+{
+	struct ct_padding p = {0};
+	int rc = 0;
+
+	*use = lo;
+	if (ct_padding_find(&p, lo->data, lo->n, e))
+		return -1;
+	if (p.is) {
+		rc = ct_crop(filled, lo, lo->n, (const ptrdiff_t[3]){0}, 0, e) ||
+		     ct_padding_fill(filled->data, &p, lo->n, e);
+		*use = filled;
+	}
+	ct_padding_free(&p);
+	return rc ? -1 : 0;
+}
+
 int ct_trial_run(struct ct_trial *t, const struct ct_vol *lo, const struct ct_degrade *by,
 	const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_env quiet = *env;
-	struct ct_vol part = {0}, coarse = {0}, dc = {0}, tv = {0}, htv = {0};
+	struct ct_vol filled = {0}, part = {0}, coarse = {0}, dc = {0}, tv = {0}, htv = {0};
+	const struct ct_vol *use;
 	struct ct_degrade own = *by; /* of the part: twice as coarse where that is to be refined */
 	bool refined[3];
 	ptrdiff_t start[3];
@@ -109,8 +131,10 @@ int ct_trial_run(struct ct_trial *t, const struct ct_vol *lo, const struct ct_de
 	}
 	quiet.log = NULL; /* it is not what was asked for */
 	quiet.progress = NULL;
-	choose(start, lo, n, refined);
-	if (ct_crop(&part, lo, n, start, 0, e) ||
+	if (fill(&filled, &use, lo, e))
+		goto out;
+	choose(start, use, n, refined);
+	if (ct_crop(&part, use, n, start, 0, e) ||
 		ct_degrade_volume(&coarse, &part, &own, 0, 0, env->par, e) ||
 		again(&dc, CT_UPSAMPLE_DC, &coarse, &own, &quiet, e) ||
 		again(&tv, CT_UPSAMPLE_TV, &coarse, &own, &quiet, e) ||
@@ -119,6 +143,7 @@ int ct_trial_run(struct ct_trial *t, const struct ct_vol *lo, const struct ct_de
 	compare(t, &part, &dc, &tv, &htv);
 	rc = 0;
 out:
+	ct_vol_free(&filled);
 	ct_vol_free(&part);
 	ct_vol_free(&coarse);
 	ct_vol_free(&dc);
