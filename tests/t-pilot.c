@@ -358,10 +358,52 @@ static void test_plan(void)
 	ct_vol_free(&v);
 }
 
+/* Thin walls, as of spongy bone. */
+static double walls(const double x[3])
+{
+	const double wide[3] = {x[0] / 2.5, x[1] / 2.5, x[2] / 2.5};
+
+	return fabs(waves(wide)) < 90 ? 1100 : -50;
+}
+
+/* Spread, voxels of the scan, that is assumed of texture of an operator that nobody said. */
+static double spread_of(double reduced, bool trust)
+{
+	const struct ct_degrade by = {.factor = {2, 2, 2},
+		.sigma = {reduced, reduced, reduced},
+		.decimate = CT_DECIMATE_SINC};
+	struct ct_refine_rule rule = CT_REFINE_DEFAULTS;
+	struct ct_vol fine, coarse = {0};
+	struct ct_refine r;
+
+	fill(&fine, 80, 0, walls);
+	must(ct_degrade_volume(&coarse, &fine, &by, 0, 0, silent.par, &err));
+	ct_meta_free(&coarse.meta); /* which says it */
+	rule.method = CT_UPSAMPLE_AUTO;
+	rule.said = (struct ct_said)CT_SAID_NOTHING;
+	rule.said.estimate = true;
+	rule.said.trust = trust;
+	rule.said.noise = 0;
+	memcpy(rule.said.factor, by.factor, sizeof by.factor);
+	must(ct_refine_plan(&r, &rule, &coarse, &silent, &err));
+	printf("# textured %d, spread %.3f, sigma %.3f\n", r.textured, r.scan.joint[0].spread,
+		r.scan.operator.sigma[0]);
+	ct_vol_free(&fine);
+	ct_vol_free(&coarse);
+	return r.scan.joint[0].spread;
+}
+
+static void test_narrow(void)
+{
+	OK(spread_of(1.6, true) > 0.4, "a wide profile of texture is measured");
+	OK(spread_of(1.6, false) <= 0.37, "a profile of texture counts as no wider than .37");
+}
+
 static void t_trial(void)
 {
 	test_gain();
 	test_plan();
+	test_narrow();
 }
 
 int main(void)

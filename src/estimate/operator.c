@@ -394,6 +394,21 @@ double ct_operator_aim(const struct ct_operator *r, const struct ct_profile *p)
 	return r->trusted ? p->spread : ct_scanner_aim(p, slices);
 }
 
+void ct_operator_narrow(struct ct_operator *r, double most, const struct ct_env *env)
+{
+	for (int a = 0; a < 3; a++) {
+		const double x = r->operator.factor[a];
+		struct ct_profile *p = &r->joint[a];
+
+		if (!(x > 1) || isnan(p->spread) || p->spread <= most)
+			continue;
+		ct_log(env, CT_INFO, "axis %d: a spread of %.3g voxels counts as %.3g", a,
+			p->spread, most);
+		p->spread = most;
+		r->operator.sigma[a] = sigma_left(ct_operator_aim(r, p), x, r->operator.decimate);
+	}
+}
+
 bool ct_operator_is_cubic(const struct ct_operator *r)
 {
 	bool some = false, other = false;

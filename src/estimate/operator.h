@@ -79,6 +79,8 @@ struct ct_operator {
 bool ct_operator_is_estimated(const struct ct_operator *r);
 /* The spread of p that is assumed of it: that of least expected loss, unless it is trusted. */
 double ct_operator_aim(const struct ct_operator *r, const struct ct_profile *p);
+/* Axes that were estimated count as no wider than `most`, voxels of the CT. */
+void ct_operator_narrow(struct ct_operator *r, double most, const struct ct_env *env);
 /* Are all axes that are refined to be interpolated? */
 bool ct_operator_is_cubic(const struct ct_operator *r);
 /* *r gets what is known of `in`. Without a need for noise, it is not measured. A factor that

@@ -87,10 +87,10 @@ static void compare(struct ct_trial *t, const struct ct_vol *part, const struct 
 		t->share = fmax(right / moved, 0);
 }
 
-/* *filled (zeroed struct) <- lo, its padding filled as that of a scan is (refine/run.c), and *use is
- * it; or lo, where nothing is padding. */
-static int fill(struct ct_vol *filled, const struct ct_vol **use, const struct ct_vol *lo,
-	struct ct_err *e)
+/* *filled (zeroed struct) <- lo, its padding filled as that of a scan is (refine/run.c), and *use
+ * is it; or lo, where nothing is padding. */
+static int fill(
+	struct ct_vol *filled, const struct ct_vol **use, const struct ct_vol *lo, struct ct_err *e)
 {
 	struct ct_padding p = {0};
 	int rc = 0;

@@ -21,6 +21,12 @@
 #define ALONE 0.95
 #define FAINT 0.1
 
+/* Texture along several axes has no clean edges, and its own softness is taken for the profile's.
+ * What is undone too much grows without a bound, too little costs a part of the gain: so its spread
+ * counts as at most so much, voxels of the scan. doc/blur-estimate.md, "What not
+ * knowing the operator costs". */
+#define TEXTURE_SPREAD 0.37
+
 /* Of slices that are soft, the share of HTV in its mean with DC: of those of a texture, which HTV
  * suits, and of others. */
 #define SOFT_TEXTURE 0.75
@@ -77,6 +83,8 @@ static int ask(
 		ct_log(env, CT_INFO, "texture, of which total variation would lose %.2f dB: htv",
 			r->loss);
 		r->method = CT_UPSAMPLE_HTV;
+		if (axes > 1 && r->scan.from == CT_BY_MEASURE && !r->scan.trusted)
+			ct_operator_narrow(&r->scan, TEXTURE_SPREAD, env);
 		return 0;
 	}
 	r->second = pow(told.share, (r->adds ? 2 : 1) * (most - 1));

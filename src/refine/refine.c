@@ -330,7 +330,8 @@ static int plan(
 		return plan_arssr(r, in, env, e);
 	if (rule->method == CT_REFINE_PRIOR && plan_prior(r, in, e))
 		return -1;
-	if (ct_refine_choose(r, in, env, e) ||
+	/* of texture the operator may be another then */
+	if (ct_refine_choose(r, in, env, e) || (r->textured && r->adds && plan_prior(r, in, e)) ||
 		(r->scan.known && iterates(rule->method) &&
 			ct_rest_plan(&r->rest, &r->scan.operator, r->n, r->scan.noise,
 				r->scan.alike, e)) ||
