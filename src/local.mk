@@ -200,6 +200,7 @@ libct_a_SOURCES += src/estimate/slice-pair.c src/estimate/slice-pair.h
 libct_a_SOURCES += src/estimate/slice-fit.c src/estimate/slice-fit.h
 libct_a_SOURCES += src/estimate/edge-lines.c src/estimate/edge-lines.h
 libct_a_SOURCES += src/estimate/profile.c src/estimate/profile.h
+libct_a_SOURCES += src/estimate/plane-softness.c src/estimate/plane-softness.h
 EXTRA_DIST += src/estimate/profile-network.bin
 BUILT_SOURCES += src/estimate/profile-network.inc
 CLEANFILES += src/estimate/profile-network.inc

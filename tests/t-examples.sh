@@ -251,8 +251,8 @@ with_dicom || { skip 'the tutorials' 'built without vtk-dicom'; done_testing; }
 # every command of the tutorials, and every picture in them is made by one
 ln -s "$srcdir/examples" examples && mkdir truths
 for n in a b; do ct-phantom -q -f --size 24x24x32 --spacing 2 ellipsoids truths/$n.nii.gz || exit 99; done
-ct-degrade -q -x 1,1,5 truths/a.nii.gz thick.nii && ct-convert -q thick.nii scan/ && ct-phantom -q -w -512:3071 --size 32x32x32 --spacing 2 ellipsoids hr0.nii &&
-	ct-degrade -q -x 4 hr0.nii lr.nii || exit 99
+ct-degrade -q -x 1,1,5 truths/a.nii.gz thick.nii && ct-convert -q thick.nii scan/ && ct-phantom -q -w -512:3071 --size 32x32x32 --spacing 2 ellipsoids hr.nii &&
+	ct-degrade -q -x 4 --clip=-512:3071 hr.nii lr.nii || exit 99
 [ -x /usr/bin/time ] || { printf '#!/bin/sh\nout=$2; shift 4; "$@" && echo 1 1 >$out\n' >time; chmod +x time; export MAKEFLAGS=TIME=./time; }
 for page in patient evaluate paper; do
 	sed -n 's/^    //p' "$srcdir/doc/tutorial-$page.md" >commands

@@ -386,8 +386,6 @@ static double spread_of(double reduced, bool trust)
 	rule.said.noise = 0;
 	memcpy(rule.said.factor, by.factor, sizeof by.factor);
 	must(ct_refine_plan(&r, &rule, &coarse, &silent, &err));
-	printf("# textured %d, spread %.3f, sigma %.3f\n", r.textured, r.scan.joint[0].spread,
-		r.scan.operator.sigma[0]);
 	ct_vol_free(&fine);
 	ct_vol_free(&coarse);
 	return r.scan.joint[0].spread;
@@ -399,8 +397,58 @@ static void test_narrow(void)
 	OK(spread_of(1.6, false) <= 0.37, "a profile of texture counts as no wider than .37");
 }
 
+static double both(const double x[3])
+{
+	return blocks(x) + waves(x);
+}
+
+/* Share of htv in the mean, of slices `times` as far apart, all of one profile. */
+static double second_of(double times)
+{
+	const struct ct_degrade by = {.factor = {1, 1, times},
+		.sigma = {0, 0, 0.2 * times},
+		.decimate = CT_DECIMATE_MEAN};
+	struct ct_refine r;
+	struct ct_vol v;
+
+	fill(&v, 28, 0, both);
+	must(ct_degrade_put(&v.meta, &by, &err));
+	r = plan_of(&v, CT_UPSAMPLE_AUTO, 0);
+	ct_vol_free(&v);
+	return r.second;
+}
+
+/* Of slices that were interpolated, and are softer than they are known to be: the share of htv
+ * beside least squares. */
+static double soft_of(double (*value)(const double x[3]))
+{
+	const struct ct_degrade by = {.factor = {1, 1, 2}, .decimate = CT_DECIMATE_MEAN};
+	struct ct_vol fine, coarse = {0};
+	struct ct_refine r;
+
+	fill(&fine, 80, 0, value);
+	must(ct_degrade_smooth(
+		fine.data, fine.data, fine.n, (const double[3]){0.5, 0.5, 2}, silent.par, &err));
+	must(ct_degrade_volume(&coarse, &fine, &by, 0, 0, silent.par, &err));
+	r = plan_of(&coarse, CT_UPSAMPLE_AUTO, 0);
+	ct_vol_free(&fine);
+	ct_vol_free(&coarse);
+	return r.careful ? r.second : (double)NAN;
+}
+
+static void test_shares(void)
+{
+	const double two = second_of(2), three = second_of(3);
+
+	OK(two > 0.35 && two < 0.9, "slices twice as far apart: %.2f of the mean is htv", two);
+	OK(fabs(three - two * two) < 1e-12, "three times as far apart: its square, %.2f", three);
+	OK(soft_of(walls) == 0.75, "soft slices of texture: three quarters are htv");
+	OK(soft_of(blocks) == 0.5, "soft slices of anything else: half is htv");
+}
+
 static void t_trial(void)
 {
+	test_shares();
 	test_gain();
 	test_plan();
 	test_narrow();

@@ -2,10 +2,14 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "formats/beside.h"
+#include "core/rng.h"
+#include "estimate/operator.h"
+#include "estimate/plane-softness.h"
 #include "estimate/scanner.h"
 #include "estimate/soft.h"
 #include "tap.h"
 
+#include <math.h>
 #include <string.h>
 
 static struct ct_acquired of(const char *maker, const char *kernel, double thickness, double step)
@@ -273,9 +277,87 @@ static void softness(void)
 	OK(p[2].spread == 0.3 && p[0].spread == 0.4, "but may be sharper than the plane");
 }
 
+/* Balls whose surfaces are as soft as a Gaussian of `sigma` mm makes them, and noise of 4 HU:
+ * voxels of 1 mm, in slices that are means of `times`. */
+static void balls(struct ct_vol *v, double sigma, size_t times)
+{
+	const size_t n[3] = {96, 96, 96 / times};
+
+	*v = (struct ct_vol){0};
+	must(ct_vol_alloc(v, n, &err));
+	for (int a = 0; a < 3; a++)
+		v->affine[a][a] = a == 2 ? (double)times : 1;
+	for (size_t i = 0; i < ct_vol_count(v); i++) {
+		const size_t k = i / 9216 * times;
+		const double x = (double)(i % 96), y = (double)(i / 96 % 96);
+		double sum = 0;
+
+		for (size_t z = k; z < k + times; z++)
+			for (uint64_t b = 0; b < 27; b++) {
+				const double r = 6 + 5 * (double)ct_rng_uniform(3, 1, b);
+				const double dx = x - 16 - 32 * (double)(b % 3);
+				const double dy = y - 16 - 32 * (double)(b / 3 % 3);
+				const double dz = (double)z - 16 - 32 * (double)(b / 9);
+				const double d = sqrt(dx * dx + dy * dy + dz * dz) - r;
+
+				sum += (400 + 10 * (double)b) * erfc(d / (sigma * sqrt(2)));
+			}
+		v->data[i] = (float)(sum / (double)times +
+				     4 * (double)ct_rng_normal(3, 2, (uint64_t)i) - 100);
+	}
+}
+
+/* What planes of such balls show, mm; NaN if nothing. */
+static double shown(double sigma, size_t times)
+{
+	struct ct_vol v;
+	double square = 0;
+
+	balls(&v, sigma, times);
+	must(ct_plane_softness(&square, &v, 2, NULL, &err));
+	ct_vol_free(&v);
+	return sqrt(square) * (double)times;
+}
+
+/* Blur that is to be undone along slices that are means of two, voxels of the result. */
+static double undone(double sigma, bool trust)
+{
+	struct ct_said said = CT_SAID_NOTHING;
+	const struct ct_env env = {0};
+	struct ct_operator r;
+	struct ct_vol v;
+
+	balls(&v, sigma, 2);
+	said.factor[0] = said.factor[1] = 1;
+	said.factor[2] = 2;
+	said.estimate = true;
+	said.trust = trust;
+	must(ct_operator_find(&r, &said, false, &v, &env, &err));
+	ct_vol_free(&v);
+	return r.operator.sigma[2];
+}
+
+static void planes(void)
+{
+	const double sharp = shown(0.4, 2), soft = shown(1.5, 2), thick = shown(1.5, 4);
+	struct ct_vol v = {0};
+	double square = 1;
+
+	OK(sharp < 0.5, "planes of sharp balls show %.2f mm of softness for .4", sharp);
+	OK(soft > 1.1 && soft < 1.9, "planes of soft balls show %.2f mm for 1.5", soft);
+	OK(thick > 1 && thick < 2, "beside slices of 4 mm they show %.2f mm for 1.5", thick);
+	OK(undone(1.5, true) > 1 && undone(1.5, false) < 0.6,
+		"softness that planes show is not undone across slices");
+	must(ct_vol_alloc(&v, (const size_t[3]){5, 4, 1}, &err));
+	must(ct_plane_softness(&square, &v, 2, NULL, &err));
+	OK(square == 0, "planes of a few voxels show none");
+	ct_vol_free(&v);
+}
+
 int main(void)
 {
 	softness();
+	planes();
 	kernels();
 	expected();
 	stale();

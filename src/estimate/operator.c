@@ -3,6 +3,7 @@
 #include "estimate/operator.h"
 #include "estimate/scanner.h"
 #include "estimate/noise.h"
+#include "estimate/plane-softness.h"
 #include "estimate/soft.h"
 
 #include <math.h>
@@ -305,6 +306,37 @@ static int leave_texture(
 	return 0;
 }
 
+/* Planes of patients show a softness, squared, of 0 to .045; the networks of the profile learned
+ * from such. What is beyond that they take for the profile. Some spread is left to slices. */
+#define USUAL 0.05
+#define LEAST 0.1
+
+/* What edges show of slices, without what their planes show too (plane-softness.h). */
+static int leave_softness(struct ct_profile got[3], const struct ct_vol *in, const double x[3],
+	const struct ct_env *env, struct ct_err *e)
+{
+	double square;
+
+	if ((x[0] > 1) + (x[1] > 1) + (x[2] > 1) != 1)
+		return 0;
+	for (int a = 0; a < 3; a++) {
+		const double had = got[a].spread;
+
+		if (!(x[a] > 1) || isnan(had))
+			continue;
+		if (ct_plane_softness(&square, in, a, env->par, e))
+			return -1;
+		square -= USUAL;
+		if (square > 0) {
+			got[a].spread = fmin(had, sqrt(fmax(had * had - square, LEAST * LEAST)));
+			ct_log(env, CT_INFO,
+				"axis %d: edges show %.3g voxels, %.3g without what the planes show",
+				a, had, got[a].spread);
+		}
+	}
+	return 0;
+}
+
 /* The operator that DICOM and edges show: a Gaussian of the spread that its sampling leaves. */
 static int estimate_operator(struct ct_operator *r, const struct ct_vol *in,
 	const struct ct_said *said, const struct ct_env *env, struct ct_err *e)
@@ -320,7 +352,8 @@ static int estimate_operator(struct ct_operator *r, const struct ct_vol *in,
 	leave_small(r, x);
 	if (!(x[0] > 1 || x[1] > 1 || x[2] > 1))
 		return 0;
-	if (ct_profile_measure(got, in, x, env->par, e) || expect(r, in, x, env, e))
+	if (ct_profile_measure(got, in, x, env->par, e) ||
+		(!said->trust && leave_softness(got, in, x, env, e)) || expect(r, in, x, env, e))
 		return -1;
 	for (int a = 0; a < 3; a++)
 		if (a == given || r->cubic[a])
