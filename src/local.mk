@@ -238,6 +238,7 @@ libct_a_SOURCES += src/quality/edges.c src/quality/edges.h
 libct_a_SOURCES += src/quality/metrics.c src/quality/metrics.h
 libct_a_SOURCES += src/quality/calibration.c src/quality/calibration.h
 libct_a_SOURCES += src/quality/structures.c src/quality/structures.h
+libct_a_SOURCES += src/quality/isosurface.c src/quality/isosurface.h src/quality/surface-error.c src/quality/surface-error.h
 libct_a_SOURCES += src/quality/fsc.c src/quality/fsc.h
 libct_a_SOURCES += src/quality/hfen.c src/quality/hfen.h
 libct_a_SOURCES += src/quality/tissue.c src/quality/tissue.h

@@ -423,6 +423,91 @@ has err '^ct-metrics: warning: thin.nii: 12 voxels along axis 2 are too few for 
 has out '^structures-false' 'and measures the rest'; ! grep -q '^edges' out; ok $? 'of edges nothing'
 exits 5 'edges alone' ct-metrics --edges thin.nii thin2.nii
 
+# Surfaces, beside VTK: points by NumPy, nearest places on the triangles of vtkMarchingCubes.
+part surface
+"$PY" - <<'PY' || exit 99
+import nibabel as nib, numpy as np
+from scipy.ndimage import gaussian_filter
+n, mm = (48, 44, 30), (.7, .8, 1.5)
+x, y, z = (i*s for i, s in zip(np.indices(n), mm))
+bone = (x - 16)**2 + (y - 17)**2 + (z - 22)**2 < 11**2
+a = np.where(bone, 1000., np.where((x - 17)**2 + (y - 17)**2 < 15**2, 40, -1000))
+a = gaussian_filter(a, 1) + 8*np.random.default_rng(3).standard_normal(n)
+def save(v, name):
+    nib.save(nib.Nifti1Image(v.astype(np.float32), np.diag(mm + (1,))), name)
+save(a, 'a.nii'); save(gaussian_filter(a, (0, .4, 1.2)) + 30, 'b.nii')
+save(np.where(bone, 40, a).clip(max=300), 'soft.nii'); save(x < 18, 'half.nii')
+PY
+exits 0 'ct-metrics measures two surfaces and prints JSON' ct-metrics --ssim none --surface=520,-500 --json a.nii b.nii; mv out two.json
+exits 0 'ct-metrics measures a surface within a mask' ct-metrics --ssim none --surface=520 --json --mask half.nii a.nii b.nii; mv out half.json
+if python_with vtk,nibabel; then
+	"$PY" - >log 2>&1 <<'PY'; ok $? 'distances of surfaces are those of VTK within 1 %, and counts those of NumPy'
+import json, nibabel as nib, numpy as np, vtk
+from vtk.util.numpy_support import numpy_to_vtk
+mm = (.7, .8, 1.5)
+a, b, half = (nib.load(f).get_fdata() for f in ('a.nii', 'b.nii', 'half.nii'))
+def points(v, level, mask):
+    out = []
+    for d in range(3):
+        lo, hi = [slice(None)]*3, [slice(None)]*3
+        lo[d], hi[d] = slice(0, -1), slice(1, None)
+        p, q = v[tuple(lo)], v[tuple(hi)]
+        at = np.argwhere(((p >= level) != (q >= level)) & (mask[tuple(lo)] > 0) & (mask[tuple(hi)] > 0))
+        i = tuple(at.T)
+        at = at.astype(float)
+        at[:, d] += (level - p[i])/(q[i] - p[i])
+        out.append(at*mm)
+    return np.concatenate(out)
+def distances(p, v, level):
+    image = vtk.vtkImageData()
+    image.SetDimensions(v.shape); image.SetSpacing(mm)
+    image.GetPointData().SetScalars(numpy_to_vtk(v.ravel('F'), deep=True))
+    cubes = vtk.vtkMarchingCubes()
+    cubes.SetInputData(image); cubes.SetValue(0, level); cubes.Update()
+    locator = vtk.vtkCellLocator()
+    locator.SetDataSet(cubes.GetOutput()); locator.BuildLocator()
+    near, cell, i, d = [0, 0, 0], vtk.reference(0), vtk.reference(0), vtk.reference(0.)
+    out = []
+    for q in p:
+        locator.FindClosestPoint(q, near, cell, i, d)
+        out.append(np.sqrt(d.get()))
+    return np.array(out)
+def check(r, level, mask, end):
+    p, q = points(a, level, mask), points(b, level, mask)
+    d = np.concatenate([distances(p, b, level), distances(q, a, level)])
+    assert (r['surface-points-ref' + end], r['surface-points-test' + end]) == (len(p), len(q))
+    for name, want in ('mean', d.mean()), ('rms', np.sqrt((d*d).mean())), ('p95', np.percentile(d, 95)):
+        got = r['surface-%s-mm%s' % (name, end)]
+        print(level, name, got, want)
+        assert abs(got/want - 1) < .01
+every = np.ones(a.shape)
+r = json.load(open('two.json'))
+check(r, 520, every, '-1'); check(r, -500, every, '-2'); assert r['surface-hu-2'] == -500
+check(json.load(open('half.json')), 520, half, '')
+PY
+	sed 's/^/# /' log
+else
+	skip 'distances of surfaces are those of VTK' 'no VTK'
+fi
+for t in 1 4; do ct-metrics -t $t --ssim none --surface=520,-500 --csv a.nii b.nii >t$t; done
+cmp -s t1 t4; ok $? 'surfaces give the same bytes with 1 and 4 threads'
+head -n 1 t1 | grep -q ',surface-hu-1,surface-points-ref-1,surface-points-test-1,surface-mean-mm-1,surface-rms-mm-1,surface-p95-mm-1,surface-hu-2,'
+ok $? 'the figures of several surfaces are columns that end in -1 and -2'
+exits 3 'a surface further off than --max ends with status 3' ct-metrics --ssim none --surface=520 --max surface-mean-mm=.001 a.nii b.nii
+for v in soft.nii,a.nii a.nii,soft.nii soft.nii,soft.nii; do
+	exits 0 "a surface that is not in both of $v is no error" ct-metrics --ssim none --surface=520 "${v%,*}" "${v#*,}"
+	has out '^surface-mean-mm nan$' "a surface that is not in both of $v has no distance"
+	has err '^ct-metrics: warning: soft.nii: no surface at 520 HU: no distance$' "a warning names the one of $v without a surface"
+done
+ct-metrics --ssim none --surface=520 --json a.nii soft.nii | tr -d ' ' | grep -q '"surface-p95-mm":null'; ok $? 'JSON has null for a surface that one volume does not have'
+exits 3 'no distance passes no limit' ct-metrics --ssim none --surface=520 --max surface-mean-mm=9 a.nii soft.nii
+for v in 1,2,3,4,5 a '1,' nan 1e10 ''; do
+	exits 2 "a surface of '$v' is refused with status 2" ct-metrics --surface="$v" a.nii b.nii
+	has err 'surface' "the error of a surface of '$v' names the option"
+done
+exits 2 'a surface needs a reference' ct-metrics --consistency a.nii --surface=1 b.nii
+exits 2 'projections have no surface' ct-metrics --surface=1 ../p.exr ../q.exr
+
 # What ct-metrics says of harm, against NumPy and SciPy, and how it says it.
 part harm
 ct-phantom -q --size 40x36x30 --spacing 1.5 ellipsoids hr.nii && ct-degrade -q -x 2 hr.nii lr.nii &&

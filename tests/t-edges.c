@@ -1,8 +1,11 @@
-/* Sharpness: edges of known blur, in any direction, and what is no edge.
+/* Sharpness: edges of known blur, in any direction, and what is no edge. Surfaces: balls and planes
+ * a known distance apart; noise against every triangle.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/rng.h"
 #include "quality/edges.h"
+#include "quality/isosurface.h"
+#include "quality/surface-error.h"
 #include "tap.h"
 
 #include <stdbool.h>
@@ -332,8 +335,247 @@ static void test_spread(void)
 	NEAR(f.rise, 8, 1e-9, "plateaus are the outer quarters");
 }
 
+/* Surfaces. Voxels of v get the value of f at their place, mm. */
+static void fill(struct ct_vol *v, const size_t n[3], const double mm[3],
+	double (*f)(const double p[3], double by), double by)
+{
+	*v = (struct ct_vol){0};
+	must(ct_vol_alloc(v, n, &err));
+	for (int a = 0; a < 3; a++)
+		v->affine[a][a] = mm[a];
+	for (size_t i = 0; i < ct_vol_count(v); i++) {
+		const double p[3] = {(double)(i % n[0]) * mm[0], (double)(i / n[0] % n[1]) * mm[1],
+			(double)(i / n[0] / n[1]) * mm[2]};
+
+		v->data[i] = (float)f(p, by);
+	}
+}
+
+static double in_ball(const double p[3], double r)
+{
+	return 100 * (r - sqrt(pow(p[0] - 15.3, 2) + pow(p[1] - 16.1, 2) + pow(p[2] - 15.8, 2)));
+}
+
+static double in_disc(const double p[3], double r)
+{
+	return 100 * (r - hypot(p[0] - 15.3, p[1] - 16.1));
+}
+
+static double under_plane(const double p[3], double by)
+{
+	return 40 * (0.6 * p[0] + 0.64 * p[1] + 0.48 * p[2] - 25 - by);
+}
+
+static double under_slice(const double p[3], double by)
+{
+	return 40 * (p[2] - 15 - by);
+}
+
+static double in_noise(const double p[3], double seed)
+{
+	return (double)ct_rng_normal((uint64_t)seed, 0, (uint64_t)(p[0] + 64 * (p[1] + 64 * p[2])));
+}
+
+static double nothing(const double p[3], double by)
+{
+	return by + 0 * p[0];
+}
+
+static struct ct_surface_error apart(struct ct_vol *a, struct ct_vol *b, const struct ct_vol *mask)
+{
+	struct ct_env one = {0}, three = {0};
+	struct ct_surface_error s, t;
+
+	must(ct_par_alloc(&three.par, 3, &err) || ct_surface_error(&s, a, b, mask, 0, &one, &err) ||
+		ct_surface_error(&t, a, b, mask, 0, &three, &err));
+	if (memcmp(&s, &t, sizeof s) != 0)
+		OK(false, "a surface error with three threads has other bytes than with one");
+	ct_par_free(three.par);
+	return s;
+}
+
+static struct ct_surface_error apart_by(const size_t n[3], const double mm[3],
+	double (*f)(const double p[3], double by), double from, double to)
+{
+	struct ct_surface_error s;
+	struct ct_vol a, b;
+
+	fill(&a, n, mm, f, from);
+	fill(&b, n, mm, f, to);
+	s = apart(&a, &b, NULL);
+	ct_vol_free(&a);
+	ct_vol_free(&b);
+	return s;
+}
+
+static void all_are(const struct ct_surface_error *s, double d, double tolerance, const char *what)
+{
+	NEAR(s->mean, d, tolerance, what);
+	NEAR(s->rms, d, tolerance, what);
+	NEAR(s->p95, d, 2 * tolerance, what);
+}
+
+static void test_surfaces_apart(void)
+{
+	static const size_t n[3] = {40, 34, 14}, cube[3] = {32, 33, 31}, flat[3] = {40, 41, 1},
+			    lying[3] = {9, 1, 31};
+	static const double mm[3] = {0.8, 1, 2.5}, unit[3] = {1, 1, 1};
+	struct ct_surface_error s;
+
+	s = apart_by(n, mm, in_ball, 11, 11.4);
+	all_are(&s, 0.4, 0.015, "balls in voxels of unequal sides are 0.4 mm apart");
+	OK(s.points[1] > s.points[0] && s.points[0] > 1000,
+		"the larger ball has more points (%zu, %zu)", s.points[0], s.points[1]);
+	s = apart_by(cube, unit, in_ball, 12, 5);
+	all_are(&s, 7, 0.03, "balls that are 7 voxels apart have that distance");
+	s = apart_by(cube, unit, in_ball, 12, 12);
+	all_are(&s, 0, 1e-6, "a ball is at no distance from itself");
+	s = apart_by(n, mm, under_slice, 0, 0.3);
+	all_are(&s, 0.3, 1e-5, "a plane across thick slices is shifted by 0.3 mm");
+	OK(s.points[0] == n[0] * n[1], "the plane has a point on each line that it crosses");
+	s = apart_by(flat, mm, in_disc, 8, 8.25);
+	all_are(&s, 0.25, 0.01, "contours of a single slice are 0.25 mm apart");
+	s = apart_by(lying, unit, under_slice, 0, 3.7);
+	all_are(&s, 3.7, 1e-5, "an axis of one voxel that is not the last has its contours");
+	s = apart_by(cube, unit, in_ball, 12, -1);
+	OK(s.points[0] > 0 && s.points[1] == 0 && isnan(s.mean) && isnan(s.rms) && isnan(s.p95),
+		"a surface that one volume does not have gives no number");
+	s = apart_by((const size_t[3]){1, 1, 1}, unit, nothing, -5, 5);
+	OK(s.points[0] + s.points[1] == 0 && isnan(s.mean), "one voxel has no surface");
+	s = apart_by(cube, unit, nothing, 0, 7);
+	OK(s.points[0] + s.points[1] == 0 && isnan(s.mean), "constant volumes have no surface");
+}
+
+/* Beside the faces of the volume a slanted plane ends, and what is nearest to it is its end. */
+static void test_surface_mask(void)
+{
+	static const size_t n[3] = {40, 34, 30};
+	static const double mm[3] = {0.8, 1, 1.1};
+	struct ct_vol a, b, mask;
+	struct ct_surface_error all, s;
+
+	fill(&a, n, mm, under_plane, 0);
+	fill(&b, n, mm, under_plane, 1.25);
+	fill(&mask, n, mm, nothing, 0);
+	for (size_t i = 0; i < ct_vol_count(&mask); i++) {
+		const size_t at[3] = {i % n[0], i / n[0] % n[1], i / n[0] / n[1]};
+
+		mask.data[i] = 1;
+		for (int d = 0; d < 3; d++)
+			if (at[d] < 3 || at[d] + 3 >= n[d])
+				mask.data[i] = 0;
+	}
+	all = apart(&a, &b, NULL);
+	s = apart(&a, &b, &mask);
+	OK(all.rms > 1.26 && all.points[0] > s.points[0],
+		"without a mask the ends of planes count");
+	all_are(&s, 1.25, 1e-5, "with a mask a slanted plane is shifted by 1.25 mm");
+	memset(mask.data, 0, ct_vol_count(&mask) * sizeof *mask.data);
+	s = apart(&a, &b, &mask);
+	OK(s.points[0] == 0 && isnan(s.mean), "an empty mask leaves no number");
+	ct_vol_free(&a);
+	ct_vol_free(&b);
+	ct_vol_free(&mask);
+}
+
+/* A number of the two ends of a side, the same in both orders. */
+static uint64_t side_number(const double a[3], const double b[3])
+{
+	uint64_t sum = 0;
+
+	for (int k = 0; k < 2; k++) {
+		uint64_t h = 14695981039346656037u, word;
+
+		for (int d = 0; d < 3; d++) {
+			memcpy(&word, (k ? b : a) + d, sizeof word);
+			h = (h ^ word) * 1099511628211u;
+			h ^= h >> 29;
+		}
+		sum += h;
+	}
+	return sum;
+}
+
+/* Not by blocks, but in every cell: the nearest triangle by samples of it. */
+static void test_surface_of_noise(void)
+{
+	static const size_t n[3] = {11, 9, 7};
+	static const double unit[3] = {1, 1, 1};
+	double triangle[CT_ISOSURFACE_TRIANGLES][3][3], worst = 0, least[20];
+	struct ct_isosurface s;
+	struct ct_env env = {0};
+	struct ct_vol v;
+	uint64_t open = 0;
+
+	fill(&v, n, unit, in_noise, 7);
+	for (size_t i = 0; i < ct_vol_count(&v); i++)
+		if (i % 11 % 10 == 0 || i / 11 % 9 % 8 == 0 || i / 99 % 6 == 0)
+			v.data[i] = -3;
+	must(ct_isosurface_alloc(&s, &v, 0.2, &env, &err));
+	for (size_t q = 0; q < 20; q++)
+		least[q] = INFINITY;
+	for (size_t c = 0; c < 10 * 8 * 6; c++) {
+		const size_t at[3] = {c % 10, c / 10 % 8, c / 80},
+			     found = ct_isosurface_cell(triangle, &s, at);
+
+		for (size_t t = 0; t < found; t++) {
+			for (int k = 0; k < 3; k++)
+				open ^= side_number(triangle[t][k], triangle[t][(k + 1) % 3]);
+			for (size_t q = 0; q < 20; q++)
+				for (int i = 0; i <= 40; i++)
+					for (int j = 0; j + i <= 40; j++) {
+						double sum = 0;
+
+						for (int d = 0; d < 3; d++)
+							sum += pow(
+								triangle[t][0][d] * (40 - i - j) /
+										40 +
+									triangle[t][1][d] * i / 40 +
+									triangle[t][2][d] * j / 40 -
+									15 * (double)ct_rng_normal(
+										     3, q,
+										     (uint64_t)d),
+								2);
+						least[q] = fmin(least[q], sqrt(sum));
+					}
+		}
+	}
+	OK(open == 0, "the surface of noise is closed: each side has two triangles");
+	for (size_t q = 0; q < 20; q++) {
+		const double p[3] = {15 * (double)ct_rng_normal(3, q, 0),
+			15 * (double)ct_rng_normal(3, q, 1), 15 * (double)ct_rng_normal(3, q, 2)};
+
+		worst = fmax(worst, fabs(ct_isosurface_distance(&s, p) - least[q]));
+	}
+	OK(worst < 0.02, "the nearest place is that of all triangles (%.2g)", worst);
+	ct_isosurface_free(&s);
+	ct_vol_free(&v);
+}
+
+/* One voxel in a corner is found from all of a large surface without a look at every cell. */
+static void test_surface_far(void)
+{
+	static const size_t n[3] = {130, 129, 127};
+	static const double unit[3] = {1, 1, 1};
+	struct ct_surface_error s;
+	struct ct_vol a, b;
+
+	fill(&a, n, unit, in_ball, 14);
+	fill(&b, n, unit, nothing, -1);
+	b.data[ct_vol_count(&b) - 1] = 1;
+	s = apart(&a, &b, NULL);
+	OK(s.points[1] == 3 && s.mean > 170 && s.mean < 200 && s.rms >= s.mean,
+		"a voxel in the far corner is %.1f mm away", s.mean);
+	ct_vol_free(&a);
+	ct_vol_free(&b);
+}
+
 int main(void)
 {
+	test_surfaces_apart();
+	test_surface_mask();
+	test_surface_of_noise();
+	test_surface_far();
 	test_what_is_none();
 	test_many();
 	test_sizes();

@@ -116,7 +116,7 @@ for t in 'ct-nabgs -b none' ct-fuse; do
 	exits 2 "$t to a stream" $t --checkpoint-every=5 $in -
 	has err 'checkpoint-every: needs OUT to be a file' "the error of $t to a stream names --checkpoint-every"
 done
-for o in --window=0:1 --range=1 --mask=none --ssim=r2 --per-slice=s.csv --edges --harm --structures --tissues --uncertainty=none; do
+for o in --window=0:1 --range=1 --mask=none --ssim=r2 --per-slice=s.csv --edges --harm --structures --tissues --surface=1 --uncertainty=none; do
 	no ct-metrics $o --consistency none
 done
 no ct-metrics --factor=4
@@ -367,7 +367,7 @@ ct-fuse --base-projections --uncertainty n--iterations w--window --residual-out 
 ct-fuse --expert --json --dry-run --units
 ct-info --series e--operator x--factor --json
 ct-metrics w--window --range --mask --ssim --per-slice --harm --edges --structures x--factor
-ct-metrics --tissues --uncertainty --consistency --map --min --max --csv --expert --json
+ct-metrics --tissues --surface --uncertainty --consistency --map --min --max --csv --expert --json
 ct-nabgs b--base --base-projections --uncertainty --lr w--window n--iterations g--gaussians
 ct-nabgs a--activation m--mode x--factor --paper --release --checkpoint-every
 ct-nabgs --resume --expert s--seed --json --dry-run --units

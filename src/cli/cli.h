@@ -223,6 +223,9 @@ int ct_cli_numbers(const char *option, const char *s, char sep, size_t n, bool s
 /* The same by commas, each in [lo, hi]. */
 int ct_cli_within(const char *option, const char *s, size_t n, bool spread, double lo, double hi,
 	double *v, struct ct_err *e);
+/* One to `most` of them, counted in *n. */
+int ct_cli_list(const char *option, const char *s, size_t most, double lo, double hi, double *v,
+	size_t *n, struct ct_err *e);
 /* "WxHxD": n positive integers. */
 int ct_cli_dims(const char *option, const char *s, size_t n, size_t *v, struct ct_err *e);
 /* "LO:HI", LO < HI. */

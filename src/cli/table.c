@@ -229,6 +229,18 @@ int ct_cli_within(const char *option, const char *s, size_t n, bool spread, doub
 	return 0;
 }
 
+int ct_cli_list(const char *option, const char *s, size_t most, double lo, double hi, double *v,
+	size_t *n, struct ct_err *e)
+{
+	*n = 1;
+	for (const char *c = s; *c; c++)
+		*n += *c == ',';
+	if (*n > most)
+		return ct_fail(
+			e, CT_EUSAGE, "--%s: '%s' has more than %zu numbers", option, s, most);
+	return ct_cli_within(option, s, *n, false, lo, hi, v, e);
+}
+
 int ct_cli_dims(const char *option, const char *s, size_t n, size_t *v, struct ct_err *e)
 {
 	double x[4];

@@ -7,6 +7,7 @@
 #include "quality/fsc.h"
 #include "quality/hfen.h"
 #include "quality/structures.h"
+#include "quality/surface-error.h"
 #include "quality/tissue.h"
 
 #include <assert.h>
@@ -199,6 +200,41 @@ static int structures(struct ct_figures *f, const struct ct_compare_in *in,
 	return 0;
 }
 
+static int surface(struct ct_figures *f, const struct ct_compare_in *in, double hu, const char *end,
+	const struct ct_env *env, struct ct_err *e)
+{
+	const char *const name[] = {in->ref_name, in->test_name};
+	struct ct_surface_error s;
+
+	if (ct_surface_error(&s, in->ref, in->test, in->mask, hu, env, e))
+		return -1;
+	for (int k = 0; k < 2; k++)
+		if (!s.points[k])
+			ct_log(env, CT_WARN, "%s: no surface at %g HU%s: no distance", name[k], hu,
+				in->mask ? " in the mask" : "");
+	append_to(f, "surface-hu", end, hu, -1);
+	append_to(f, "surface-points-ref", end, (double)s.points[0], 0);
+	append_to(f, "surface-points-test", end, (double)s.points[1], 0);
+	append_to(f, "surface-mean-mm", end, s.mean, 5);
+	append_to(f, "surface-rms-mm", end, s.rms, 5);
+	append_to(f, "surface-p95-mm", end, s.p95, 5);
+	return 0;
+}
+
+static int surfaces(struct ct_figures *f, const struct ct_compare_in *in,
+	const struct ct_compare_rule *r, const struct ct_env *env, struct ct_err *e)
+{
+	for (size_t i = 0; i < r->surfaces; i++) {
+		char end[24] = "";
+
+		if (r->surfaces > 1)
+			snprintf(end, sizeof end, "-%zu", i + 1);
+		if (surface(f, in, r->surface[i], end, env, e))
+			return -1;
+	}
+	return 0;
+}
+
 /* What --harm alone adds before the tissues. */
 static int frequencies(struct ct_figures *f, const struct ct_compare_in *in,
 	const struct ct_env *env, struct ct_err *e)
@@ -324,7 +360,8 @@ int ct_compare(struct ct_figures *f, struct ct_metrics_slice **slice,
 		return -1;
 	if (((r->structures || r->harm) && structures(f, in, &rule, env, e)) ||
 		(r->harm && frequencies(f, in, env, e)) ||
-		((r->tissues || r->harm) && by_tissue(f, in, &rule, env, e)))
+		((r->tissues || r->harm) && by_tissue(f, in, &rule, env, e)) ||
+		surfaces(f, in, &rule, env, e))
 		return ct_blame(e, in->ref_name);
 	return in->std ? calibration(f, in, e) : 0;
 }

@@ -32,7 +32,7 @@ struct ct_figure *ct_figures_add(struct ct_figures *f, const char *name, double 
 /* *v <- the first number of a figure; false if there is none of that name. */
 bool ct_figures_get(double *v, const struct ct_figures *f, const char *name);
 
-enum { CT_COMPARE_SIZES = 4 };
+enum { CT_COMPARE_SIZES = 4, CT_COMPARE_SURFACES = 4 };
 
 struct ct_compare_rule {
 	struct ct_metrics_rule metrics;
@@ -40,6 +40,8 @@ struct ct_compare_rule {
 	size_t sizes;                          /* of structures; 0: ct_compare_sizes chooses */
 	double sigma[CT_COMPARE_SIZES][3];     /* of their Gaussians, voxels */
 	double factor[3]; /* of a low-resolution voxel, for banding; 0: ct_compare_sizes finds it */
+	size_t surfaces;  /* whose error is wanted */
+	double surface[CT_COMPARE_SURFACES]; /* their thresholds, HU */
 };
 
 /* The volumes and their names for error messages. mask and std may be NULL. */
@@ -54,7 +56,7 @@ struct ct_compare_in {
 int ct_compare_sizes(struct ct_compare_rule *r, const double *factor, const struct ct_meta *test,
 	struct ct_err *e);
 /* Appends the figures. slice is as in ct_metrics, or NULL. Errors name the file. With harm alone, a
- * volume too small for edges gives a warning. */
+ * volume too small for edges gives a warning; so does one without a surface. */
 int ct_compare(struct ct_figures *f, struct ct_metrics_slice **slice,
 	const struct ct_compare_in *in, const struct ct_compare_rule *r, const struct ct_env *env,
 	struct ct_err *e);

@@ -230,7 +230,7 @@ static int plan_rays(struct ct_step_compare *p, struct ct_err *e)
 	const struct ct_compare_rule *f = &r->figures;
 
 	if (r->padding || r->map || !isnan(r->window[0]) || p->of->mask || p->of->std || f->edges ||
-		f->structures || f->tissues || f->harm)
+		f->structures || f->tissues || f->harm || f->surfaces)
 		return ct_fail(e, CT_EUSAGE,
 			"%s: projections are compared by PSNR, SSIM, errors and consistency alone, "
 			"without window, mask and map",

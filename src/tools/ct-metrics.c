@@ -16,7 +16,7 @@
 
 struct params {
 	const char *first, *second, *window, *mask, *low, *map, *per_slice, *std, *blob, *factor,
-		*min, *max;
+		*min, *max, *surface;
 	struct ct_list more; /* further pairs */
 	struct ct_step_compare_rule rule;
 	bool csv;
@@ -56,7 +56,7 @@ static const struct ct_opt opts[] = {
 	CT_FLAG(rule.figures.edges, 0, "edges", "report sharpness: the rise of edges and the MTF",
 		WITH_REF),
 	CT_FLAG(rule.figures.structures, 0, "structures",
-		"count the false and the missed structures in soft tissue", WITH_REF),
+		"count false and missed structures in soft tissue", WITH_REF),
 	CT_TEXT(factor, 'x', "factor", "S|X,Y,Z",
 		"length of a low-resolution voxel in voxels, which sets the size of structures "
 		"(default: from the header of TEST)",
@@ -64,6 +64,8 @@ static const struct ct_opt opts[] = {
 	CT_FLAG(rule.figures.tissues, 0, "tissues",
 		"report errors by tissue: air, lung, fat, soft, brain, bone, inside soft tissue",
 		WITH_REF),
+	CT_TEXT(surface, 0, "surface", "HU,...",
+		"report how far the surfaces at these HU are apart, mm", WITH_REF),
 	CT_INPUT(std, 0, "uncertainty", "FILE",
 		"compare the error with the predicted error in FILE (one standard deviation, HU)",
 		WITH_REF),
@@ -79,7 +81,7 @@ static const struct ct_opt opts[] = {
 		"exit with status 3 if a reported figure is higher, as rmse-hu=20"),
 	CT_FLAG(csv, 0, "csv", "report as CSV: a line of names, and one of values for each pair"),
 	CT_EXPERT(blob, "blob-sigma", "V,...", 0, 0,
-		"sizes of structures: one to four standard deviations in voxels",
+		"sizes of structures: one to four deviations, voxels",
 		CT_WHEN(CT_IF(rule.figures.structures), CT_IF(rule.figures.harm))),
 	CT_OPT_END,
 };
@@ -123,15 +125,8 @@ static int parse_sizes(struct ct_compare_rule *r, const struct params *p, struct
 		return ct_cli_within("factor", p->factor, 3, true, 1, 1024, v, e)
 			       ? -1
 			       : ct_compare_sizes(r, v, NULL, e);
-	if (!p->blob)
-		return 0;
-	r->sizes = 1;
-	for (const char *c = p->blob; *c; c++)
-		r->sizes += *c == ',';
-	if (r->sizes > CT_COMPARE_SIZES)
-		return ct_fail(e, CT_EUSAGE, "--expert blob-sigma: '%s' has more than %d numbers",
-			p->blob, CT_COMPARE_SIZES);
-	if (ct_cli_within("expert blob-sigma", p->blob, r->sizes, false, 0.3, 100, v, e))
+	if (p->blob && ct_cli_list("expert blob-sigma", p->blob, CT_COMPARE_SIZES, 0.3, 100, v,
+			       &r->sizes, e))
 		return -1;
 	for (size_t i = 0; i < r->sizes; i++)
 		r->sigma[i][0] = r->sigma[i][1] = r->sigma[i][2] = v[i];
@@ -149,6 +144,9 @@ static int parse_rule(struct ct_step_compare_rule *r, const struct params *p, st
 	r->low = p->low;
 	r->slices = p->per_slice != NULL;
 	r->map = p->map != NULL;
+	if (p->surface && ct_cli_list("surface", p->surface, CT_COMPARE_SURFACES, -1e9, 1e9,
+				  r->figures.surface, &r->figures.surfaces, e))
+		return -1;
 	return parse_sizes(&r->figures, p, e);
 }
 
