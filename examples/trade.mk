@@ -5,7 +5,7 @@
 #
 # cuts a cube from each, reduces it as each of CASES says, refines it by each of RUNS, and leaves in OUT
 # trade.csv, a line a result: scan, case, run, CPU seconds, seconds, peak memory (MiB) and all that
-# ct-metrics --harm says, structures of BLOBS voxels; trade.txt, means over the scans, and which runs are on the front: no other is as
+# ct-metrics --harm and --surface=SURFACES say, structures of BLOBS voxels; trade.txt, means over the scans, and which runs are on the front: no other is as
 # fast and as good by PSNR, SSIM, false structures and the error deep in soft tissue; and trade.svg, which
 # draws that. The last two take Python with matplotlib. A result is a rule: what was made is not made again,
 # and make -j is fine, but that seconds are then those of a busy machine.
@@ -27,6 +27,7 @@ PROJECTIONS =
 THREADS =
 WINDOW = -1024:3071
 BLOBS = 1.5,3,6
+SURFACES = 250,-500
 OUT = trade
 TIME = /usr/bin/time
 PYTHON = python3
@@ -79,7 +80,7 @@ define refine
 $(OUT)/$(1)/$(2)/$(call plain,$(3)).csv: $(OUT)/$(1)/$(2)/lr.nii
 	$(addprefix CT_THREADS=,$(call said,threads,$(3))) $(TIME) -o $$(@:.csv=.time) -f '%U %S %e %M' \
 		sh -ec '$(call refined,$(3),$$<,$$(@:.csv=.nii),-q -f -x $(call factor,$(2)))'
-	@ct-metrics --harm --csv --expert blob-sigma=$(BLOBS) -w $(WINDOW) $(OUT)/$(1)/hr.nii $$(@:.csv=.nii) >$$(@:.csv=.metrics)
+	@ct-metrics --harm --surface=$(SURFACES) --csv --expert blob-sigma=$(BLOBS) -w $(WINDOW) $(OUT)/$(1)/hr.nii $$(@:.csv=.nii) >$$(@:.csv=.metrics)
 	@{ printf 'scan,case,run,cpu-s,seconds,peak-mib,'; head -n 1 $$(@:.csv=.metrics); \
 		awk '{printf "$(1),$(2),$(3),%.2f,%.2f,%.1f,", $$$$1 + $$$$2, $$$$3, $$$$4 / 1024}' $$(@:.csv=.time); \
 		tail -n 1 $$(@:.csv=.metrics); } >$$@.part

@@ -229,6 +229,96 @@ sed 1q t.csv >none.csv
 ! python3 "$py" table none.csv 2>err && grep -q 'none.csv: no results' err
 ok $? 'a CSV without results is refused, with its name'
 
+# examples/pair.mk: thick and thin slices of one scan, the thin ones as the truth.
+part pair
+command -v python3 >/dev/null || { skip 'pair.mk' 'python3 is not here'; done_testing; }
+pair() { make -s -f "$srcdir/examples/pair.mk" OPTIONS='-Q draft' "$@"; }
+ct-phantom -q -s 3 --size 48x44x60 --spacing 1.5 ellipsoids clean.nii && ct-degrade -q -x 1 --sigma 0 --noise 8 clean.nii thin.nii &&
+	ct-degrade -q -x 1,1,4 --sigma 0,0,1.6 --decimate point clean.nii said.nii && python3 "$srcdir/examples/blind.py" bare said.nii thick.nii || exit 99
+exits 0 'pair.mk judges thick and thin slices as NIfTI' pair THICK=thick.nii THIN=thin.nii OUT=o
+cmp -s out o/pair.md && grep -q '<html' o/pair.html; ok $? 'pair.mk leaves the table that it prints and a page of ct-sr'
+cut_() { awk -F' *[|] *' -v row="$1" -v at="$2" 'index($2, row) == 1 {print $at; exit}' "${3:-o/pair.md}"; }
+near() { awk "BEGIN {d = ($1) - ($2); exit !(d <= $3 && -d <= $3)}"; ok $? "$4 ($1, $2)"; } # near A B TOLERANCE NAME
+psnr_of() { ct-metrics -w -1024:3071 thin.nii - | awk '$1 == "psnr" {print $2}'; }
+near "$(cut_ 'PSNR, dB' 3)" "$(ct-upsample -q -m cubic -x 1,1,4 thick.nii - | psnr_of)" .01 'the PSNR of cubic interpolation is that of ct-metrics on the grid of THIN'
+near "$(cut_ 'PSNR, dB' 4)" "$(ct-sr -q -Q draft -x 1,1,4 thick.nii - | psnr_of)" .05 'the PSNR of ct-sr is that of a run by hand'
+ct-profile -q thick.nii thin.nii p.txt
+near "$(cut_ 'PSNR, dB' 5)" "$(ct-sr -q -Q draft -x 1,1,4 --profile=p.txt thick.nii - | psnr_of)" .05 'the PSNR of the measured profile is that of ct-profile and ct-sr'
+awk "BEGIN {exit !($(cut_ 'PSNR, dB' 5) > $(cut_ 'PSNR, dB' 4) && $(cut_ 'PSNR, dB' 4) > $(cut_ 'PSNR, dB' 3) + 1)}"
+ok $? 'ct-sr gains over cubic interpolation, and more with the measured profile'
+if python_with nibabel,scipy.ndimage; then
+	"$PY" - o >log 2>&1 <<'PY'; ok $? 'averaged PSNR, errors and predicted errors of pair.mk are those of NumPy and SciPy'
+import re, nibabel as nib, numpy as np
+from scipy.ndimage import gaussian_filter
+load = lambda f: nib.load(f).get_fdata().astype(float)
+thin = load('o/thin.nii')
+rows = {}
+for line in open('o/pair.md'):
+    cells = [c.strip() for c in line.strip().strip('|').split('|')]
+    rows[re.sub(r' \(.*', '', cells[0])] = (line, cells[1:])
+def near(name, got, want, tolerance):
+    print(name, got, want)
+    assert abs(float(got) - want) <= tolerance, name
+clip = lambda v: np.clip(v, -1024, 3071)
+noise = float(re.search(r'\(([0-9.]+) HU', rows['error less noise of the thin slices'][0]).group(1))
+near('noise', noise, 8, .5)
+for column, run in enumerate(('cubic', 'sr', 'profile')):
+    v = load('o/%s-on.nii' % run)
+    for sigma, row in (1, 'PSNR, averaged in plane, sigma 1 pixel, dB'), (2, 'PSNR, averaged in plane, sigma 2 pixels, dB'):
+        a, b = (clip(gaussian_filter(x, (sigma, sigma, 0), mode='reflect', truncate=6)) for x in (thin, v))
+        near(row, rows[row][1][column], 20*np.log10(4095/np.sqrt(((a - b)**2).mean())), .03)
+    rms = np.sqrt(((v - thin)**2).mean())
+    near('rms', rows['error'][1][column], rms, .06)
+    near('less noise', rows['error less noise of the thin slices'][1][column], np.sqrt(rms**2 - noise**2), .1)
+std, error = load('o/std-on.nii'), load('o/sr-on.nii') - thin
+line = rows['all: %.1f' % np.sqrt((std**2).mean())][1]
+near('measured', line[0], np.sqrt((error**2).mean()), .06)
+tenth = np.argsort(std, axis=None)[-std.size//10:]
+last, line = list(rows.items())[[k[:3] for k in rows].index('all') - 1]
+near('last tenth, predicted', last, np.sqrt((std.flat[tenth]**2).mean()), 1)
+near('last tenth, measured', line[1][0], np.sqrt((error.flat[tenth]**2).mean()), 1)
+near('last tenth, less noise', line[1][1], np.sqrt((error.flat[tenth]**2).mean() - noise**2), 1)
+PY
+	sed 's/^/# /' log
+else
+	skip 'averaged PSNR, errors and predicted errors of pair.mk' 'no nibabel, SciPy'
+fi
+ct-metrics --harm -x 1,1,4 --surface=250,-500 o/thin.nii o/sr-on.nii >figures
+figure() { awk -v n="$1" '$1 == n {print $2}' figures; }
+near "$(cut_ 'rise of edges' 4)" "$(figure edge-rise-test-mm)" .006 'the rise of edges of pair.mk is that of ct-metrics'
+near "$(cut_ 'MTF 50' 4)" "$(figure mtf50-test)" .0006 'the MTF of pair.mk is that of ct-metrics'
+near "$(cut_ 'false str' 4)" "$(figure structures-false)" 0 'false structures of pair.mk are those of ct-metrics'
+near "$(cut_ 'missed str' 4)" "$(figure structures-missed)" 0 'missed structures of pair.mk are those of ct-metrics'
+near "$(cut_ 'surface at -500 HU, mean' 4)" "$(figure surface-mean-mm-2)" .0006 'the mean error of a surface of pair.mk is that of ct-metrics'
+near "$(cut_ 'surface at 250 HU, 95' 4)" "$(figure surface-p95-mm-1)" .0006 'the 95th percentile of a surface of pair.mk is that of ct-metrics'
+touch -r o/sr-fine.nii stamp; exits 0 'pair.mk runs again' pair THICK=thick.nii THIN=thin.nii OUT=o
+[ ! o/sr-fine.nii -nt stamp ]; ok $? 'a second run of pair.mk makes nothing again'
+exits 0 'pair.mk accepts a THICK that says how it was made' pair THICK=said.nii THIN=thin.nii OUT=o
+has out '^pair.mk: THICK says how it was made: no profile was measured$' 'the table says why no profile was measured'
+[ "$(sed -n 1p out)" = '| | cubic | `ct-sr` |' ]; ok $? 'the table of another pair has no column of the pair before it'
+ct-convert -q --crop 4:40,3:44,5:50 thin.nii part.nii
+exits 0 'pair.mk crops to what both cover' pair THICK=said.nii THIN=part.nii OUT=part PROFILE=no
+ct-convert -q --crop 4:40,3:44,8:48 thin.nii box.nii
+ct-info box.nii | grep -E '^(size|extent|centre)' >want; ct-info part/thin.nii | grep -E '^(size|extent|centre)' | cmp -s - want
+ok $? 'of both there are left the whole thick slices that THIN covers'
+exits 2 'pair.mk refuses a THIN that is nowhere' pair THICK=thick.nii THIN=nowhere OUT=no; has err "^pair.mk: 'nowhere': no file or folder" 'pair.mk names the THIN that is nowhere'
+exits 2 'pair.mk refuses thick and thin the wrong way round' pair THICK=thin.nii THIN=thick.nii OUT=no; has err '^pair.mk: slices of THICK are 1.5 mm apart, of THIN 6 mm' 'pair.mk names the spacing of slices that are the wrong way round'
+ct-convert -q --iso 1.7 thin.nii iso.nii
+exits 2 'pair.mk refuses other voxels in plane' pair THICK=thick.nii THIN=iso.nii OUT=no; has err '^pair.mk: voxels in plane differ: 1.5 and 1.7 mm' 'pair.mk names the voxels in plane that differ'
+ct-convert -q --crop 0:48,0:44,0:14 thin.nii few.nii
+exits 2 'pair.mk refuses a THIN that covers too few slices' pair THICK=thick.nii THIN=few.nii OUT=no; has err '^pair.mk: THIN covers 3 whole slices of THICK' 'pair.mk says how many slices THIN covers'
+if with_dicom; then
+	mkdir 'a scan' && ct-convert -q thin.nii 'a scan/thin/' && ct-convert -q --template 'a scan/thin/' thick.nii 'a scan/thick/' &&
+		ct-phantom -q -s 9 --size 48x44x60 --spacing 1.5 ellipsoids other.nii && ct-convert -q other.nii other/ || exit 99
+	exits 0 'pair.mk judges two folders of DICOM' pair THICK='a scan/thick' THIN='a scan/thin' OUT=d
+	pair THICK=thick.nii THIN=thin.nii OUT=o >/dev/null
+	near "$(cut_ 'PSNR, dB' 3 d/pair.md)" "$(cut_ 'PSNR, dB' 3)" .05 'DICOM and NIfTI of a pair have the same PSNR of cubic interpolation'
+	exits 2 'pair.mk refuses series of two frames of reference' pair THICK='a scan/thick' THIN=other OUT=no
+	has err '^pair.mk: THICK and THIN are of two patients or frames of reference' 'pair.mk says that the frames of reference differ'
+else
+	skip 'pair.mk judges two folders of DICOM' 'built without vtk-dicom'
+fi
+
 # What documents tell to run, on phantoms and with few steps: the recipe of the shipped prior, and the tutorials.
 part recipes
 mkdir ct xray
