@@ -371,6 +371,12 @@ static double under_slice(const double p[3], double by)
 	return 40 * (p[2] - 15 - by);
 }
 
+/* Flat, or `by` mm higher for each mm along x. */
+static double under_roof(const double p[3], double by)
+{
+	return 40 * (p[2] - 6 - by * p[0]);
+}
+
 static double in_noise(const double p[3], double seed)
 {
 	return (double)ct_rng_normal((uint64_t)seed, 0, (uint64_t)(p[0] + 64 * (p[1] + 64 * p[2])));
@@ -433,6 +439,11 @@ static void test_surfaces_apart(void)
 	s = apart_by(n, mm, under_slice, 0, 0.3);
 	all_are(&s, 0.3, 1e-5, "a plane across thick slices is shifted by 0.3 mm");
 	OK(s.points[0] == n[0] * n[1], "the plane has a point on each line that it crosses");
+	s = apart_by(cube, unit, under_roof, 0, 0.2);
+	NEAR(s.mean, 0.1 * 31, 0.04, "a tilted plane is half as far off as at its end in the mean");
+	NEAR(s.rms, 0.2 / sqrt(3) * 31, 0.04, "and by 1 / sqrt(3) of that, root mean square");
+	NEAR(s.p95, 0.2 * 0.95 * 31, 0.15,
+		"of a tilted plane 95 % are nearer than 0.95 of its end");
 	s = apart_by(flat, mm, in_disc, 8, 8.25);
 	all_are(&s, 0.25, 0.01, "contours of a single slice are 0.25 mm apart");
 	s = apart_by(lying, unit, under_slice, 0, 3.7);
@@ -470,6 +481,12 @@ static void test_surface_mask(void)
 	OK(all.rms > 1.26 && all.points[0] > s.points[0],
 		"without a mask the ends of planes count");
 	all_are(&s, 1.25, 1e-5, "with a mask a slanted plane is shifted by 1.25 mm");
+	for (size_t i = 0; i < ct_vol_count(&a); i++) {
+		a.data[i] = b.data[i] = i / n[0] / n[1] < 12 ? 1 : -1;
+		mask.data[i] = i / n[0] / n[1] < 12;
+	}
+	s = apart(&a, &b, &mask);
+	OK(s.points[0] + s.points[1] == 0, "points at the rim of the mask do not count");
 	memset(mask.data, 0, ct_vol_count(&mask) * sizeof *mask.data);
 	s = apart(&a, &b, &mask);
 	OK(s.points[0] == 0 && isnan(s.mean), "an empty mask leaves no number");
