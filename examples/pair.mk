@@ -28,12 +28,16 @@ fit = eval "$$(cat $(OUT)/fit)";
 all: $(OUT)/pair.md
 	@cat $<
 
-# Other inputs, options or another ctsr make all anew.
+# Other inputs, options or another ctsr make all anew; other SURFACES or another WINDOW the figures.
+renew = @cmp -s $@.part $@ && rm $@.part || mv $@.part $@
 $(OUT)/inputs: always
 	@for f in "$$THICK" "$$THIN"; do [ -e "$$f" ] || { echo "pair.mk: '$$f': no file or folder: THICK and THIN are two series of one scan" >&2; exit 2; }; done
 	@mkdir -p $(@D)
-	@{ ct-sr --version && printf '%s\n' "$$OPTIONS" '$(SURFACES) $(WINDOW)' && ls -lL "$$THICK" "$$THIN"; } >$@.part
-	@cmp -s $@.part $@ && rm $@.part || mv $@.part $@
+	@{ ct-sr --version && printf '%s\n' "$$OPTIONS" && ls -lL "$$THICK" "$$THIN"; } >$@.part
+	$(renew)
+$(OUT)/asked: $(OUT)/inputs always
+	@echo '$(SURFACES) $(WINDOW)' >$@.part
+	$(renew)
 
 $(OUT)/thick-all.nii: $(OUT)/inputs
 	@ct-convert -q -f --reorient=LPS "$$THICK" $@
@@ -49,7 +53,8 @@ $(OUT)/cubic-fine.nii: $(OUT)/thick.nii
 	@$(fit) ct-upsample -q -f -m cubic -x "1,1,$$factor" $< $@
 $(OUT)/sr-fine.nii: $(OUT)/thick.nii
 	@$(fit) ct-sr -q -f $(OPTIONS) -x "1,1,$$factor" --confidence=$(OUT)/std-fine.nii --report=$(OUT)/pair.html $< $@
-$(OUT)/std-fine.nii: $(OUT)/sr-fine.nii ;
+$(OUT)/std-fine.nii: $(OUT)/sr-fine.nii
+	@touch $@
 # Empty, with the reason beside it, where the pair does not let it be measured.
 $(OUT)/profile.txt: $(OUT)/thick.nii $(OUT)/thin.nii
 	@if ct-info $< | grep -q '^  factor '; then echo 'pair.mk: THICK says how it was made: no profile was measured' >$(OUT)/profile.log; : >$@; \
@@ -57,21 +62,22 @@ $(OUT)/profile.txt: $(OUT)/thick.nii $(OUT)/thin.nii
 $(OUT)/profile-fine.nii: $(OUT)/thick.nii $(OUT)/profile.txt
 	@$(fit) ct-sr -q -f $(OPTIONS) -x "1,1,$$factor" --profile=$(OUT)/profile.txt $< $@
 
-# On the slices of THIN. RUN-all.nii, and what is left of it after a Gaussian of 1 and 2 pixels in plane.
+# On the slices of THIN. Interpolation must not bring a predicted error below 0.
+clipped = - | ct-degrade -q -f -x 1 --sigma 0 --clip=.01:1e5 -
 define on_thin
 $(OUT)/$(1)-on.nii: $(OUT)/$(1)-fine.nii $(OUT)/thin.nii
-	@ct-convert -q -f --type=f32 --grid=$(OUT)/thin.nii $$< $$@
+	@ct-convert -q -f --type=f32 --grid=$(OUT)/thin.nii $$< $(if $(filter std,$(1)),$(clipped)) $$@
 endef
 $(foreach r,cubic sr profile std,$(eval $(call on_thin,$(r))))
 
 # Figures of RUN: all of them, and PSNR after averaging.
 averaged = ct-degrade -q -f -x 1 --sigma $(1),$(1),0
 define judge
-$(OUT)/$(1)-all.json: $(OUT)/$(1)-on.nii $(OUT)/thin.nii $(if $(filter sr,$(1)),$(OUT)/std-on.nii)
+$(OUT)/$(1)-all.json: $(OUT)/$(1)-on.nii $(OUT)/thin.nii $(OUT)/asked $(if $(filter sr,$(1)),$(OUT)/std-on.nii)
 	@$$(fit) ct-metrics --json --harm --surface=$(SURFACES) -x "1,1,$$$$factor" -w $(WINDOW) $(if $(filter sr,$(1)),--uncertainty=$(OUT)/std-on.nii) \
 		$(OUT)/thin.nii $$< >$$@.part
 	@mv $$@.part $$@
-$(OUT)/$(1)-1.json $(OUT)/$(1)-2.json: $(OUT)/$(1)-%.json: $(OUT)/$(1)-on.nii $(OUT)/thin-%.nii
+$(OUT)/$(1)-1.json $(OUT)/$(1)-2.json: $(OUT)/$(1)-%.json: $(OUT)/$(1)-on.nii $(OUT)/thin-%.nii $(OUT)/asked
 	@$$(call averaged,$$*) $$< $(OUT)/$(1)-$$*.nii
 	@ct-metrics --json --ssim=none -w $(WINDOW) $(OUT)/thin-$$*.nii $(OUT)/$(1)-$$*.nii >$$@.part
 	@rm $(OUT)/$(1)-$$*.nii
@@ -86,7 +92,7 @@ $(OUT)/noise.json: $(OUT)/thin.nii
 
 figures = $(foreach r,$(1),$(PARTS:%=$(OUT)/$(r)-%.json))
 # The profile's are made only if there is one.
-$(OUT)/pair.md: $(call figures,cubic sr) $(OUT)/noise.json $(if $(filter yes,$(PROFILE)),$(OUT)/profile.txt)
+$(OUT)/pair.md: $(call figures,cubic sr) $(OUT)/noise.json $(if $(filter yes,$(PROFILE)),$(OUT)/profile.txt) always
 	@if [ '$(PROFILE)' = yes ] && [ -s $(OUT)/profile.txt ]; then $(MAKE) -s -f $(firstword $(MAKEFILE_LIST)) OUT=$(OUT) $(call figures,profile); fi
 	@$(PYTHON) $(py) table $(OUT) $(filter yes,$(PROFILE)) >$@.part
 	@mv $@.part $@

@@ -291,8 +291,13 @@ near "$(cut_ 'false str' 4)" "$(figure structures-false)" 0 'false structures of
 near "$(cut_ 'missed str' 4)" "$(figure structures-missed)" 0 'missed structures of pair.mk are those of ct-metrics'
 near "$(cut_ 'surface at -500 HU, mean' 4)" "$(figure surface-mean-mm-2)" .0006 'the mean error of a surface of pair.mk is that of ct-metrics'
 near "$(cut_ 'surface at 250 HU, 95' 4)" "$(figure surface-p95-mm-1)" .0006 'the 95th percentile of a surface of pair.mk is that of ct-metrics'
-touch -r o/sr-fine.nii stamp; exits 0 'pair.mk runs a second time' pair THICK=thick.nii THIN=thin.nii OUT=o
-[ ! o/sr-fine.nii -nt stamp ]; ok $? 'a second run of pair.mk makes nothing again'
+newer() { find o -type f -newer stamp | sort | tr '\n' ' '; }
+touch stamp; exits 0 'pair.mk runs a second time' pair THICK=thick.nii THIN=thin.nii OUT=o
+[ "$(newer)" = 'o/pair.md ' ]; ok $? 'a second run of pair.mk writes the table alone'
+[ "$(pair THICK=thick.nii THIN=thin.nii OUT=o PROFILE=no | sed -n 1p)" = '| | cubic | `ct-sr` |' ]; ok $? 'PROFILE=no leaves the column of the profile out'
+exits 0 'pair.mk accepts other SURFACES' pair THICK=thick.nii THIN=thin.nii OUT=o SURFACES=0
+has out '^| surface at 0 HU, mean, mm |' 'other SURFACES are in the table'
+! newer | grep -q fine.nii; ok $? 'other SURFACES do not refine the scan again'
 exits 0 'pair.mk accepts a THICK that says how it was made' pair THICK=said.nii THIN=thin.nii OUT=o
 has out '^pair.mk: THICK says how it was made: no profile was measured$' 'the table says why no profile was measured'
 [ "$(sed -n 1p out)" = '| | cubic | `ct-sr` |' ]; ok $? 'the table of another pair has no column of the pair before it'
