@@ -200,7 +200,6 @@ libct_a_SOURCES += src/estimate/slice-pair.c src/estimate/slice-pair.h
 libct_a_SOURCES += src/estimate/slice-fit.c src/estimate/slice-fit.h
 libct_a_SOURCES += src/estimate/edge-lines.c src/estimate/edge-lines.h
 libct_a_SOURCES += src/estimate/profile.c src/estimate/profile.h
-libct_a_SOURCES += src/estimate/plane-softness.c src/estimate/plane-softness.h
 EXTRA_DIST += src/estimate/profile-network.bin
 BUILT_SOURCES += src/estimate/profile-network.inc
 CLEANFILES += src/estimate/profile-network.inc
@@ -303,7 +302,7 @@ libct_a_SOURCES += src/refine/rest.c src/refine/rest.h
 libct_a_SOURCES += src/refine/damp.c src/refine/damp.h
 libct_a_SOURCES += src/refine/slabs.c src/refine/slabs.h
 libct_a_SOURCES += src/refine/rehearsal.c src/refine/rehearsal.h
-libct_a_SOURCES += src/refine/texture.c src/refine/texture.h
+libct_a_SOURCES += src/refine/texture.c
 libct_a_SOURCES += src/refine/refine.c src/refine/choose.c src/refine/run.c src/refine/refine-cost.c src/refine/refine-say.c src/refine/refine.h
 
 # src/series

@@ -6,7 +6,6 @@
 #include "core/rng.h"
 #include "refine/rehearsal.h"
 #include "refine/slabs.h"
-#include "refine/texture.h"
 #include "tests/tap.h"
 #include "slice-make.h"
 

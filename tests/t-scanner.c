@@ -4,7 +4,6 @@
 #include "formats/beside.h"
 #include "core/rng.h"
 #include "estimate/operator.h"
-#include "estimate/plane-softness.h"
 #include "estimate/scanner.h"
 #include "estimate/soft.h"
 #include "tap.h"
@@ -314,7 +313,7 @@ static double shown(double sigma, size_t times)
 	double square = 0;
 
 	balls(&v, sigma, times);
-	must(ct_plane_softness(&square, &v, 2, NULL, &err));
+	must(ct_soft_planes(&square, &v, 2, NULL, &err));
 	ct_vol_free(&v);
 	return sqrt(square) * (double)times;
 }
@@ -349,7 +348,7 @@ static void planes(void)
 	OK(undone(1.5, true) > 1 && undone(1.5, false) < 0.6,
 		"softness that planes show is not undone across slices");
 	must(ct_vol_alloc(&v, (const size_t[3]){5, 4, 1}, &err));
-	must(ct_plane_softness(&square, &v, 2, NULL, &err));
+	must(ct_soft_planes(&square, &v, 2, NULL, &err));
 	OK(square == 0, "planes of a few voxels show none");
 	ct_vol_free(&v);
 }

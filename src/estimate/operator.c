@@ -3,7 +3,6 @@
 #include "estimate/operator.h"
 #include "estimate/scanner.h"
 #include "estimate/noise.h"
-#include "estimate/plane-softness.h"
 #include "estimate/soft.h"
 
 #include <math.h>
@@ -311,7 +310,7 @@ static int leave_texture(
 #define USUAL 0.05
 #define LEAST 0.1
 
-/* What edges show of slices, without what their planes show too (plane-softness.h). */
+/* What edges show of slices, without what their planes show too (soft.h). */
 static int leave_softness(struct ct_profile got[3], const struct ct_vol *in, const double x[3],
 	const struct ct_env *env, struct ct_err *e)
 {
@@ -324,7 +323,7 @@ static int leave_softness(struct ct_profile got[3], const struct ct_vol *in, con
 
 		if (!(x[a] > 1) || isnan(had))
 			continue;
-		if (ct_plane_softness(&square, in, a, env->par, e))
+		if (ct_soft_planes(&square, in, a, env->par, e))
 			return -1;
 		square -= USUAL;
 		if (square > 0) {

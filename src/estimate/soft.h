@@ -12,14 +12,21 @@
  *              made it or not. Slices that do not alias keep theirs.
  *   all axes   a band-limited scan is no softer along z than in plane, in voxels.
  *
+ * Planes show a softness, too: that of the kernel of reconstruction, and of tissue that has no
+ * sharp borders. The result is to be as sharp across slices as in plane, so it is not undone. Made
+ * as coarse as the slices are far apart, by means, the edges of planes have a spread p with p^2 =
+ * 1/12 + softness^2, as the profile of means is known.
+ *
  * Where the operator is known, what edges show beyond it is softness; the operator stays. Soft
  * slices are inverted by least squares alone (refine.h).
  *
- * doc/blur-estimate.md, "Slices that were interpolated", has what this gains and loses.
- * SPDX-License-Identifier: Apache-2.0
+ * doc/blur-estimate.md, "Slices that were interpolated" and "What the planes show", has what this
+ * gains and loses. SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_ESTIMATE_SOFT_H
 #define CT_ESTIMATE_SOFT_H
+#include "core/par.h"
+#include "core/vol.h"
 #include "estimate/profile.h"
 
 #define CT_SOFT_FACTOR 2.5
@@ -34,5 +41,9 @@ bool ct_soft_leave(struct ct_profile p[static 3], const double factor[static 3])
 bool ct_soft_noise(const struct ct_profile *p, double alike);
 /* Do edges show more than slices of a known spread, voxels, explain? Pure. */
 bool ct_soft_beyond(const struct ct_profile *p, double known);
+/* *square <- softness^2 of planes across `axis`, in voxels of v along it, the mean of what both
+ * other axes show; 0 if they show none. v: HU, finite. CT_ENOMEM. */
+int ct_soft_planes(
+	double *square, const struct ct_vol *v, int axis, struct ct_par *par, struct ct_err *e);
 
 #endif

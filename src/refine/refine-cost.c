@@ -16,7 +16,6 @@
 #include "refine/refine.h"
 #include "refine/rehearsal.h"
 #include "refine/slabs.h"
-#include "refine/texture.h"
 #include "operator/crop.h"
 #include "inverse/pilot.h"
 

@@ -1,7 +1,6 @@
-/* texture.c: see texture.h. SPDX-License-Identifier: Apache-2.0 */
+/* texture.c: how much of a CT is textured; see refine.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
-#include "refine/texture.h"
-
+#include "refine/refine.h"
 #include "restore/patch.h"
 
 #include <math.h>
