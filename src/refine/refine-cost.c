@@ -198,7 +198,7 @@ static int find_uneven(struct ct_vol *piece, double *uneven, const struct ct_vol
 
 		if (cut(&here, in, factor, side, i, e))
 			return -1;
-		count[i] = ct_texture_cells(&here, factor, cells);
+		count[i] = ct_refine_cells(&here, factor, cells);
 		ct_vol_free(&here);
 		order[i] = &count[i];
 		sum += count[i];
@@ -268,7 +268,7 @@ out:
 static double textured(
 	const struct ct_refine *r, const struct ct_vol *v, const struct ct_degrade *by)
 {
-	return r->adds ? ct_texture_cells(v, by->factor, patch_cells(r->rule.prior, by)) : 0;
+	return r->adds ? ct_refine_cells(v, by->factor, patch_cells(r->rule.prior, by)) : 0;
 }
 
 /* One rehearsal of each part; more are for the weight and for the predicted error. */

@@ -130,7 +130,7 @@ int ct_refine_choose(
 /* For refine-cost.c, texture.c: cells of slices across the three axes that are textured once v is
  * refined by `factor`, nearly: those about which v, in a square of w x w cells of the slice, has a
  * deviation of more than CT_PATCH_FLAT. Of a large scan from some of them. Pure. */
-double ct_texture_cells(const struct ct_vol *v, const double factor[3], size_t w);
+double ct_refine_cells(const struct ct_vol *v, const double factor[3], size_t w);
 /* For refine-cost.c, run.c: how it is inverted. */
 struct ct_inversion ct_refine_inversion(const struct ct_refine *r);
 

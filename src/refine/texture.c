@@ -38,7 +38,7 @@ static bool is_uneven(
 	       (double)(CT_PATCH_FLAT * CT_PATCH_FLAT);
 }
 
-double ct_texture_cells(const struct ct_vol *v, const double factor[3], size_t w)
+double ct_refine_cells(const struct ct_vol *v, const double factor[3], size_t w)
 {
 	const double most = fmax(factor[0], fmax(factor[1], factor[2]));
 	size_t step[3], skip, count = 0, seen = 0;
