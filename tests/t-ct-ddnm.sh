@@ -271,6 +271,8 @@ ok $? 'of a refined CT the result keeps the low frequencies of IN'
 ct-info own.exr >out; has out '^deviation-mean  *0*\.[0-9]*[1-9]' 'the deviation of the samples travels in the result'
 ct-ddnm -qf --samples 4 --std alone.exr up.exr own2.exr
 is 'read("own.exr", "deviation") == read("own2.exr", "deviation") == read("alone.exr")' '--std writes the deviation that the result carries'
+ct-convert -q --projections integral --views 1:2 own.exr part.exr
+is 'read("part.exr", "deviation") == read("own.exr", "deviation")[1:2]' 'views that are kept keep their own deviation'
 exits 0 'ct-nabgs weights pixels by what IN carries' ct-nabgs -q -n 20 -g 100 -b up.nii own.exr w1.ply
 exits 0 'ct-nabgs weights pixels by --uncertainty' ct-nabgs -q -n 20 -g 100 -b up.nii --uncertainty alone.exr own.exr w2.ply
 bare() { ct-info "$1" | sed '/history/,$d; /^file/d'; }

@@ -91,6 +91,9 @@ static int keep_views(struct ct_stack *s, const struct convert *p, struct ct_err
 	for (size_t k = (size_t)x[0]; k < (size_t)x[1]; k += (size_t)x[2], n++) {
 		s->view[n] = s->view[k];
 		memmove(s->data + n * pixels, s->data + k * pixels, pixels * sizeof *s->data);
+		if (s->deviation)
+			memmove(s->deviation + n * pixels, s->deviation + k * pixels,
+				pixels * sizeof *s->deviation);
 	}
 	s->views = n;
 	ct_meta_drop(&s->meta, CT_META_SCAN_ARC);
