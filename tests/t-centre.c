@@ -1,12 +1,15 @@
 /* t-centre.c: scanners that are not as they should be: a tilted or slanted detector, a source off
- * its place, an axis that is not where the file says. A ball by its closed form.
+ * its place, an axis that is not where the file says, a tube of two energies. A ball by its closed
+ * form.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
+#include "core/mem.h"
 #include "core/vec3.h"
 #include "recon/centre.h"
 #include "recon/fdk.h"
 #include "recon/scan-grid.h"
 #include "recon/upright.h"
+#include "recon/water.h"
 #include "xray/geometry.h"
 #include "xray/phantom.h"
 #include "tap.h"
@@ -240,8 +243,97 @@ static void test_flat(void)
 	ct_stack_free(&s);
 }
 
+/* A ball of water about the axis, as a tube of two energies, equally many, shows it. */
+static struct ct_stack hardened(enum ct_beam beam, size_t views, double arc)
+{
+	const struct ct_shape water = {.kind = CT_ELLIPSOID,
+		.centre = {2, -1, 0},
+		.half = {20, 20, 20},
+		.axis = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+		.density = 1};
+	const struct ct_geometry g = scanner(beam, views, arc);
+	struct ct_stack s = {0};
+
+	must(ct_geometry_fill(&s, &g, &err));
+	ct_phantom_project(&s, 0, s.views, s.data, 1, &water, NULL);
+	for (size_t i = 0; i < ct_stack_count(&s); i++) {
+		const double path = (double)s.data[i];
+
+		s.data[i] = (float)-log((exp(-0.06 * path) + exp(-0.024 * path)) / 2);
+	}
+	return s;
+}
+
+/* By how much the middle is below what is 13 to 16 of 20 mm from it, per cent. */
+static double cupping(const struct ct_stack *s)
+{
+	struct ct_vol v = slice_of(s, true);
+	double sum[2] = {0}, n[2] = {0};
+
+	for (size_t i = 0; i < 1600; i++) {
+		const double x = (double)(i % 40) - 19.5 - 2, y = (double)(i / 40) - 19.5 + 1;
+		const double r = hypot(x, y);
+		const bool middle = r < 4;
+
+		if (!middle && (r < 13 || r > 16))
+			continue;
+		sum[middle] += (double)v.data[v.n[2] / 2 * 1600 + i];
+		n[middle]++;
+	}
+	ct_vol_free(&v);
+	return 100 * (1 - sum[1] / n[1] * n[0] / sum[0]);
+}
+
+static void test_water(enum ct_beam beam, size_t views, double arc, const char *what)
+{
+	struct ct_stack s = hardened(beam, views, arc);
+	const double before = cupping(&s);
+	double c[CT_WATER_TERMS] = {0}, after;
+
+	must(ct_water_find(c, &s, &(const struct ct_env){0}, &err));
+	must(ct_water_apply(&s, c, &err));
+	after = cupping(&s);
+	OK(before > 5 && fabs(after) < 0.15,
+		"cupping of water is %.1f %% before and %.2f after: %s", before, after, what);
+	ct_stack_free(&s);
+}
+
+static void test_polynomial(void)
+{
+	const double c[CT_WATER_TERMS] = {1, 0.1, 0.01, 0.001}, falls[CT_WATER_TERMS] = {1, -0.5};
+	struct ct_stack s = hardened(CT_FAN, 4, 360);
+	double found[CT_WATER_TERMS];
+
+	must(ct_alloc(&s.deviation, ct_stack_count(&s), sizeof *s.deviation, &err));
+	for (size_t i = 0; i < ct_stack_count(&s); i++)
+		s.deviation[i] = 0.5F;
+	s.data[0] = 2;
+	s.data[1] = -2;
+	must(ct_water_apply(&s, c, &err));
+	OK(fabs((double)s.data[0] - 2.496) < 1e-6 && s.data[1] == -2,
+		"the polynomial of a line integral, and its slope at 0 below");
+	OK(fabs((double)s.deviation[0] - 0.5 * 1.552) < 1e-6 && s.deviation[1] == 0.5F,
+		"a deviation grows by the slope of the polynomial");
+	s.data[0] = 1.5;
+	OK(ct_water_apply(&s, falls, &err) == -1 && err.code == CT_EINPUT &&
+			strstr(err.msg, "does not rise at a line integral of 1.5"),
+		"a polynomial that falls is refused with its place");
+	memset(s.data, 0, ct_stack_count(&s) * sizeof *s.data);
+	OK(ct_water_find(found, &s, &(const struct ct_env){0}, &err) == -1 && err.code == CT_EINPUT,
+		"water that nobody sees is refused with status 3");
+	s.data[5] = 1e-3F;
+	OK(ct_water_find(found, &s, &(const struct ct_env){0}, &err) == -1 && err.code == CT_EINPUT,
+		"a speck is no homogeneous body");
+	ct_stack_free(&s);
+}
+
 int main(void)
 {
+	test_water(CT_FAN, 120, 360, "fan");
+	test_water(CT_CONE, 120, 360, "cone");
+	test_water(CT_PARALLEL, 120, 180, "parallel");
+	test_water(CT_FAN, 120, 225, "a short scan of a fan");
+	test_polynomial();
 	test_faults();
 	test_shaken();
 	test_upright();

@@ -31,7 +31,7 @@ no ct-convert --tilt=shear --raw 8x8x8:i16:1
 no ct-convert --gaps=fill --raw 8x8x8:i16:1
 no ct-convert --skip-damaged --skip-damaged --scanner s.json
 no ct-convert --units=hu --scanner s.json
-for o in --flat=f.exr --dark=d.exr --rings=9 --find-centre --views=1:2 --mu-water=.02; do no ct-convert $o; done
+for o in --flat=f.exr --dark=d.exr --rings=9 --water=1 --find-centre --views=1:2 --mu-water=.02; do no ct-convert $o; done
 no ct-convert --projections=auto --radiograph intensity
 no ct-convert --pitch=1
 no ct-convert --rescale=2
@@ -355,7 +355,7 @@ sed 's/^/# /' wrong
 cat >options <<'EOF'
 ct-compose --floor g--gain s--spacing w--window --consistent --residual-out --expert --units
 ct-convert --series --tilt --gaps --skip-damaged --units --raw --orient --rescale --projections --scanner
-ct-convert --flat --dark --rings --find-centre --views --mu-water --radiograph --pitch --reorient --crop --grid --iso --cube --type --compress --sidecar --template --template-other-patient --deid
+ct-convert --flat --dark --rings --water --find-centre --views --mu-water --radiograph --pitch --reorient --crop --grid --iso --cube --type --compress --sidecar --template --template-other-patient --deid
 ct-ddnm x--factor p--prior a--arch --class n--steps --sigma-y --sampler i--init
 ct-ddnm k--samples --std r--resume --expert s--seed --json
 ct-ddnm --dry-run

@@ -30,6 +30,10 @@ else
 	exits 0 'a column of NaN in line integrals is mended' stack auto nan.mat n.exr; py mended n.exr; ok $? 'a lost column becomes the mean of its neighbours'
 	has err '1 of 20 pixels of the detector are bad' 'a lost column is counted in a warning'
 	exits 0 'views are chosen by first, last and step' stack auto --views 2:9:3 a.mat v.exr; py every_other v.exr; ok $? 'views 2, 5 and 8 are kept'
+	exits 0 'coefficients of water are taken' stack auto --water 1,.1 a.mat w.exr; py watered w.exr; ok $? 'p of water becomes p + .1 p^2'
+	ct-info w.exr >out; has out 'water *1,0.1,0,0' 'a stack names the coefficients of its water'
+	exits 3 'coefficients of water that fall are refused' stack auto --water 1,-.5 a.mat no.exr; has err 'a.mat: --water: the polynomial does not rise at' 'the error of falling coefficients says where'
+	for bad in x 1,2,3,4,5 1,; do exits 2 "coefficients of water that are none are refused: $bad" stack auto --water $bad a.mat no.exr; done
 	for bad in 3:2 0:13 0:4:0 1.5:4 x 1; do exits 2 "views that are none are refused: $bad" stack auto --views $bad a.mat no.exr; done
 	exits 2 'a flat field for line integrals is refused' stack auto --flat flat.npy a.mat no.exr
 	exits 0 'a stack is read again' stack auto --views 0:12 a.exr again.exr; py integrals again.exr && py placed again.exr; ok $? 'a stack that is read again keeps values and rays'

@@ -87,6 +87,8 @@ struct ct_env;
 #define CT_META_PHOTONS "photons"
 /* number, photons: standard deviation of the electronics; ct-project */
 #define CT_META_ELECTRONIC "electronic"
+/* numbers: coefficients of the line integrals' first to fourth power; ct-convert --water */
+#define CT_META_WATER "water"
 /* number, 1/mm: attenuation of water; ct-project */
 #define CT_META_MU_WATER "muWater"
 

@@ -33,15 +33,15 @@ void ct_centre_shift(struct ct_stack *scan, double columns)
 		}
 }
 
-/* The row of a view that lies in the plane of the sources, by linear interpolation; of parallel
- * rays the mean of all rows. The view becomes one of that row. */
+/* The row of a view that lies in the plane of the sources, by linear interpolation; `mean`:
+ * the mean of all rows. The view becomes one of that row. */
 static void take_row(float *row, struct ct_view *v, const float *x, const struct ct_stack *s,
-	const double axis[3], double height)
+	const double axis[3], double height, bool mean)
 {
 	double at = ((double)s->h - 1) / 2, low;
 	size_t r;
 
-	if (s->beam == CT_PARALLEL) {
+	if (mean) {
 		for (size_t c = 0; c < s->w; c++) {
 			double sum = 0;
 
@@ -63,8 +63,7 @@ static void take_row(float *row, struct ct_view *v, const float *x, const struct
 		v->centre[a] += (height - ct_vec3_dot(v->centre, axis)) * axis[a];
 }
 
-/* A fan, or parallel rays, of one row each. */
-static int middle(struct ct_stack *out, const struct ct_stack *scan, struct ct_err *e)
+int ct_centre_plane(struct ct_stack *out, const struct ct_stack *scan, bool mean, struct ct_err *e)
 {
 	struct ct_stack upright = {0};
 	const int leans = ct_upright_views(&upright, scan, e);
@@ -85,7 +84,8 @@ static int middle(struct ct_stack *out, const struct ct_stack *scan, struct ct_e
 			ct_upright_pixels(pixels, &upright, scan, k);
 		out->view[k] = from->view[k];
 		take_row(ct_stack_view(out, k), &out->view[k],
-			leans == 0 ? pixels : ct_stack_view(scan, k), scan, axis, height);
+			leans == 0 ? pixels : ct_stack_view(scan, k), scan, axis, height,
+			mean && scan->beam == CT_PARALLEL);
 	}
 	rc = 0;
 out:
@@ -315,8 +315,10 @@ int ct_centre_find(
 {
 	struct ct_stack row = {0};
 	struct look l = {.row = &row};
-	const int rc =
-		middle(&row, scan, e) || find_turn(&l, e) || search(columns, &l, env, e) ? -1 : 0;
+	const int rc = ct_centre_plane(&row, scan, true, e) || find_turn(&l, e) ||
+				       search(columns, &l, env, e)
+			       ? -1
+			       : 0;
 
 	ct_stack_free(&row);
 	ct_vol_free(&l.slice);

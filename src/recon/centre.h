@@ -18,6 +18,9 @@
  * CT_ENOMEM, CT_ESTOP. */
 int ct_centre_find(
 	double *columns, const struct ct_stack *scan, const struct ct_env *env, struct ct_err *e);
+/* The plane of the source: *out (zeroed) <- a fan, or parallel rays, of one row each; `mean`: of
+ * parallel rays the mean of all rows. CT_EGEOM, CT_ENOMEM. */
+int ct_centre_plane(struct ct_stack *out, const struct ct_stack *scan, bool mean, struct ct_err *e);
 /* Move the detector of every view along u, and parallel rays with it. */
 void ct_centre_shift(struct ct_stack *scan, double columns);
 

@@ -6,6 +6,7 @@
 #include "formats/hash.h"
 #include "recon/centre.h"
 #include "recon/scan-grid.h"
+#include "recon/water.h"
 #include "tools/lib/geometry-json.h"
 #include "tools/scan-source.h"
 #include "xray/counts.h"
@@ -165,6 +166,32 @@ static int centre(
 	return 0;
 }
 
+/* Beam hardening; the axis is right by now. */
+static int harden(
+	struct ct_stack *s, const struct convert *p, const struct ct_env *env, struct ct_err *e)
+{
+	double c[CT_WATER_TERMS] = {0};
+	int n = 1;
+
+	for (const char *at = p->water; *at; at++)
+		n += *at == ',';
+	if (strcmp(p->water, "auto") == 0) {
+		if (ct_water_find(c, s, env, e))
+			return ct_blame(e, p->in);
+		ct_log(env, CT_INFO, "%s: --water %.6g,%.6g,%.6g,%.6g", p->in, c[0], c[1], c[2],
+			c[3]);
+	} else if (n > CT_WATER_TERMS) {
+		return ct_fail(e, CT_EUSAGE, "--water: '%s' has more than %d coefficients",
+			p->water, CT_WATER_TERMS);
+	} else if (ct_cli_numbers("water", p->water, ',', n, false, c, e)) {
+		return -1;
+	}
+	if (ct_water_apply(s, c, e))
+		return ct_blame(e, p->in);
+	return ct_meta_setf(
+		&s->meta, e, CT_META_WATER, "%.9g,%.9g,%.9g,%.9g", c[0], c[1], c[2], c[3]);
+}
+
 /* HU of which density is attenuation in 1/mm. */
 static int set_window(struct ct_meta *m, double mu_water, struct ct_err *e)
 {
@@ -192,6 +219,7 @@ int convert_scan(const struct convert *p, const struct ct_env *env, struct ct_er
 		goto out;
 	}
 	if ((!p->find_centre || centre(&s, p, env, e) == 0) &&
+		(!p->water || harden(&s, p, env, e) == 0) &&
 		ct_meta_set(&s.meta, CT_META_QUANTITY, CT_QUANTITY_LINE_INTEGRAL, e) == 0 &&
 		(isnan(p->mu_water) || set_window(&s.meta, p->mu_water, e) == 0) &&
 		ct_meta_step(&s.meta, env, 1, (const struct ct_meta *const[]){&read}, e) == 0)

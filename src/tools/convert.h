@@ -26,7 +26,7 @@ struct convert {
 	struct ct_list files; /* the last is OUT */
 	const char *in, *out; /* the first and the last of them, for what reads one */
 	const char *raw, *rescale, *pitch, *orient, *series, *reorient, *scanner, *crop, *template,
-		*grid, *flat, *dark, *views;
+		*grid, *flat, *dark, *views, *water;
 	double slope, inter, iso, mu_water; /* the first two of rescale */
 	int projections, rings, cube, type, tilt, gaps, units, radiograph;
 	const char *sidecar;
