@@ -3,12 +3,14 @@
 
     measured.py correlate FBP.mat SLICE...    correlation within 250 pixels of the middle, and the scale
     measured.py segment SEG.mat SLICE...      Matthews' coefficient of the slice above Otsu's threshold
+    measured.py cupping SEG.mat SLICE...      density of the plastic within 80 pixels of its middle, and beyond 170; of holes
 """
 import sys
 
 import nibabel as nib
 import numpy as np
 import scipy.io as sio
+from scipy import ndimage
 
 
 def otsu(x):
@@ -32,8 +34,16 @@ def correlate(x, want):
     return "%.5f %.6f" % (np.corrcoef(x[inside], want[inside])[0, 1], np.polyfit(x[inside], want[inside], 1)[0])
 
 
+def cupping(x, want):
+    """All of it 4 pixels or more from an edge."""
+    whole = ndimage.binary_fill_holes(want > 0)
+    r = np.hypot(*(np.indices(x.shape) - np.argwhere(whole).mean(0)[:, None, None]))
+    inside, holes = (ndimage.binary_erosion(m, iterations=4) for m in (want > 0, whole & (want == 0)))
+    return "%.5f %.5f %.5f" % (x[inside & (r < 80)].mean(), x[inside & (r > 170)].mean(), x[holes].mean())
+
+
 want = [v for k, v in sio.loadmat(sys.argv[2]).items() if k[0] != "_"][0]
 for name in sys.argv[3:]:
     x = np.asarray(nib.load(name).dataobj)[:, :, 0]
     x = x.repeat(512 // x.shape[0], 0).repeat(512 // x.shape[1], 1)
-    print(name, {"segment": segment, "correlate": correlate}[sys.argv[1]](x, want))
+    print(name, {"segment": segment, "correlate": correlate, "cupping": cupping}[sys.argv[1]](x, want))
