@@ -107,7 +107,6 @@ EXTRA_DIST += tests/t-scans.py
 check_PROGRAMS += tests/t-exr tests/t-exr-parts
 tests_t_exr_parts_SOURCES = tests/t-exr-parts.c
 tests_t_exr_SOURCES = tests/t-exr.c tests/bound.h
-dist_check_SCRIPTS += tests/t-extremes.sh
 check_PROGRAMS += tests/t-project
 tests_t_project_SOURCES = tests/t-project.c
 dist_check_SCRIPTS += tests/t-ct-project.sh

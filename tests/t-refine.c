@@ -249,15 +249,13 @@ static void textures(void)
 
 	around(&v, 24, true);
 	NEAR(ct_refine_cells(&v, by, 3) / voxels, 1, .001, "noise is texture");
-	NEAR(ct_refine_cells(&v, thick, 3) / voxels, 1. / 16, .001,
-		"in cells of 4 x 4 of a slice");
+	NEAR(ct_refine_cells(&v, thick, 3) / voxels, 1. / 16, .001, "in cells of 4 x 4 of a slice");
 	ct_vol_free(&v);
 	around(&v, 12, true);
 	NEAR(ct_refine_cells(&v, by, 3) / voxels, 1, .001, "so is a zigzag");
 	ct_vol_free(&v);
 	around(&v, 12, false);
-	NEAR(ct_refine_cells(&v, by, 3) / voxels, near * near / 2, .002,
-		"what is constant is not");
+	NEAR(ct_refine_cells(&v, by, 3) / voxels, near * near / 2, .002, "what is constant is not");
 	ct_vol_free(&v);
 }
 
