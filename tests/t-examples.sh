@@ -232,7 +232,7 @@ ok $? 'a CSV without results is refused, with its name'
 # examples/pair.mk: thick and thin slices of one scan, the thin ones as the truth.
 part pair
 command -v python3 >/dev/null || { skip 'pair.mk' 'python3 is not here'; done_testing; }
-pair() { make -s -f "$srcdir/examples/pair.mk" OPTIONS='-Q draft' "$@"; }
+pair() { MAKEFLAGS= make -s -f "$srcdir/examples/pair.mk" OPTIONS='-Q draft' "$@"; }
 ct-phantom -q -s 3 --size 48x44x60 --spacing 1.5 ellipsoids clean.nii && ct-degrade -q -x 1 --sigma 0 --noise 8 clean.nii thin.nii &&
 	ct-degrade -q -x 1,1,4 --sigma 0,0,1.6 --decimate point clean.nii said.nii && python3 "$srcdir/examples/blind.py" bare said.nii thick.nii || exit 99
 exits 0 'pair.mk judges thick and thin slices as NIfTI' pair THICK=thick.nii THIN=thin.nii OUT=o
