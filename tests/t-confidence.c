@@ -329,8 +329,40 @@ static void t_continuous(void)
 	ct_slice_network_free(&r);
 }
 
+/* What is left of an expectation of 400 HU at a vessel of 40 HU in the middle of 16^3 voxels of
+ * `about` HU, one voxel of `near` HU `far` voxels from it. */
+static float left_of(float about, float near, size_t far)
+{
+	static float x[4096], h[4096];
+	struct ct_steps s = {h, x, {16, 16, 16}, 4, 0};
+	const size_t middle = (8 * 16 + 8) * 16 + 8;
+
+	for (size_t i = 0; i < 4096; i++) {
+		x[i] = about;
+		h[i] = 0;
+	}
+	x[middle] = 40;
+	x[middle + far] = near;
+	h[middle] = 400;
+	h[1] = -300;
+	must(ct_steps_dim(&s, NULL, &err));
+	OK(h[1] == -300, "what makes it darker stays");
+	return h[middle];
+}
+
+static void t_dim(void)
+{
+	OK(left_of(-850, -850, 1) == 10, "a vessel in the lung becomes no brighter than tissue");
+	OK(left_of(-850, 120, 2) == 80, "nor than what is beside it");
+	OK(left_of(-850, 120, 7) == 80, "also in the next block");
+	OK(left_of(-850, 600, 7) == 400, "where there is bone, it may");
+	OK(left_of(-850, -1000, 7) == 400, "and where there is air, as in a nose");
+	OK(left_of(20, 20, 1) == 400, "and where there is no lung");
+}
+
 int main(void)
 {
+	t_dim();
 	flat_points();
 	weights();
 	t_steps();

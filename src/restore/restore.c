@@ -306,6 +306,8 @@ static int add(struct pass *s, struct ct_guess *g, struct ct_err *e)
 	s->report->added = sqrt(square / (double)all);
 	if (!isfinite(square))
 		return ct_fail(e, CT_ENUMERIC, "what the prior adds is not finite");
+	if (ct_steps_dim(&steps, s->env->par, e))
+		return -1;
 	if (s->own)
 		return bring(s, s->x->data, g->h, true, e);
 	for (size_t i = 0; i < all; i++)
@@ -379,7 +381,8 @@ double ct_restore_bytes(const struct ct_slice_prior *prior, const struct ct_rest
 	bool axes[3];
 
 	cell = (double)ct_slice_prior_knows(axes, prior, &rule->by, false);
-	more = ct_slice_prior_bytes(prior) + CT_RESTORE_CODE + (second ? fine / pow(cell, 3) : 0);
+	more = ct_slice_prior_bytes(prior) + CT_RESTORE_CODE +
+	       (second ? 3 : 2) * fine / pow(cell, 3);
 	work = fmax(ct_slice_prior_work(prior, &rule->by, false, threads),
 		second ? ct_slice_prior_work(prior, &rule->by, true, threads) : 0);
 	for (int a = 0; a < 3; a++)

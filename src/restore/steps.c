@@ -1,9 +1,11 @@
 /* steps.c: see steps.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
-#include "restore/patch.h"
 #include "restore/steps.h"
+#include "core/mem.h"
+#include "restore/patch.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 #define LEAST_STEP 5.0 /* HU, of plateaus, and of u */
 
@@ -126,4 +128,101 @@ void ct_steps_keep(struct ct_steps *of, struct ct_par *par)
 	const size_t s = of->s;
 
 	ct_par_for(par, (of->n[1] + s - 1) / s * ((of->n[2] + s - 1) / s), row, of);
+}
+
+/* HU: the lung has more than air, and somewhere less than LUNG; bone has more than BONE; any tissue
+ * may have TISSUE. */
+#define AIR (-985.0F)
+#define LUNG (-500.0F)
+#define BONE 250.0F
+#define TISSUE 50.0F
+
+struct dim {
+	const struct ct_steps *of;
+	size_t m[3]; /* blocks */
+	float *least, *most;
+};
+
+/* A plane of blocks: the least and the most x of each. */
+static void range(void *arg, size_t plane, size_t worker)
+{
+	const struct dim *d = arg;
+	const size_t *n = d->of->n, s = d->of->s, first = plane * d->m[0] * d->m[1];
+
+	(void)worker;
+	for (size_t b = first; b < first + d->m[0] * d->m[1]; b++) {
+		d->least[b] = INFINITY;
+		d->most[b] = -INFINITY;
+	}
+	for (size_t k = plane * s; k < (plane + 1) * s && k < n[2]; k++)
+		for (size_t j = 0; j < n[1]; j++)
+			for (size_t i = 0; i < n[0]; i++) {
+				const size_t b = first + j / s * d->m[0] + i / s;
+				const float x = d->of->x[(k * n[1] + j) * n[0] + i];
+
+				d->least[b] = fminf(d->least[b], x);
+				d->most[b] = fmaxf(d->most[b], x);
+			}
+}
+
+/* Of block `at` and those about it. */
+static void range_about(float *least, float *most, const struct dim *d, const size_t at[3])
+{
+	size_t lo[3], hi[3];
+
+	for (int a = 0; a < 3; a++) {
+		lo[a] = at[a] > 0 ? at[a] - 1 : 0;
+		hi[a] = at[a] + 1 < d->m[a] ? at[a] + 1 : at[a];
+	}
+	*least = INFINITY;
+	*most = -INFINITY;
+	for (size_t k = lo[2]; k <= hi[2]; k++)
+		for (size_t j = lo[1]; j <= hi[1]; j++)
+			for (size_t i = lo[0]; i <= hi[0]; i++) {
+				const size_t b = (k * d->m[1] + j) * d->m[0] + i;
+
+				*least = fminf(*least, d->least[b]);
+				*most = fmaxf(*most, d->most[b]);
+			}
+}
+
+static void dim(void *arg, size_t plane, size_t worker)
+{
+	const struct dim *d = arg;
+	const size_t *n = d->of->n, s = d->of->s;
+
+	(void)worker;
+	for (size_t b = 0; b < d->m[0] * d->m[1]; b++) {
+		const size_t at[3] = {b % d->m[0], b / d->m[0], plane};
+		float least, most;
+
+		range_about(&least, &most, d, at);
+		if (!(least > AIR && least < LUNG && most < BONE))
+			continue;
+		most = fmaxf(most, TISSUE);
+		for (size_t k = at[2] * s; k < (at[2] + 1) * s && k < n[2]; k++)
+			for (size_t j = at[1] * s; j < (at[1] + 1) * s && j < n[1]; j++)
+				for (size_t i = at[0] * s; i < (at[0] + 1) * s && i < n[0]; i++) {
+					const size_t v = (k * n[1] + j) * n[0] + i;
+
+					d->of->h[v] = fminf(d->of->h[v], most - d->of->x[v]);
+				}
+	}
+}
+
+int ct_steps_dim(struct ct_steps *of, struct ct_par *par, struct ct_err *e)
+{
+	struct dim d = {.of = of};
+	size_t all;
+
+	for (int a = 0; a < 3; a++)
+		d.m[a] = (of->n[a] + of->s - 1) / of->s;
+	all = d.m[0] * d.m[1] * d.m[2];
+	if (ct_alloc(&d.least, 2 * all, sizeof *d.least, e))
+		return -1;
+	d.most = d.least + all;
+	ct_par_for(par, d.m[2], range, &d);
+	ct_par_for(par, d.m[2], dim, &d);
+	free(d.least);
+	return 0;
 }

@@ -1,4 +1,5 @@
-/* steps.h: plain steps, which an expectation is not to soften.
+/* steps.h: plain steps, which an expectation is not to soften, and vessels in the lung, which it is
+ * not to make brighter than tissue.
  *
  * Where nothing aliases, least variation finds a step between two plateaus as sharp as it was. The
  * mean over all that such a place may hold is a blurred one, for other scans were blurred there. Of
@@ -11,10 +12,16 @@
  * angles to u. p = (1 - 5^2 HU^2 / g^2) d^2 / (d^2 + (v + 5^2 HU^2) / limit^2): g is the slope of
  * x, a voxel, no less than 5 HU; d how much higher x is 3/4 s to 3/2 s up the slope than as far
  * below, v the variance of the two plateaus. A small change of x makes a small one.
+ *
+ * Where there is lung and neither bone nor air, so in a block of which and of whose neighbours the
+ * least x lies between -985 and -500 HU and the highest below 250 HU, x + h is no higher than that,
+ * or 50 HU. Of a vessel 4 voxels wide the expectation made one of 2 voxels and 460 HU, as dense as
+ * bone. Beside air there may be thin bone, as in a nose.
  * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_RESTORE_STEPS_H
 #define CT_RESTORE_STEPS_H
+#include "core/err.h"
 #include "core/par.h"
 
 struct ct_steps {
@@ -24,6 +31,8 @@ struct ct_steps {
 	double limit;
 };
 
+/* h of the lung, as it will be added, becomes no more than what is left to that. CT_ENOMEM. */
+int ct_steps_dim(struct ct_steps *of, struct ct_par *par, struct ct_err *e);
 /* h becomes h - c p u. The same bytes for any number of threads. */
 void ct_steps_keep(struct ct_steps *of, struct ct_par *par);
 
