@@ -235,6 +235,10 @@ command -v python3 >/dev/null || { skip 'pair.mk' 'python3 is not here'; done_te
 pair() { MAKEFLAGS= make -s -f "$srcdir/examples/pair.mk" OPTIONS='-Q draft' "$@"; }
 ct-phantom -q -s 3 --size 48x44x60 --spacing 1.5 ellipsoids clean.nii && ct-degrade -q -x 1 --sigma 0 --noise 8 clean.nii thin.nii &&
 	ct-degrade -q -x 1,1,4 --sigma 0,0,1.6 --decimate point clean.nii said.nii && python3 "$srcdir/examples/blind.py" bare said.nii thick.nii || exit 99
+cp thick.nii kept.nii
+exits 2 'pair.mk refuses a folder that holds files of others' pair THICK=thick.nii THIN=thin.nii OUT=.
+has err 'OUT=. holds files that are not of pair.mk' 'pair.mk names the folder that holds files of others'
+cmp -s thick.nii kept.nii; ok $? 'pair.mk leaves a scan in the folder of its results as it was'
 exits 0 'pair.mk judges thick and thin slices as NIfTI' pair THICK=thick.nii THIN=thin.nii OUT=o
 cmp -s out o/pair.md && grep -q '<html' o/pair.html; ok $? 'pair.mk leaves the table that it prints and a page of ct-sr'
 cut_() { awk -F' *[|] *' -v row="$1" -v at="$2" 'index($2, row) == 1 {print $at; exit}' "${3:-o/pair.md}"; }

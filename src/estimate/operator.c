@@ -305,7 +305,7 @@ static int leave_texture(
 	return 0;
 }
 
-/* Planes of patients show a softness, squared, of 0 to .045; the networks of the profile learned
+/* Planes of patients show a softness, squared, of 0 to .05; the networks of the profile learned
  * from such. What is beyond that they take for the profile. Some spread is left to slices. */
 #define USUAL 0.05
 #define LEAST 0.1

@@ -15,8 +15,8 @@
  *
  * Where there is lung and neither bone nor air, so in a block of which and of whose neighbours the
  * least x lies between -985 and -500 HU and the highest below 250 HU, x + h is no higher than that,
- * or 50 HU. Of a vessel 4 voxels wide the expectation made one of 2 voxels and 460 HU, as dense as
- * bone. Beside air there may be thin bone, as in a nose.
+ * or 50 HU. Of vessels of 100 HU the expectation made specks of up to 460
+ * HU, as dense as bone. Beside air there may be thin bone, as in a nose.
  * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_RESTORE_STEPS_H
