@@ -47,9 +47,12 @@ options:
 	elif [ -n "$$TRUTH" ] && [ ! -d "$$TRUTH" ]; then
 		echo "$$TRUTH: no folder: TRUTH is one of .nii or .nii.gz with the names of SCANS" >&2
 		exit 2
+	elif [ -n "$$(ls -A "$$OUT" 2>/dev/null | grep -v '^options.part$$')" ] && ! head -n 1 "$$OUT/options" 2>/dev/null | grep -q '^ct-sr (ctsr)'; then
+		echo "$$OUT: holds files that are not of cohort.mk: OUT is a folder that is new or empty" >&2
+		exit 2
 	fi
 	mkdir -p "$$OUT"
-	{ ct-sr --version; printf '%s\n' "$$OPTIONS" '$(CONFIDENCE) $(REPORT)' "$$TRUTH"; } >"$$OUT/options.part" || exit
+	{ ct-sr --version && printf '%s\n' "$$OPTIONS" '$(CONFIDENCE) $(REPORT)' "$$TRUTH"; } >"$$OUT/options.part" || exit
 	cmp -s "$$OUT/options.part" "$$OUT/options" && rm "$$OUT/options.part" || mv "$$OUT/options.part" "$$OUT/options"
 
 $(JOBS): scan-%: options

@@ -60,6 +60,11 @@ ok $? 'CONFIDENCE=yes and REPORT=yes give a map and a page for each scan'
 mkdir 'one here' 'truths here' && cp scans/a.nii 'one here/d e.nii' && cp truth/a.nii 'truths here/d e.nii'
 exits 0 'cohort.mk accepts names with blanks throughout' run SCANS='one here' TRUTH='truths here' OUT='out here'
 has 'out here/cohort.csv' "^\"d e\",24x24x48,1x1x4,[^,]*,[^,]*,$p,[0-9]" 'a scan with a blank in its name is compared with its truth'
+cp one/a.nii kept.nii && gzip -c one/a.nii >one/b.nii.gz && cp one/b.nii.gz kept.nii.gz
+exits 2 'cohort.mk refuses to write into the folder of the scans' run SCANS=one OUT=one
+has err '^one: holds files that are not of cohort.mk' 'cohort.mk names the folder that holds files of others'
+cmp -s one/a.nii kept.nii && cmp -s one/b.nii.gz kept.nii.gz; ok $? 'cohort.mk leaves the scans as they were'
+rm one/b.nii.gz
 exits 2 'cohort.mk refuses a folder without a scan' run SCANS=nowhere OUT=none
 has err '^nowhere: no scan: SCANS is a folder of .nii, .nii.gz or folders of DICOM' 'cohort.mk names the folder without a scan'
 
