@@ -2,8 +2,8 @@
  *
  *   inversion   (once + each x iterations) x voxels; `once` and `each` are measured on a piece of
  *               about SOLVER_PIECE^3 fine voxels, the number of iterations on one of PRIOR_PIECE^3
- *   prior       each x textured cells + rest x voxels: `each` from a piece of about CELLS cells, at
- *               a place of a lattice of mean texture; `rest` from a flat one. What the first call
+ *   prior       each x textured cells + rest x voxels: `each` from STRATA pieces of about CELLS
+ *               cells, with much texture and little; `rest` from a flat one. What the first call
  *               takes beside it, as oneDNN then makes its code, comes once.
  *
  * Rehearsals take the same, of the parts of the CT that they make coarser.
@@ -28,23 +28,34 @@ enum {
 	PRIOR_PIECE = 64,
 	ARSSR_PIECE = 12,
 	TRIES = 8,
-	MIDDLE = CT_CROP_PLACES / 2
+	STRATA = 4,
+	LATTICE = 5, /* places of a piece along an axis */
+	PLACES = LATTICE * LATTICE * LATTICE,
+	MIDDLE = PLACES / 2
 };
-#define CELLS 36000.0 /* of slices of the piece on which the prior is tried */
+#define CELLS 36000.0 /* of slices of a piece on which the prior is tried */
 
-/* The coarse voxels that make `fine` voxels along each axis, or fewer, at a place of crop.h. */
+/* Fine voxels along a side of a piece on which the prior is tried. */
+static double side_of(const double factor[3])
+{
+	return cbrt(CELLS / 3 * pow(fmax(factor[0], fmax(factor[1], factor[2])), 2));
+}
+
+/* The coarse voxels that make `fine` voxels along each axis, or fewer, at a place of the lattice,
+ * i fastest. */
 static int cut(struct ct_vol *piece, const struct ct_vol *in, const double factor[3], double fine,
 	int place, struct ct_err *e)
 {
 	ptrdiff_t start[3];
 	size_t n[3];
 
-	for (int a = 0; a < 3; a++) {
+	for (int a = 0; a < 3; a++, place /= LATTICE) {
 		const double most = fmax(ceil(fine / factor[a]), 1);
 
 		n[a] = (double)in->n[a] < most ? in->n[a] : (size_t)most;
+		start[a] = (ptrdiff_t)((in->n[a] - n[a]) * (2 * (size_t)(place % LATTICE) + 1) /
+				       (2 * LATTICE));
 	}
-	ct_crop_place(start, in->n, n, place);
 	return ct_crop(piece, in, n, start, 0, e);
 }
 
@@ -138,11 +149,6 @@ static int inversion(struct rates *is, const struct ct_refine *r, const struct c
 			    : 0;
 }
 
-static double largest(const double factor[3])
-{
-	return fmax(factor[0], fmax(factor[1], factor[2]));
-}
-
 /* Cells along the side of a patch. */
 static size_t patch_cells(const struct ct_slice_prior *prior, const struct ct_degrade *by)
 {
@@ -182,58 +188,80 @@ static int by_value(const void *a, const void *b)
 	return (x < y) - (x > y);
 }
 
-/* Of the pieces of a lattice the one that an average textured cell is in: as many are in pieces
- * with more of them as in those with less. Where there are most the network looks at most of them,
- * where there are few at few. */
-static int find_uneven(struct ct_vol *piece, double *uneven, const struct ct_vol *in,
+/* STRATA places, evenly of all textured cells, from where they are dense to where they are few: how
+ * many of them the network looks at differs. count[]: cells of the piece at each place. */
+static int strata(size_t place[STRATA], double count[PLACES], const struct ct_vol *in,
 	const double factor[3], size_t cells, struct ct_err *e)
 {
-	const double side = cbrt(CELLS / 3 * pow(largest(factor), 2)); /* fine voxels */
-	double count[CT_CROP_PLACES], sum = 0, so_far = 0;
-	const double *order[CT_CROP_PLACES];
-	int k = 0;
+	const double *order[PLACES];
+	double sum = 0, before = 0;
+	size_t k = 0;
 
-	for (int i = 0; i < CT_CROP_PLACES; i++) {
+	for (int i = 0; i < PLACES; i++) {
 		struct ct_vol here = {0};
 
-		if (cut(&here, in, factor, side, i, e))
+		if (cut(&here, in, factor, side_of(factor), i, e))
 			return -1;
 		count[i] = ct_refine_cells(&here, factor, cells);
 		ct_vol_free(&here);
 		order[i] = &count[i];
 		sum += count[i];
 	}
-	qsort(order, CT_CROP_PLACES, sizeof *order, by_value);
-	while (k + 1 < CT_CROP_PLACES && (so_far += *order[k]) < sum / 2)
-		k++;
-	*uneven = *order[k];
-	return cut(piece, in, factor, side, (int)(order[k] - count), e);
+	qsort(order, PLACES, sizeof *order, by_value);
+	for (size_t q = 0; q < STRATA; q++) {
+		while (k + 1 < PLACES && before + *order[k] < sum * ((double)q + 0.5) / STRATA)
+			before += *order[k++];
+		place[q] = (size_t)(order[k] - count);
+	}
+	return 0;
+}
+
+/* CPU seconds of a piece with no texture: of its voxels, and of a first call. */
+static int flat(struct rates *is, double *cpu, const struct ct_refine *r, const struct ct_vol *in,
+	const struct ct_env *env, struct ct_err *e)
+{
+	const double *factor = r->scan.operator.factor;
+	struct ct_vol piece = {0}, blank = {0};
+	double first;
+	int rc = -1;
+
+	if (cut(&piece, in, factor, side_of(factor), MIDDLE, e) || ct_vol_like(&blank, &piece, e))
+		goto out;
+	memset(blank.data, 0, ct_vol_count(&blank) * sizeof *blank.data);
+	if (try_prior(&first, &blank, r, env, e) || try_prior(cpu, &blank, r, env, e))
+		goto out;
+	is->once = fmax(first - *cpu, 0);
+	is->flat = *cpu / (double)ct_vol_count(&blank);
+	rc = 0;
+out:
+	ct_vol_free(&piece);
+	ct_vol_free(&blank);
+	return rc;
 }
 
 static int prior(struct rates *is, const struct ct_refine *r, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e)
 {
 	const double *factor = r->scan.operator.factor;
-	const size_t cells = patch_cells(r->rule.prior, &r->scan.operator);
-	struct ct_vol piece = {0}, blank = {0};
-	double uneven, most, flat, first, voxels;
-	int rc = -1;
+	double count[PLACES], blank, cpu = 0;
+	size_t place[STRATA];
 
-	if (find_uneven(&piece, &uneven, in, factor, cells, e) || ct_vol_like(&blank, &piece, e))
-		goto out;
-	voxels = (double)ct_vol_count(&piece);
-	memset(blank.data, 0, ct_vol_count(&piece) * sizeof *blank.data);
-	if (try_prior(&first, &blank, r, env, e) || try_prior(&flat, &blank, r, env, e) ||
-		try_prior(&most, &piece, r, env, e))
-		goto out;
-	is->once = fmax(first - flat, 0);
-	is->flat = flat / voxels;
-	is->cell = fmax(most - flat, 0) / fmax(uneven, 1);
-	rc = 0;
-out:
-	ct_vol_free(&piece);
-	ct_vol_free(&blank);
-	return rc;
+	if (flat(is, &blank, r, in, env, e) ||
+		strata(place, count, in, factor, patch_cells(r->rule.prior, &r->scan.operator), e))
+		return -1;
+	for (size_t q = 0; q < STRATA; q++) {
+		struct ct_vol piece = {0};
+		int rc = 0;
+
+		if (q == 0 || place[q] != place[q - 1])
+			rc = cut(&piece, in, factor, side_of(factor), (int)place[q], e) ||
+			     try_prior(&cpu, &piece, r, env, e);
+		ct_vol_free(&piece);
+		if (rc)
+			return -1;
+		is->cell += fmax(cpu - blank, 0) / fmax(count[place[q]], 1) / STRATA;
+	}
+	return 0;
 }
 
 static int arssr(double *cpu, const struct ct_refine *r, const struct ct_vol *in,
@@ -284,7 +312,7 @@ static int rehearsals(double *cpu, const struct rates *is, const struct ct_refin
 		ptrdiff_t start[3];
 		int rc;
 
-		ct_crop_place(start, in->n, n, MIDDLE);
+		ct_crop_place(start, in->n, n, CT_CROP_PLACES / 2);
 		rc = ct_crop(&part, in, n, start, 0, e) ||
 		     ct_degrade_volume(&coarse, &part, &own, 0, 0, env->par, e);
 		if (rc == 0)
