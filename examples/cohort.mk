@@ -25,6 +25,7 @@ TIME = /usr/bin/time
 export SCANS TRUTH OUT OPTIONS
 .ONESHELL:
 here := $(dir $(lastword $(MAKEFILE_LIST)))
+include $(here)scan.mk
 list = for f in "$$SCANS"/*.nii "$$SCANS"/*.nii.gz "$$SCANS"/*/; do [ ! -e "$$f" ] || printf '%s\n' "$${f%/}"; done
 stem = name=$${scan\#\#*/}; name=$${name%.gz}; name=$${name%.nii}; to=$$OUT/$$name
 JOBS := $(addprefix scan-,$(shell SCANS='$(SCANS)'; $(list) | awk '{print NR}'))
@@ -47,11 +48,7 @@ options:
 	elif [ -n "$$TRUTH" ] && [ ! -d "$$TRUTH" ]; then
 		echo "$$TRUTH: no folder: TRUTH is one of .nii or .nii.gz with the names of SCANS" >&2
 		exit 2
-	elif [ -n "$$(ls -A "$$OUT" 2>/dev/null | grep -v '^options.part$$')" ] && ! head -n 1 "$$OUT/options" 2>/dev/null | grep -q '^ct-sr (ctsr)'; then
-		echo "$$OUT: holds files that are not of cohort.mk: OUT is a folder that is new or empty" >&2
-		exit 2
 	fi
-	mkdir -p "$$OUT"
 	{ ct-sr --version && printf '%s\n' "$$OPTIONS" '$(CONFIDENCE) $(REPORT)' "$$TRUTH"; } >"$$OUT/options.part" || exit
 	cmp -s "$$OUT/options.part" "$$OUT/options" && rm "$$OUT/options.part" || mv "$$OUT/options.part" "$$OUT/options"
 

@@ -25,6 +25,7 @@ OUT = measured
 PYTHON = python3
 HERE := $(dir $(lastword $(MAKEFILE_LIST)))
 SCORE = $(PYTHON) $(HERE)measured.py
+include $(HERE)scan.mk
 
 all: $(OUT)/table
 	@cat $<

@@ -20,7 +20,9 @@ SURFACES = 250,-500
 WINDOW = -1024:3071
 PYTHON = python3
 export THICK THIN OPTIONS
-py := $(dir $(lastword $(MAKEFILE_LIST)))pair.py
+here := $(dir $(lastword $(MAKEFILE_LIST)))
+include $(here)scan.mk
+py := $(here)pair.py
 RUNS = cubic sr $(if $(filter yes,$(PROFILE)),profile)
 PARTS = all 1 2
 fit = eval "$$(cat $(OUT)/fit)";
@@ -32,9 +34,6 @@ all: $(OUT)/pair.md
 renew = @cmp -s $@.part $@ && rm $@.part || mv $@.part $@
 $(OUT)/inputs: always
 	@for f in "$$THICK" "$$THIN"; do [ -e "$$f" ] || { echo "pair.mk: '$$f': no file or folder: THICK and THIN are two series of one scan" >&2; exit 2; }; done
-	@[ -z "$$(ls -A $(OUT) 2>/dev/null | grep -v '^inputs.part$$')" ] || head -n 1 $@ 2>/dev/null | grep -q '^ct-sr (ctsr)' || \
-		{ echo "pair.mk: OUT=$(OUT) holds files that are not of pair.mk: name a folder that is new or empty" >&2; exit 2; }
-	@mkdir -p $(@D)
 	@{ ct-sr --version && printf '%s\n' "$$OPTIONS" && ls -lL "$$THICK" "$$THIN"; } >$@.part
 	$(renew)
 $(OUT)/asked: $(OUT)/inputs always

@@ -22,9 +22,10 @@ OUT = release
 PYTHON = python3
 HERE := $(dir $(lastword $(MAKEFILE_LIST)))
 METHODS = zoom zoom-3 cubic ct-sr
+CLIP = -512:100000
+cut = --crop=$$$$($(PYTHON) $(HERE)release.py cut $$< $(MOST) 8)
+include $(HERE)scan.mk
 
-stem = $(patsubst %.nii,%,$(patsubst %.gz,%,$(notdir $(1))))
-NAMES = $(foreach v,$(VOLUMES),$(call stem,$(v)))
 ROWS = $(foreach n,$(NAMES),$(foreach f,$(FACTORS),$(foreach m,$(METHODS),$(OUT)/$(n)/$(f)x/$(m).row)))
 
 all: $(OUT)/table
@@ -37,13 +38,6 @@ $(OUT)/table: $(ROWS)
 		for m in $(METHODS); do awk '{printf " %7.2f %.4f", $$1, $$2}' $(OUT)/$$n/$${f}x/$$m.row; done; echo; \
 	done; done; } >$@.part
 	@mv $@.part $@
-
-define scan
-$(OUT)/$(call stem,$(1))/hr.nii: $(1)
-	@mkdir -p $$(@D)
-	ct-convert -q -f --crop=$$$$($(PYTHON) $(HERE)release.py cut $$< $(MOST) 8) $$< - | ct-degrade -q -f -x 1 --clip=-512:100000 - $$@
-endef
-$(foreach v,$(VOLUMES),$(eval $(call scan,$(v))))
 
 define refine
 $(OUT)/%/$(1)x/lr.nii: $(OUT)/%/hr.nii

@@ -62,7 +62,7 @@ exits 0 'cohort.mk accepts names with blanks throughout' run SCANS='one here' TR
 has 'out here/cohort.csv' "^\"d e\",24x24x48,1x1x4,[^,]*,[^,]*,$p,[0-9]" 'a scan with a blank in its name is compared with its truth'
 cp one/a.nii kept.nii && gzip -c one/a.nii >one/b.nii.gz && cp one/b.nii.gz kept.nii.gz
 exits 2 'cohort.mk refuses to write into the folder of the scans' run SCANS=one OUT=one
-has err '^one: holds files that are not of cohort.mk' 'cohort.mk names the folder that holds files of others'
+has err 'OUT=one holds files that are not of cohort.mk' 'cohort.mk names the folder that holds files of others'
 cmp -s one/a.nii kept.nii && cmp -s one/b.nii.gz kept.nii.gz; ok $? 'cohort.mk leaves the scans as they were'
 rm one/b.nii.gz
 exits 2 'cohort.mk refuses a folder without a scan' run SCANS=nowhere OUT=none
@@ -72,6 +72,27 @@ exits 2 'cohort.mk refuses a folder of truths that does not exist' run SCANS=one
 has err '^nowhere: no folder: TRUTH' 'cohort.mk names the folder of truths that does not exist'
 run SCANS=one TRUTH= OUT=late >out && run SCANS=one OUT=late >out
 has late/cohort.csv "^\"a\",.*,$p,[0-9.]*,[0-9.]*,\$" 'a cohort without truths is compared once TRUTH names them'
+
+# OUT is a folder of one makefile, which writes over no file of others.
+part folders
+mkdir mine && echo mine >mine/table && mkdir empty && : >file
+for m in "$srcdir"/examples/*.mk; do
+	[ "${m##*/}" != scan.mk ] || continue
+	exits 2 "a folder with files of others is refused by ${m##*/}" env MAKEFLAGS= make -s -f "$m" OUT=mine
+	has err "OUT=mine holds files that are not of ${m##*/}" "the folder of others is named by ${m##*/}"
+	MAKEFLAGS= make -n -f "$m" OUT=new >/dev/null 2>&1
+	! [ -e new ]; ok $? "${m##*/} makes no folder on make -n"
+done
+[ "$(ls -A mine)" = table ] && [ "$(cat mine/table)" = mine ]; ok $? 'a refused folder keeps its files as they were'
+printf 'all:\n\t@echo ran\ninclude %s/examples/scan.mk\n' "$srcdir" >a.mk && cp a.mk b.mk
+made() { MAKEFLAGS= make -s -f "$@"; }
+exits 0 'an empty folder becomes that of the makefile' made a.mk OUT=empty
+exits 0 'a makefile accepts the folder that it made' made a.mk OUT=empty
+exits 2 'the folder of another makefile is refused' made b.mk OUT=empty
+exits 0 'a new folder of the makefile may have blanks and quotes' made a.mk OUT="it's new/one"
+[ "$(cat "it's new/one/made-by")" = a.mk ]; ok $? 'made-by names the makefile that a folder is of'
+exits 2 'an OUT that is a file is refused' made a.mk OUT=file
+exits 2 'an OUT without a name is refused' made a.mk OUT=
 
 # The pipeline of README.md and of ct-pipeline(7) is what ct-sr --paper runs, and is run here as it stands
 # there, on a small phantom with fewer views, Gaussians and iterations.
