@@ -7,6 +7,8 @@
 #   METHODS=prior MEMORY=2G SIZES=768 VOLUME=scan.nii.gz make bench BENCH=bench/b-size.sh
 # The scan is the middle of VOLUME; without one, ellipsoids, where the prior skips what is flat, as it does not in a
 # patient. A row that TABLE has is not measured again. For the prior the share of textured cells is counted too.
+#   STAGES='128 256 all' VOLUME=scan.nii.gz make bench BENCH=bench/b-size.sh
+# instead: seconds of each stage of ct-sr -x 2 as it is, of a cube to 128^3 and 256^3 and of all of VOLUME, all cores.
 set -e
 [ -x /usr/bin/time ] || { echo 'b-size.sh: skipped: no /usr/bin/time'; exit 0; }
 SIZES=${SIZES:-64 128} METHODS=${METHODS:-tv prior}
@@ -37,6 +39,27 @@ measure() { # measure ROW COMMAND...: a line of TABLE, unless it is there
 	awk -v r="$row" -v u="$uneven" '{printf "%s,%.2f,%d,%s\n", r, $1 + $2, $3, u}' "$dir/time" >>"$TABLE"
 }
 
+stages() { # stages EDGE: a row of the table
+	if [ "$1" = all ]; then cp "$VOLUME" "$dir/scan.nii.gz"; in=$dir/scan.nii.gz; else scan $(($1 / 2)); in=$dir/scan.nii; fi
+	/usr/bin/time -o "$dir/time" -f '%e %M' ct-sr -vv -f -x 2 ${MEMORY:+--memory "$MEMORY"} "$in" "$dir/fine.nii" 2>"$dir/log" ||
+		{ cat "$dir/log" >&2; return 1; }
+	awk 'NR == FNR {took = $1; peak = $2 / 1024; next}
+		/iterations, last moved/ {invert += $(NF - 1)}
+		/cells are textured/ {prior += $(NF - 1); uneven += $2; cells += $4}
+		/^ct-sr: [0-9x]+ to / {size = $4; sub(",", "", size); split(size, n, "x")}
+		END {
+			rest = took - invert - prior
+			printf "| %s | %.1f | %.1f | %.1f | %.1f | %.0f | %.2f | %.0f |\n", size, rest, invert, prior, took,
+				1e9 * took / n[1] / n[2] / n[3], uneven / cells, peak
+		}' "$dir/time" "$dir/log"
+}
+
+if [ -n "${STAGES:-}" ]; then
+	echo '| result | asking the scan, files, s | inversion, s | prior, s | all, s | ns a voxel | textured | peak, MiB |'
+	echo '|---|---:|---:|---:|---:|---:|---:|---:|'
+	for n in $STAGES; do stages "$n"; done
+	exit
+fi
 for n in $SIZES; do
 	scan $((n / 4))
 	for m in $METHODS; do

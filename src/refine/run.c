@@ -25,12 +25,14 @@ static int copy(struct ct_vol *v, const struct ct_vol *of, struct ct_err *e)
 	return 0;
 }
 
-static void say_inversion(const struct ct_upsample_report *did, const struct ct_env *env)
+static void say_inversion(
+	const struct ct_upsample_report *did, double seconds, const struct ct_env *env)
 {
 	if (did->iterations)
-		ct_log(env, CT_INFO, "%s: condition %.3g, %zu iterations, last moved %.2g HU",
-			ct_upsample_name(did->method), did->condition, did->iterations,
-			did->change);
+		ct_log(env, CT_INFO,
+			"%s: condition %.3g, %zu iterations, last moved %.2g HU, %.1f s",
+			ct_upsample_name(did->method), did->condition, did->iterations, did->change,
+			seconds);
 	if (did->texture > 0)
 		ct_log(env, CT_INFO, "linear where points differ by less than %.3g HU",
 			CT_FLAT_EDGE * did->texture);
@@ -96,9 +98,11 @@ static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 			return -1;
 		r->did = (struct ct_upsample_report){.residual = (double)NAN};
 	} else {
+		const double begin = ct_clock_wall();
+
 		if (ct_inversion_run(out, in, &inversion, pilots, &r->did, &own, e))
 			return -1;
-		say_inversion(&r->did, env);
+		say_inversion(&r->did, ct_clock_wall() - begin, env);
 	}
 	if (error && ct_vol_like(error, out, e))
 		return -1;
