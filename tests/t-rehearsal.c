@@ -5,6 +5,7 @@
 #include "tests/tap.h"
 #include "slice-make.h"
 
+#include <math.h>
 #include <string.h>
 
 enum { SIDE = 48 };
@@ -97,11 +98,14 @@ static void parts(void)
 	OK(is_part(&cube, (size_t[]){64, 64, 64}, 0, NULL, -1), "nor of several axes");
 }
 
-/* The same, with the refined axis always the third. */
-static void twin(double *error, double *weight, const struct ct_refine *of, double noise)
+enum { FROM = 16 }; /* HU, where a bin of the predicted error begins, */
+
+/* The same, with the refined axis always the third. *bin: of that bin. */
+static void twin(
+	double *error, double *bin, double *weight, const struct ct_refine *of, double noise)
 {
 	const size_t n[3] = {SIDE, SIDE, SIDE};
-	double added = 0, right = 0, missed = 0, expected = 0;
+	double added = 0, right = 0, missed[2] = {0}, expected[2] = {0}, count = 0, beyond;
 
 	for (int a = 0; a < 2; a++) {
 		struct ct_vol hi, lo = {0}, base = {0};
@@ -128,8 +132,13 @@ static void twin(double *error, double *weight, const struct ct_refine *of, doub
 
 			added += h * h;
 			right += h * (d + h);
-			missed += d * d - noise * noise;
-			expected += (double)its[i] * (double)its[i];
+			missed[0] += d * d - noise * noise;
+			expected[0] += (double)its[i] * (double)its[i];
+			if (its[i] < FROM || (double)its[i] >= FROM * M_SQRT2)
+				continue;
+			count++;
+			missed[1] += d * d - noise * noise;
+			expected[1] += (double)its[i] * (double)its[i];
 		}
 		ct_vol_free(&hi);
 		ct_vol_free(&lo);
@@ -137,7 +146,13 @@ static void twin(double *error, double *weight, const struct ct_refine *of, doub
 		free(x);
 		free(its);
 	}
-	*error = sqrt(missed / expected);
+	*error = sqrt(missed[0] / expected[0]);
+	OK(count > 10000, "many voxels have a predicted error of %d to %.1f HU", FROM,
+		FROM * M_SQRT2);
+	*bin = sqrt((missed[1] + 2000 * 19.03 * 19.03 * *error * *error) /
+		    (expected[1] + 2000 * 19.03 * 19.03));
+	beyond = log2(19.03 / sqrt(expected[0] / (2. * SIDE * SIDE * SIDE)));
+	*bin = *bin > 1 ? fmin(*bin, 2) : pow(*bin, .75 * fmin(fmax(1 - beyond, 0), 1));
 	*weight = fmax(right / added, 0);
 }
 
@@ -146,7 +161,7 @@ static void tries(double noise)
 {
 	const size_t n[3] = {SIDE, SIDE, SIDE};
 	struct ct_rehearsal t;
-	double error, weight;
+	double error, bin, weight;
 	struct ct_refine r;
 	struct ct_vol v;
 
@@ -154,8 +169,9 @@ static void tries(double noise)
 	plan(&r, &v, noise, (double)NAN, false);
 	r.restore.weight = 1;
 	must(ct_rehearsal_run(&t, &r, &v, &quiet, &err));
-	twin(&error, &weight, &r, noise);
+	twin(&error, &bin, &weight, &r, noise);
 	NEAR(t.error, error, .02 * error, "what is missed over what is expected");
+	NEAR(t.believed[8], bin, .01, "and of voxels with so much of it");
 	NEAR(t.weight, weight, .02, "and how much of what is added is right");
 	ct_vol_free(&v);
 }
@@ -195,16 +211,19 @@ static void scales(void)
 	static const float times[4] = {1, 1.2f, 100, 1e-2f};
 	struct ct_rehearsal t[4];
 	struct ct_vol v;
-	double its[4], plain;
+	double its[4];
 
 	make(&v, &thick, n, 2);
 	for (int k = 0; k < 4; k++)
 		its[k] = expects(&v, times[k], &t[k]);
-	plain = its[0] / t[0].error;
 	OK(t[0].error > 1.1 && t[0].error < 2, "more is missed than expected");
-	NEAR(its[1], its[0], 1e-3 * its[0], "another calibration says the same");
-	NEAR(its[2], 10 * plain * sqrt(t[2].error), 1e-3 * its[2], "less is believed by half");
-	NEAR(its[3], 0.1 * plain * 2, 1e-3 * its[3], "not more than twice");
+	NEAR(its[1], its[0], .03 * its[0], "another calibration says nearly the same");
+	NEAR(ct_rehearsal_error(&t[2], pow(2, 1.25)), pow(2, 1.25) * pow(t[2].error, .75), 1e-2,
+		"of less three quarters are believed where no voxel tells");
+	NEAR(ct_rehearsal_error(&t[2], 5000), 5000, 1e-6,
+		"of the largest errors of slices nothing is taken off");
+	NEAR(ct_rehearsal_error(&t[3], 1000), 2000, 1e-6, "not more than twice");
+	NEAR(ct_rehearsal_error(&t[0], 0), 0, 0, "no error stays none");
 	ct_vol_free(&v);
 }
 

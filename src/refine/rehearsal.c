@@ -9,14 +9,23 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { BINS = CT_REHEARSAL_BINS };
+/* Voxels that believe what is missed by all, beside those of a bin. */
+#define DOUBT 2000.0
+/* Of a factor below 1, in its logarithm, so much is believed. */
+#define BELIEF 0.75
+
 /* Of the square of what is missed, at least so much is not noise of the part. */
 #define NOT_NOISE 0.25
 
 /* Sums over the voxels of the parts, HU^2: of squares, and of `added` times what the inversion
  * missed. */
 struct sums {
-	double added, right, missed, expected;
+	double added, right;
 	double beyond, so; /* of all beyond DC, and of it times what DC missed */
+	struct bin {
+		double count, missed, expected;
+	} bin[BINS]; /* of voxels with so much predicted error */
 };
 
 /* The one axis that is refined, or -1. */
@@ -78,23 +87,35 @@ bool ct_rehearsal_part(size_t n[3], struct ct_degrade *own, const struct ct_refi
 	return true;
 }
 
+/* Half octaves above 1 HU. */
+static double place(double hu)
+{
+	return 2 * log2(fmax(hu, 1));
+}
+
 /* base: of the inversion; made: with what the prior added. */
 static void add(struct sums *s, const struct ct_vol *part, const float *base, const float *made,
 	const float *error, double noise)
 {
-	const size_t n = ct_vol_count(part);
-	double missed = 0;
+	struct bin its[BINS] = {0};
 
-	for (size_t i = 0; i < n; i++) {
+	for (size_t i = 0; i < ct_vol_count(part); i++) {
 		const double h = (double)(made[i] - base[i]);
 		const double lacks = (double)(part->data[i] - base[i]);
+		struct bin *b = &its[(size_t)fmin(fmax(place((double)error[i]), 0), BINS - 1)];
 
 		s->added += h * h;
 		s->right += h * lacks;
-		s->expected += (double)error[i] * (double)error[i];
-		missed += (lacks - h) * (lacks - h);
+		b->count++;
+		b->expected += (double)error[i] * (double)error[i];
+		b->missed += (lacks - h) * (lacks - h);
 	}
-	s->missed += fmax(missed - (double)n * noise * noise, NOT_NOISE * missed);
+	for (int b = 0; b < BINS; b++) {
+		s->bin[b].count += its[b].count;
+		s->bin[b].expected += its[b].expected;
+		s->bin[b].missed += fmax(
+			its[b].missed - its[b].count * noise * noise, NOT_NOISE * its[b].missed);
+	}
 }
 
 /* plain: of DC. */
@@ -175,6 +196,43 @@ out:
 	return rc;
 }
 
+double ct_rehearsal_error(const struct ct_rehearsal *t, double hu)
+{
+	const double at = fmin(fmax(place(hu) - 0.5, 0), BINS - 1);
+	const size_t b = (size_t)fmin(at, BINS - 2);
+
+	return hu * exp(log(t->believed[b]) +
+			    (at - (double)b) * log(t->believed[b + 1] / t->believed[b]));
+}
+
+/* Not more than twice, and of less BELIEF of its logarithm. One axis: what slices average is softer
+ * within them too, so that the part has less of what is missed most: of an error beyond twice that
+ * of all nothing is taken off. */
+static void believe(struct ct_rehearsal *t, const struct sums *s, bool one_axis)
+{
+	struct bin all = {0};
+
+	for (int b = 0; b < BINS; b++) {
+		all.count += s->bin[b].count;
+		all.missed += s->bin[b].missed;
+		all.expected += s->bin[b].expected;
+	}
+	if (!(all.expected > 0 && all.missed > 0))
+		return;
+	t->error = sqrt(all.missed / all.expected);
+	for (int b = 0; b < BINS; b++) {
+		const double hu = pow(2, (b + 0.5) / 2), doubt = DOUBT * hu * hu;
+		const double beyond = log2(hu / sqrt(all.expected / all.count));
+		const double times = sqrt((s->bin[b].missed + doubt * t->error * t->error) /
+					  (s->bin[b].expected + doubt));
+
+		t->believed[b] =
+			times > 1 ? fmin(times, 2)
+				  : pow(times, one_axis ? BELIEF * fmin(fmax(1 - beyond, 0), 1)
+							: BELIEF);
+	}
+}
+
 int ct_rehearsal_run(struct ct_rehearsal *t, const struct ct_refine *r, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e)
 {
@@ -185,6 +243,8 @@ int ct_rehearsal_run(struct ct_rehearsal *t, const struct ct_refine *r, const st
 	size_t n[3], parts = 0;
 
 	*t = (struct ct_rehearsal){.weight = 1, .error = 1, .share = 1};
+	for (int b = 0; b < BINS; b++)
+		t->believed[b] = 1;
 	while (ct_rehearsal_part(n, &own, r, in, (int)parts))
 		parts++;
 	ct_env_part(&quiet, &part);
@@ -201,8 +261,7 @@ int ct_rehearsal_run(struct ct_rehearsal *t, const struct ct_refine *r, const st
 		t->weight = s.right / s.added;
 	if (s.beyond > 0)
 		t->share = s.so / s.beyond;
-	if (s.expected > 0 && s.missed > 0)
-		t->error = sqrt(s.missed / s.expected);
+	believe(t, &s, refined_axis(&r->scan.operator) >= 0);
 	return 0;
 }
 

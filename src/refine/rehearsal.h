@@ -18,6 +18,8 @@
 #define CT_REFINE_REHEARSAL_H
 #include "refine/refine.h"
 
+/* Half octaves of predicted error, from 1 HU on; the first and the last hold what is beyond. */
+enum { CT_REHEARSAL_BINS = 20 };
 /* Voxels of a part along an axis at most, and at the least along the one that becomes coarser. */
 enum { CT_REHEARSAL_MOST = 96, CT_REHEARSAL_LEAST = 16 };
 
@@ -33,10 +35,15 @@ struct ct_rehearsal {
 			  there is no part */
 	double share;  /* of a busy scan: what was made beyond DC, times this, likewise */
 	double error;  /* what is missed over the predicted error, RMS; or 1 */
+	double believed[CT_REHEARSAL_BINS]; /* of voxels whose predicted error is in a bin, as it is
+					       believed */
 };
 /* The method and the prior's weights of *r are decided. Codes of ct_refine_run. */
 int ct_rehearsal_run(struct ct_rehearsal *t, const struct ct_refine *r, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e);
+
+/* A predicted error, HU >= 0, times what of it is believed, between the middles of the bins. */
+double ct_rehearsal_error(const struct ct_rehearsal *t, double hu);
 
 /* Does it tell how much of what the prior adds is right? Not where the operator was estimated,
  * whose error it would not see. */

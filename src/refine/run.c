@@ -324,18 +324,21 @@ out:
 	return rc;
 }
 
-/* How far the predicted error is off. More than twice is not believed; and less by half only, in
- * its logarithm: what is plain across the slices, as the top of a skull, may not be so along them.
- */
+/* How far the predicted error is off. */
 static int say_error(struct ct_rehearsal *its, const struct ct_refine *r, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e)
 {
+	double least = INFINITY, most = 0;
+
 	if (ct_rehearsal_run(its, r, in, env, e))
 		return -1;
-	its->error = its->error < 1 ? sqrt(its->error) : fmin(its->error, 2);
-	if (its->error != 1)
-		ct_log(env, CT_INFO, "rehearsal: the predicted error is multiplied by %.2f",
-			its->error);
+	for (int b = 0; b < CT_REHEARSAL_BINS; b++) {
+		least = fmin(least, its->believed[b]);
+		most = fmax(most, its->believed[b]);
+	}
+	if (its->parts > 0)
+		ct_log(env, CT_INFO, "rehearsal: the predicted error is multiplied by %.2f to %.2f",
+			least, most);
 	return 0;
 }
 
@@ -344,7 +347,7 @@ int ct_refine_run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 {
 	const bool inverts = r->inverts && r->scan.known && r->method >= CT_UPSAMPLE_DC;
 	struct ct_env_part part = {.env = env, .to = REHEARSAL};
-	struct ct_rehearsal its = {.error = 1};
+	struct ct_rehearsal its = {0};
 	struct ct_padding p = {0};
 	struct ct_env own;
 	double grain;
@@ -365,6 +368,7 @@ int ct_refine_run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	ct_padding_free(&p);
 	grain = r->rest.back > 0 ? (1 - r->rest.share) * r->rest.amplifies * r->scan.noise : 0;
 	for (size_t i = 0; rc == 0 && error && i < ct_vol_count(error); i++)
-		error->data[i] = (float)hypot(its.error * (double)error->data[i], grain);
+		error->data[i] =
+			(float)hypot(ct_rehearsal_error(&its, (double)error->data[i]), grain);
 	return rc;
 }
