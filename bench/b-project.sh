@@ -9,6 +9,9 @@
 # is given the same densities. Its box ends in the middle of the outermost voxels (a cube of 20
 # voxels projects to 19), so a layer of air is put around the volume. Both are exact through
 # the same voxels: what is left is float rounding.
+#
+# LEAP=folder (https://github.com/LLNL/LEAP, MIT: its src, with a libleapct.so of the files of cpu_CMakeLists.txt, built
+# with -O3 -march=native) adds LEAP on the CPU: 256^3 voxels of 2/3 mm, which its projector asks for, separable footprints.
 set -e
 command -v plastimatch >/dev/null 2>&1 || { echo 'b-project.sh: skipped: no plastimatch'; exit 0; }
 for PY in python3 /usr/bin/python3; do "$PY" -c 'import numpy, nibabel' 2>/dev/null && break; PY=; done
@@ -48,10 +51,10 @@ def cpu(cmd):
     return b.ru_utime - a.ru_utime + b.ru_stime - a.ru_stime
 
 STEP = 360 / 22
-def ours(views):
+def ours(views, volume="ours.nii"):
     return cpu(["ct-project", "-f", "-q", "--quantity", "density", "-n", str(views),
                 "--arc", str(views * STEP), "--det", "512x512", "--expert",
-                "dso=1000,dsd=1500,pitch=1", "ours.nii", "ours.exr"])
+                "dso=1000,dsd=1500,pitch=1", volume, "ours.exr"])
 def peer(views):
     return cpu(["plastimatch", "drr", "-i", "exact", "-t", "pfm", "-r", "512 512", "-z", "512 512",
                 "--sad", "1000", "--sid", "1500", "-a", str(views), "-N", str(STEP), "-O", "p_",
@@ -64,6 +67,36 @@ for turn in range(int(os.environ.get("ROUNDS", "3"))):  # a view: what twenty mo
 print("CPU seconds a view: %.3f ct-project (%s), %.3f plastimatch exact, ratio %.1f [%.1f..%.1f]"
       % (np.median(a), os.environ.get("CTSR_CPU", "highest level"), np.median(b), np.median(ratio),
          min(ratio), max(ratio)))
+
+def leap(folder, n=256, views=8):
+    sys.path.insert(0, folder)
+    from leapctype import tomographicModels
+    m = tomographicModels()
+    m.set_gpu(-1)
+    m.set_conebeam(views, 512, 512, 1, 1, 255.5, 255.5, m.setAngleArray(views, views * STEP), 1000, 1500)
+    m.set_volume(n, n, n, 2 / 3, 2 / 3)
+    at = np.indices((n, n, n), np.float32) - (n - 1) / 2
+    f = np.ascontiguousarray((at ** 2).sum(0) < (0.4 * n) ** 2, np.float32)  # a ball
+    nib.save(nib.Nifti1Image(f, np.diag([2 / 3, 2 / 3, 2 / 3, 1])), "ball.nii")
+    g, back = np.zeros((views, 512, 512), np.float32), np.zeros_like(f)
+    def took(do):
+        begin = os.times()
+        do()
+        end = os.times()
+        return end.user - begin.user + end.system - begin.system
+    ratio, gups = [], []
+    for turn in range(int(os.environ.get("ROUNDS", "3"))):
+        x = (ours(22, "ball.nii") - ours(2, "ball.nii")) / 20
+        ratio.append(took(lambda: m.project_cpu(g, f)) / views / x)
+        gups.append(n ** 3 * views / 1e9 / took(lambda: m.backproject_cpu(g, back)))
+    ours(views, "ball.nii")
+    told = subprocess.run(["ct-info", "ours.exr"], check=True, capture_output=True, text=True).stdout
+    mean = float(next(l.split()[1] for l in told.splitlines() if l.startswith("mean ")))
+    print("LEAP: forward, CPU seconds by those of ct-project %.1f [%.1f..%.1f], mean of the pictures by ours %.4f; "
+          "back %.3g GUPS [%.3g..%.3g], a CPU second" % (np.median(ratio), min(ratio), max(ratio), g.mean() / mean,
+          np.median(gups), min(gups), max(gups)))
+if os.environ.get("LEAP"):
+    leap(os.environ["LEAP"])
 
 def pfm(path):
     with open(path, "rb") as f:

@@ -52,11 +52,12 @@ static struct {
 	size_t updates;
 } our;
 
-/* A cone beam about axis 2: source at 750 mm, detector at 1200, pixels of 1.3 mm. */
+/* A cone beam about axis 2: source at 750 mm, detector at 1200, pixels of 1.05 mm: the shadow of
+ * the cube is larger than the detector, as RabbitCT takes for granted. */
 static void matrix_of(double m[3][4], size_t view, double mm, double first)
 {
 	const double a = 2 * M_PI * (double)view / VIEWS, c = cos(a), s = sin(a), far = 750,
-		     f = 1200 / 1.3 / far, mid = (SIDE - 1) / 2.0;
+		     f = 1200 / 1.05 / far, mid = (SIDE - 1) / 2.0;
 	const double world[3][4] = {{mid * -s / far + f * c, mid * c / far + f * s, 0, mid},
 		{mid * -s / far, mid * c / far, f, mid}, {-s / far, c / far, 0, 1}};
 
@@ -116,10 +117,13 @@ static int open_peer(struct peer *p, char *word, size_t n, double mm, double fir
 	p->data = (struct rabbit){
 		(uint32_t)n, SIDE, SIDE, (float)mm, (float)first, .views = VIEWS, .clip = p->clip};
 	snprintf(p->clip, sizeof p->clip, "%s.%zu", file + 1, n);
-	if (!prepare || !p->run || ct_alloc0(&p->data.volume, n * n * n, sizeof(float), &e) ||
+	p->data.volume = aligned_alloc(/* it stores whole registers */
+		64, n * n * n * sizeof(float) / 64 * 64 + 64);
+	if (!prepare || !p->run || !p->data.volume ||
 		ct_alloc0(&p->data.geometry, 12 * VIEWS, sizeof(double), &e) ||
 		ct_alloc0(&p->data.view, VIEWS, sizeof *p->data.view, &e))
 		return -1;
+	memset(p->data.volume, 0, n * n * n * sizeof(float));
 	for (size_t v = 0; v < VIEWS; v++) {
 		struct projection *view = &p->data.view[v];
 		double m[3][4];
@@ -162,15 +166,34 @@ static int open_ours(size_t n, double mm, double first)
 	return 0;
 }
 
-/* Of RabbitCT's volume from ours, as a part of the largest. */
+/* Does every view see voxel i? */
+static bool is_seen(size_t i, size_t n)
+{
+	const double at[4] = {(double)(i % n), (double)(i / n % n), (double)(i / n / n), 1};
+
+	for (size_t v = 0; v < VIEWS; v++) {
+		double p[3] = {0};
+
+		for (int r = 0; r < 3; r++)
+			for (int c = 0; c < 4; c++)
+				p[r] += our.b.map[v][r][c] * at[c];
+		if (fabs(p[0] / p[2] - (SIDE - 1) / 2.) > SIDE / 2 - 2 ||
+			fabs(p[1] / p[2] - (SIDE - 1) / 2.) > SIDE / 2 - 2)
+			return false;
+	}
+	return true;
+}
+
+/* Of RabbitCT's volume from ours where every view sees it, as a part of the largest. */
 static double apart(const float *a, size_t n)
 {
 	double worst = 0, most = 0;
 
-	for (size_t i = 0; i < n; i++) {
-		worst = fmax(worst, fabs((double)a[i] - (double)our.volume[i]));
-		most = fmax(most, fabs((double)our.volume[i]));
-	}
+	for (size_t i = 0; i < n * n * n; i++)
+		if (is_seen(i, n)) {
+			worst = fmax(worst, fabs((double)a[i] - (double)our.volume[i]));
+			most = fmax(most, fabs((double)our.volume[i]));
+		}
 	return worst / most;
 }
 
@@ -219,7 +242,7 @@ int main(int argc, char **argv)
 				ratio[0], ratio[BENCH_ROUNDS - 1]);
 		if (s > 1)
 			printf("  difference of volumes %.2g of the largest\n",
-				apart(peer[s - 2].data.volume, n * n * n));
+				apart(peer[s - 2].data.volume, n));
 	}
 	return 0;
 }
