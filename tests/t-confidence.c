@@ -330,8 +330,8 @@ static void t_continuous(void)
 }
 
 /* What is left of an expectation of 400 HU at a vessel of 40 HU in the middle of 16^3 voxels of
- * `about` HU, one voxel of `near` HU `far` voxels from it. */
-static float left_of(float about, float near, size_t far)
+ * `about` HU; side^3 voxels from `far` voxels beside it on have `near` HU. */
+static float left_of(float about, float near, ptrdiff_t far, size_t side)
 {
 	static float x[4096], h[4096];
 	struct ct_steps s = {h, x, {16, 16, 16}, 4, 0};
@@ -341,8 +341,10 @@ static float left_of(float about, float near, size_t far)
 		x[i] = about;
 		h[i] = 0;
 	}
+	for (size_t i = 0; i < side * side * side; i++)
+		x[middle + (size_t)far + i / side / side * 256 + i / side % side * 16 + i % side] =
+			near;
 	x[middle] = 40;
-	x[middle + far] = near;
 	h[middle] = 400;
 	h[1] = -300;
 	must(ct_steps_dim(&s, NULL, &err));
@@ -352,12 +354,14 @@ static float left_of(float about, float near, size_t far)
 
 static void t_dim(void)
 {
-	OK(left_of(-850, -850, 1) == 10, "a vessel in the lung becomes no brighter than tissue");
-	OK(left_of(-850, 120, 2) == 80, "nor than what is beside it");
-	OK(left_of(-850, 120, 7) == 80, "also in the next block");
-	OK(left_of(-850, 600, 7) == 400, "where there is bone, it may");
-	OK(left_of(-850, -1000, 7) == 400, "and where there is air, as in a nose");
-	OK(left_of(20, 20, 1) == 400, "and where there is no lung");
+	OK(left_of(-850, -850, 1, 1) == 10, "a vessel in the lung becomes no brighter than tissue");
+	OK(left_of(-850, 120, 2, 1) == 80, "nor than what is beside it");
+	OK(left_of(-850, 120, 7, 1) == 80, "also in the next block");
+	OK(left_of(-850, 600, 7, 1) == 400, "where there is bone, it may");
+	OK(left_of(-850, -1100, 7, 1) == 10, "not where one voxel rings below air");
+	OK(left_of(-850, -1000, 4, 4) == 400, "and where there is air, as in a nose");
+	OK(left_of(-850, -1000, -8, 4) == 400, "also one block further");
+	OK(left_of(20, 20, 1, 1) == 400, "and where there is no lung");
 }
 
 int main(void)

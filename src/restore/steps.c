@@ -5,6 +5,7 @@
 #include "restore/patch.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 
 #define LEAST_STEP 5.0 /* HU, of plateaus, and of u */
@@ -130,8 +131,8 @@ void ct_steps_keep(struct ct_steps *of, struct ct_par *par)
 	ct_par_for(par, (of->n[1] + s - 1) / s * ((of->n[2] + s - 1) / s), row, of);
 }
 
-/* HU: the lung has more than air, and somewhere less than LUNG; bone has more than BONE; any tissue
- * may have TISSUE. */
+/* HU: the lung has more than air in the mean, and somewhere less than LUNG; bone has more than
+ * BONE; any tissue may have TISSUE. */
 #define AIR (-985.0F)
 #define LUNG (-500.0F)
 #define BONE 250.0F
@@ -140,10 +141,16 @@ void ct_steps_keep(struct ct_steps *of, struct ct_par *par)
 struct dim {
 	const struct ct_steps *of;
 	size_t m[3]; /* blocks */
-	float *least, *most;
+	float *least, *most, *mean;
 };
 
-/* A plane of blocks: the least and the most x of each. */
+/* Voxels of block `at` along an axis of n. */
+static float within(size_t n, size_t at, size_t s)
+{
+	return (float)(n - at * s < s ? n - at * s : s);
+}
+
+/* A plane of blocks: the least, the most and the mean x of each. */
 static void range(void *arg, size_t plane, size_t worker)
 {
 	const struct dim *d = arg;
@@ -153,6 +160,7 @@ static void range(void *arg, size_t plane, size_t worker)
 	for (size_t b = first; b < first + d->m[0] * d->m[1]; b++) {
 		d->least[b] = INFINITY;
 		d->most[b] = -INFINITY;
+		d->mean[b] = 0;
 	}
 	for (size_t k = plane * s; k < (plane + 1) * s && k < n[2]; k++)
 		for (size_t j = 0; j < n[1]; j++)
@@ -162,18 +170,28 @@ static void range(void *arg, size_t plane, size_t worker)
 
 				d->least[b] = fminf(d->least[b], x);
 				d->most[b] = fmaxf(d->most[b], x);
+				d->mean[b] += x;
 			}
+	for (size_t b = 0; b < d->m[0] * d->m[1]; b++)
+		d->mean[first + b] /= within(n[0], b % d->m[0], s) * within(n[1], b / d->m[0], s) *
+				      within(n[2], plane, s);
 }
 
-/* Of block `at` and those about it. */
+/* The blocks up to r from block `at`: [lo, hi]. */
+static void about(size_t lo[3], size_t hi[3], const struct dim *d, const size_t at[3], size_t r)
+{
+	for (int a = 0; a < 3; a++) {
+		lo[a] = at[a] > r ? at[a] - r : 0;
+		hi[a] = at[a] + r < d->m[a] ? at[a] + r : d->m[a] - 1;
+	}
+}
+
+/* The least and the most of block `at` and those about it. */
 static void range_about(float *least, float *most, const struct dim *d, const size_t at[3])
 {
 	size_t lo[3], hi[3];
 
-	for (int a = 0; a < 3; a++) {
-		lo[a] = at[a] > 0 ? at[a] - 1 : 0;
-		hi[a] = at[a] + 1 < d->m[a] ? at[a] + 1 : at[a];
-	}
+	about(lo, hi, d, at, 1);
 	*least = INFINITY;
 	*most = -INFINITY;
 	for (size_t k = lo[2]; k <= hi[2]; k++)
@@ -184,6 +202,20 @@ static void range_about(float *least, float *most, const struct dim *d, const si
 				*least = fminf(*least, d->least[b]);
 				*most = fmaxf(*most, d->most[b]);
 			}
+}
+
+/* Is there a block of air, at most one other between? */
+static bool air_about(const struct dim *d, const size_t at[3])
+{
+	size_t lo[3], hi[3];
+
+	about(lo, hi, d, at, 2);
+	for (size_t k = lo[2]; k <= hi[2]; k++)
+		for (size_t j = lo[1]; j <= hi[1]; j++)
+			for (size_t i = lo[0]; i <= hi[0]; i++)
+				if (d->mean[(k * d->m[1] + j) * d->m[0] + i] <= AIR)
+					return true;
+	return false;
 }
 
 static void dim(void *arg, size_t plane, size_t worker)
@@ -197,7 +229,7 @@ static void dim(void *arg, size_t plane, size_t worker)
 		float least, most;
 
 		range_about(&least, &most, d, at);
-		if (!(least > AIR && least < LUNG && most < BONE))
+		if (!(least < LUNG && most < BONE) || air_about(d, at))
 			continue;
 		most = fmaxf(most, TISSUE);
 		for (size_t k = at[2] * s; k < (at[2] + 1) * s && k < n[2]; k++)
@@ -218,9 +250,10 @@ int ct_steps_dim(struct ct_steps *of, struct ct_par *par, struct ct_err *e)
 	for (int a = 0; a < 3; a++)
 		d.m[a] = (of->n[a] + of->s - 1) / of->s;
 	all = d.m[0] * d.m[1] * d.m[2];
-	if (ct_alloc(&d.least, 2 * all, sizeof *d.least, e))
+	if (ct_alloc(&d.least, 3 * all, sizeof *d.least, e))
 		return -1;
 	d.most = d.least + all;
+	d.mean = d.most + all;
 	ct_par_for(par, d.m[2], range, &d);
 	ct_par_for(par, d.m[2], dim, &d);
 	free(d.least);

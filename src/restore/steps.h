@@ -13,10 +13,11 @@
  * x, a voxel, no less than 5 HU; d how much higher x is 3/4 s to 3/2 s up the slope than as far
  * below, v the variance of the two plateaus. A small change of x makes a small one.
  *
- * Where there is lung and neither bone nor air, so in a block of which and of whose neighbours the
- * least x lies between -985 and -500 HU and the highest below 250 HU, x + h is no higher than that,
- * or 50 HU. Of vessels of 100 HU the expectation made specks of up to 460
- * HU, as dense as bone. Beside air there may be thin bone, as in a nose.
+ * Where there is lung and neither bone nor air, x + h is no higher than the highest x about it, or
+ * 50 HU: of vessels of 100 HU the expectation made specks of up to 460 HU, as dense as bone. That
+ * is where in a block and its neighbours the least x is below -500 HU and the highest below 250,
+ * and no block up to two away has a mean below -985 HU (single voxels of x ring lower). Beside air
+ * there may be thin bone, as in a nose.
  * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_RESTORE_STEPS_H
