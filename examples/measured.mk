@@ -5,7 +5,7 @@
 #   git clone https://github.com/tomopy/tomopy                              # source/tomopy/data/tooth.h5
 #   make -f examples/measured.mk HTC=kex/data/HTC2022/TestData TOOTH=tomopy/source/tomopy/data/tooth.h5
 #
-# Two minutes of one core, of which find-centre of the tooth takes half.
+# Five minutes of one core.
 #
 # In OUT/table: of each phantom the correlation of ct-fdk with the FBP of the organisers on their grid, in the circle
 # of 250 pixels; then of arcs of VIEWS views (every half degree) the score of the challenge, Matthews' coefficient
@@ -14,12 +14,13 @@
 # views of the full turn, on 256x256: the full scan (truth), the CT that is 8 times coarser, made of it and upsampled (up),
 # and ct-fdk (fdk), ct-fdk -m tv (tv), ct-fuse (fuse) and ct-nabgs (nabgs) of the views. ct-nabgs knows no fan, so that is
 # read as a cone of one row.
+# OUT/*-arcs.png and *-joint.png show both.
 # doc/measured.md says what was found. Needs Python with nibabel and SciPy.
 HTC =
 TOOTH =
 PHANTOMS = 01a
 VIEWS = 181 121 61
-TV = 30
+TV = 1
 JOINT = truth up fdk tv fuse nabgs
 OUT = measured
 PYTHON = python3
@@ -27,7 +28,7 @@ HERE := $(dir $(lastword $(MAKEFILE_LIST)))
 SCORE = $(PYTHON) $(HERE)measured.py
 include $(HERE)scan.mk
 
-all: $(OUT)/table
+all: $(OUT)/table $(foreach p,$(PHANTOMS),$(OUT)/$(p)-arcs.png $(OUT)/$(p)-joint.png)
 	@cat $<
 
 $(OUT)/table: $(foreach p,$(PHANTOMS),$(OUT)/$(p)-full.nii $(OUT)/$(p)-water.nii $(foreach n,$(VIEWS),$(OUT)/$(p)-tv-$(n).nii $(OUT)/$(p)-cgls-$(n).nii)) \
@@ -40,6 +41,12 @@ $(OUT)/table: $(foreach p,$(PHANTOMS),$(OUT)/$(p)-full.nii $(OUT)/$(p)-water.nii
 	@mv $@.part $@
 
 # The pixels of the organisers, and twice as large ones.
+draw = ct-view -p axial -l -o $@
+$(OUT)/%-arcs.png: $(foreach n,$(VIEWS),$(OUT)/%-cgls-$(n).nii $(OUT)/%-tv-$(n).nii)
+	@rm -f $@ && $(draw) -w 0:.045 $^
+$(OUT)/%-joint.png: $(foreach m,$(JOINT),$(OUT)/%-joint-$(m).nii)
+	@rm -f $@ && $(draw) -w -1000:800 $^
+
 $(OUT)/grid%.nii:
 	@mkdir -p $(OUT) && head -c $$(($* * $*)) /dev/zero >$@.raw
 	mm=$$(awk 'BEGIN { print .2 * 410.66 / 553.74 * 512 / $* }') && \
@@ -59,7 +66,7 @@ $(OUT)/%-full.nii: $(OUT)/%-full.exr $(OUT)/grid512.nii
 	ct-fdk -q --quantity density --grid $(OUT)/grid512.nii $< $@
 define arc
 $(OUT)/%-tv-$(1).nii: $(OUT)/%-$(1).exr $(OUT)/grid256.nii
-	ct-fdk -q -m tv -n 60 --nonnegative --tv $(TV) --quantity density --grid $(OUT)/grid256.nii $$< $$@
+	ct-fdk -q -m tv -n 200 --nonnegative --tv $(TV) --quantity density --grid $(OUT)/grid256.nii $$< $$@
 $(OUT)/%-cgls-$(1).nii: $(OUT)/%-$(1).exr $(OUT)/grid256.nii
 	ct-fdk -q -m cgls -n 15 --quantity density --grid $(OUT)/grid256.nii $$< $$@
 endef
@@ -80,7 +87,7 @@ $(OUT)/%-joint-up.nii: $(OUT)/%-joint-lr.nii
 $(OUT)/%-joint-fdk.nii: $(OUT)/%-joint.exr $(OUT)/grid256.nii
 	ct-fdk -q --grid $(OUT)/grid256.nii $< $@
 $(OUT)/%-joint-tv.nii: $(OUT)/%-joint.exr $(OUT)/grid256.nii
-	ct-fdk -q -m tv -n 60 --nonnegative --tv $(TV) --grid $(OUT)/grid256.nii $< $@
+	ct-fdk -q -m tv -n 200 --nonnegative --tv $(TV) --grid $(OUT)/grid256.nii $< $@
 $(OUT)/%-joint-fuse.nii: $(OUT)/%-joint-up.nii $(OUT)/%-joint-lr.nii $(OUT)/%-joint.exr
 	ct-fuse -q --resume $^ $@
 $(OUT)/%-joint-nabgs.nii: $(OUT)/%-joint-up.nii $(OUT)/%-joint-lr.nii $(OUT)/%-joint.exr

@@ -43,11 +43,11 @@ endif
 if HAVE_HDF5
 # The same for files of MATLAB and HDF5.
 pkglibexec_PROGRAMS += ct-arrays
-ct_arrays_SOURCES = src/tools/array-reader.c src/shim/arrays-file.c src/shim/arrays-file.h
+ct_arrays_SOURCES = src/tools/array-reader.c src/shim/arrays-file.c
 ct_arrays_CPPFLAGS = $(AM_CPPFLAGS) $(HDF5_CFLAGS)
 ct_arrays_LDADD = libct.a $(HDF5_LIBS) $(CT_LIBS)
 else
-EXTRA_DIST += src/tools/array-reader.c src/shim/arrays-file.c src/shim/arrays-file.h
+EXTRA_DIST += src/tools/array-reader.c src/shim/arrays-file.c
 endif
 bin_PROGRAMS += ct-train
 ct_train_SOURCES = src/tools/ct-train.c src/tools/train-loop.h src/tools/train-loop.c src/tools/lib/libraries.cc $(TRAIN_SOURCES)

@@ -471,7 +471,7 @@ static double cgls(double x[N], const float *b, size_t steps)
 	return misfit(q, x, b);
 }
 
-/* FISTA with the denoiser of rof.h, ten steps warm. */
+/* FISTA with the denoiser of rof.h, forty steps warm. */
 static double tv(double x[N], const float *b, size_t steps, double mu, bool nonnegative)
 {
 	static float p[3 * N];
@@ -492,7 +492,7 @@ static double tv(double x[N], const float *b, size_t steps, double mu, bool nonn
 		transpose(s, q);
 		for (size_t i = 0; i < N; i++)
 			to[i] = (float)(ahead[i] + s[i] / norm);
-		ct_rof_solve(&rof, near, to, 10, NULL);
+		ct_rof_solve(&rof, near, to, 40, NULL);
 		for (size_t i = 0; i < N; i++) {
 			ahead[i] = (double)near[i] + (t - 1) / next * ((double)near[i] - x[i]);
 			x[i] = (double)near[i];

@@ -1,6 +1,6 @@
-/* arrays-file.c: see arrays-file.h. SPDX-License-Identifier: Apache-2.0 */
+/* arrays-file.c: see arrays.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
-#include "shim/arrays-file.h"
+#include "shim/arrays.h"
 
 #include <hdf5.h>
 #include <matio.h>

@@ -35,7 +35,10 @@ int ct_arrays_read(struct ct_arrays *a, const char *path, struct ct_err *e);
 /* The first whose name ends with this, at a dot or its beginning; NULL: none. */
 struct ct_array *ct_arrays_find(const struct ct_arrays *a, const char *name);
 
-/* In ct-arrays: one more, zeroed but for its name; NULL after CT_EINPUT or CT_ENOMEM. */
+/* In ct-arrays (arrays-file.c), through libmatio and libhdf5: as ct_arrays_read, in this process.
+ */
+int arrays_file_read(struct ct_arrays *a, const char *path, struct ct_err *e);
+/* One more, zeroed but for its name; NULL after CT_EINPUT or CT_ENOMEM. */
 struct ct_array *ct_arrays_add(struct ct_arrays *a, const char *name, struct ct_err *e);
 /* Room for its numbers, by dims and n. CT_EINPUT for no numbers, CT_ENOMEM. */
 int ct_array_alloc(struct ct_array *x, struct ct_err *e);

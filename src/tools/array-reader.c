@@ -3,7 +3,7 @@
  * ct_inflate_allow. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/inflate.h"
-#include "shim/arrays-file.h"
+#include "shim/arrays.h"
 
 #include <stdio.h>
 #include <stdlib.h>
