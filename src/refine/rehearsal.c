@@ -102,7 +102,7 @@ static void add(struct sums *s, const struct ct_vol *part, const float *base, co
 	for (size_t i = 0; i < ct_vol_count(part); i++) {
 		const double h = (double)(made[i] - base[i]);
 		const double lacks = (double)(part->data[i] - base[i]);
-		struct bin *b = &its[(size_t)fmin(fmax(place((double)error[i]), 0), BINS - 1)];
+		struct bin *b = &its[(size_t)fmin(place((double)error[i]), BINS - 1)];
 
 		s->added += h * h;
 		s->right += h * lacks;
@@ -201,8 +201,7 @@ double ct_rehearsal_error(const struct ct_rehearsal *t, double hu)
 	const double at = fmin(fmax(place(hu) - 0.5, 0), BINS - 1);
 	const size_t b = (size_t)fmin(at, BINS - 2);
 
-	return hu * exp(log(t->believed[b]) +
-			    (at - (double)b) * log(t->believed[b + 1] / t->believed[b]));
+	return hu * (t->believed[b] + (at - (double)b) * (t->believed[b + 1] - t->believed[b]));
 }
 
 /* Not more than twice, and of less BELIEF of its logarithm. One axis: what slices average is softer
