@@ -329,22 +329,23 @@ static void t_continuous(void)
 	ct_slice_network_free(&r);
 }
 
-/* What is left of an expectation of 400 HU at a vessel of 40 HU in the middle of 16^3 voxels of
- * `about` HU; side^3 voxels from `far` voxels beside it on have `near` HU. */
-static float left_of(float about, float near, ptrdiff_t far, size_t side)
+/* What is left of an expectation of 400 HU at a vessel of 40 HU in the middle of 20^3 voxels of
+ * `about` HU; side^3 voxels from `far` voxels beside it on have `near` HU, one voxel `rings`. */
+static float left_of(float about, float near, ptrdiff_t far, size_t side, float rings)
 {
-	static float x[4096], h[4096];
-	struct ct_steps s = {h, x, {16, 16, 16}, 4, 0};
-	const size_t middle = (8 * 16 + 8) * 16 + 8;
+	static float x[8000], h[8000];
+	struct ct_steps s = {h, x, {20, 20, 20}, 4, 0};
+	const size_t middle = (8 * 20 + 8) * 20 + 8;
 
-	for (size_t i = 0; i < 4096; i++) {
+	for (size_t i = 0; i < 8000; i++) {
 		x[i] = about;
 		h[i] = 0;
 	}
 	for (size_t i = 0; i < side * side * side; i++)
-		x[middle + (size_t)far + i / side / side * 256 + i / side % side * 16 + i % side] =
+		x[middle + (size_t)far + i / side / side * 400 + i / side % side * 20 + i % side] =
 			near;
 	x[middle] = 40;
+	x[middle - 3] = rings;
 	h[middle] = 400;
 	h[1] = -300;
 	must(ct_steps_dim(&s, NULL, &err));
@@ -354,14 +355,16 @@ static float left_of(float about, float near, ptrdiff_t far, size_t side)
 
 static void t_dim(void)
 {
-	OK(left_of(-850, -850, 1, 1) == 10, "a vessel in the lung becomes no brighter than tissue");
-	OK(left_of(-850, 120, 2, 1) == 80, "nor than what is beside it");
-	OK(left_of(-850, 120, 7, 1) == 80, "also in the next block");
-	OK(left_of(-850, 600, 7, 1) == 400, "where there is bone, it may");
-	OK(left_of(-850, -1100, 7, 1) == 10, "not where one voxel rings below air");
-	OK(left_of(-850, -1000, 4, 4) == 400, "and where there is air, as in a nose");
-	OK(left_of(-850, -1000, -8, 4) == 400, "also one block further");
-	OK(left_of(20, 20, 1, 1) == 400, "and where there is no lung");
+	const float x = -850;
+
+	OK(left_of(x, x, 1, 1, x) == 10, "a vessel in the lung becomes no brighter than tissue");
+	OK(left_of(x, 120, 2, 1, x) == 80, "nor than what is beside it");
+	OK(left_of(x, 120, 7, 1, x) == 80, "also in the next block");
+	OK(left_of(x, 600, 7, 1, x) == 400, "where there is bone, it may");
+	OK(left_of(x, x, 7, 1, -1100) == 10, "not where one voxel rings below air");
+	OK(left_of(x, -1000, 4, 4, x) == 400, "and where there is air, as in a nose");
+	OK(left_of(x, -1000, -8, 4, -1100) == 400, "also one block further, where it rings");
+	OK(left_of(20, 20, 1, 1, 20) == 400, "and where there is no lung");
 }
 
 int main(void)

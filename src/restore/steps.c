@@ -204,12 +204,15 @@ static void range_about(float *least, float *most, const struct dim *d, const si
 			}
 }
 
-/* Is there a block of air, at most one other between? */
+/* May there be a block of air, at most one other between? */
 static bool air_about(const struct dim *d, const size_t at[3])
 {
 	size_t lo[3], hi[3];
 
 	about(lo, hi, d, at, 2);
+	for (int a = 0; a < 3; a++)
+		if (hi[a] - lo[a] < 4) /* beyond the border */
+			return true;
 	for (size_t k = lo[2]; k <= hi[2]; k++)
 		for (size_t j = lo[1]; j <= hi[1]; j++)
 			for (size_t i = lo[0]; i <= hi[0]; i++)
@@ -229,7 +232,7 @@ static void dim(void *arg, size_t plane, size_t worker)
 		float least, most;
 
 		range_about(&least, &most, d, at);
-		if (!(least < LUNG && most < BONE) || air_about(d, at))
+		if (!(least < LUNG && most < BONE) || (least <= AIR && air_about(d, at)))
 			continue;
 		most = fmaxf(most, TISSUE);
 		for (size_t k = at[2] * s; k < (at[2] + 1) * s && k < n[2]; k++)

@@ -15,9 +15,9 @@
  *
  * Where there is lung and neither bone nor air, x + h is no higher than the highest x about it, or
  * 50 HU: of vessels of 100 HU the expectation made specks of up to 460 HU, as dense as bone. That
- * is where in a block and its neighbours the least x is below -500 HU and the highest below 250,
- * and no block up to two away has a mean below -985 HU (single voxels of x ring lower). Beside air
- * there may be thin bone, as in a nose.
+ * is where in a block and its neighbours the highest x is below 250 HU and the least below -500,
+ * and above -985; or, for single voxels of x ring lower, where no block up to two away has a mean
+ * below that, or lies beyond the border. Beside air there may be thin bone, as in a nose.
  * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_RESTORE_STEPS_H
