@@ -40,7 +40,7 @@ measure() { # measure ROW COMMAND...: a line of TABLE, unless it is there
 }
 
 stages() { # stages EDGE: a row of the table
-	if [ "$1" = all ]; then cp "$VOLUME" "$dir/scan.nii.gz"; in=$dir/scan.nii.gz; else scan $(($1 / 2)); in=$dir/scan.nii; fi
+	if [ "$1" = all ]; then in=${VOLUME:?b-size.sh: all of which VOLUME}; else scan $(($1 / 2)); in=$dir/scan.nii; fi
 	/usr/bin/time -o "$dir/time" -f '%e %M' ct-sr -vv -f -x 2 ${MEMORY:+--memory "$MEMORY"} "$in" "$dir/fine.nii" 2>"$dir/log" ||
 		{ cat "$dir/log" >&2; return 1; }
 	awk 'NR == FNR {took = $1; peak = $2 / 1024; next}

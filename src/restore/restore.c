@@ -382,7 +382,7 @@ double ct_restore_bytes(const struct ct_slice_prior *prior, const struct ct_rest
 
 	cell = (double)ct_slice_prior_knows(axes, prior, &rule->by, false);
 	more = ct_slice_prior_bytes(prior) + CT_RESTORE_CODE +
-	       (second ? 3 : 2) * fine / pow(cell, 3);
+	       (second ? 4 : 3) * fine / pow(cell, 3);
 	work = fmax(ct_slice_prior_work(prior, &rule->by, false, threads),
 		second ? ct_slice_prior_work(prior, &rule->by, true, threads) : 0);
 	for (int a = 0; a < 3; a++)
