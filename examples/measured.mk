@@ -5,7 +5,7 @@
 #   git clone https://github.com/tomopy/tomopy                              # source/tomopy/data/tooth.h5
 #   make -f examples/measured.mk HTC=kex/data/HTC2022/TestData TOOTH=tomopy/source/tomopy/data/tooth.h5
 #
-# Five minutes of one core.
+# Four minutes of CPU time.
 #
 # In OUT/table: of each phantom the correlation of ct-fdk with the FBP of the organisers on their grid, in the circle
 # of 250 pixels; then of arcs of VIEWS views (every half degree) the score of the challenge, Matthews' coefficient
