@@ -3,7 +3,7 @@
 # peak.sh [TRIES [COMMAND]]: TRIES (20) random runs of the commands that take --memory, or of COMMAND alone:
 # sizes, factors, methods, threads, .nii, .nii.gz or a pipe, and a bound from the least that the command
 # says it takes on. No process may hold more than the bound and 64 MiB. SEED=2 is another choice. What each
-# run held stands before the table.
+# run held stands before the table. Then, what --dry-run says that ct-sr takes, beside what it took, TRIES / 5 times.
 . "$(dirname "$0")/lib.sh"
 tries=${1:-20} only=${2:-}
 command -v python3 >/dev/null || { echo "$part: no python3" >&2; exit 99; }
@@ -82,4 +82,17 @@ while [ $k -lt "$tries" ]; do
 done
 sort -t, -k3.1n held
 echo "# least: $(sed 's/.*M, \([-0-9]*\) to spare.*/\1/' held | sort -n | head -n 1) MiB to spare"
+if [ -z "$only" ] || [ "$only" = ct-sr ]; then
+	row 'seconds told and taken'
+	k=0
+	while [ $((k * 5)) -lt "$tries" ]; do
+		small 72x72x72 96x88x80 112x96x104; among draft fast balanced; q=$W
+		line="ct-sr -t 1 -x $x -Q $q $v.nii"
+		told=$($line o.nii --dry-run --json | sed -n 's/^  "seconds": \([^,]*\),*$/\1/p')
+		/usr/bin/time -o took -f '%U + %S' $line -q -f o.nii 2>err
+		awk "BEGIN {took = $(cat took); exit !($told < 1.7 * took && $told > .6 * took)}"
+		tally $? "$told s told, $(cat took) s taken: $line"
+		k=$((k + 1))
+	done
+fi
 finish
