@@ -69,6 +69,10 @@ bad=$(find tests/fuzz/corpus -mindepth 1 | grep -v '^tests/fuzz/corpus/[a-z-]*\.
 		x=${f#tests/fuzz/fuzz-}; [ -f "tests/fuzz/corpus/${x%.c}.tar" ] || echo "$f has no corpus"; done)
 [ -z "$bad" ]; ok $? 'the corpus of each fuzz target is one archive (scripts/fuzz-corpus.sh pack)'
 [ -z "$bad" ] || echo "$bad" | sed 's/^/# /'
+bad=$(sed -n 's/^[a-z].*\b\(ct_product_[a-z]*\)(.*/\1/p' src/nn/product.h | while read -r k; do
+	grep -q "^[a-z].*\b$k(" bench/train/dnn-plain.c || echo "$k"; done)
+[ -z "$bad" ]; ok $? 'bench/train/dnn-plain.c stands for all of nn/product.h'
+[ -z "$bad" ] || echo "$bad" | sed 's/^/# /'
 # A name of a test says one property and stands alone. Files with names that are short yet: a file leaves the list, none comes.
 left() {
 	[ "$1" = short ] || return 0

@@ -120,6 +120,11 @@ int ct_dnn_sgemm(bool ta, bool tb, size_t m, size_t n, size_t k, float alpha, co
 	return rc ? ct_fail(e, CT_ENOMEM, "no memory for a matrix product") : 0;
 }
 
+bool ct_product_orders(void)
+{
+	return true;
+}
+
 int ct_product_alloc(struct ct_product **out, const float *matrix, size_t rows, size_t columns,
 	size_t ldy, struct ct_err *e)
 {
