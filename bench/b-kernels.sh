@@ -2,11 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 # b-kernels.sh: ticks of the processor's counter that a call of each kernel takes at each level, of
 # size 256: the least of nine rounds of sixteen calls. The table is that of tests/t-kernels*.c.
-# Then GUPS (1e9 updates of a voxel by a view, a second of CPU time) of our back-projection,
-# one thread, and of the assembly of RabbitCT on the same pixels and matrices, in turn in one process.
+# Then GUPS (1e9 updates of a voxel by a view, a second of CPU time with one thread, of the clock with
+# more) of our back-projection, and of the assembly of RabbitCT on the same pixels and matrices, in turn in one process.
 #   RABBITCT=folder   its sources (https://github.com/HPC-Dwarfs/RabbitCT, MIT), compiled in a folder
-#                     that is removed, with the flags of its mk/include_GCC.mk, without OpenMP
-#    SIZES=128         edges of the volume
+#                     that is removed, with the flags of its mk/include_GCC.mk
+#   SIZES=128         edges of the volume
+#   VIEWS=32          views of 512x512 pixels; RabbitCT's own scan has 496
+#   THREADS=1         of both
+#   ROUNDS=7          to take the median of
 set -e
 for t in t-kernels t-kernels-scan t-kernels-model; do "$builddir/tests/$t" time; done
 dir=$(mktemp -d); trap 'rm -rf "$dir"' EXIT
@@ -16,7 +19,7 @@ if [ -n "$RABBITCT" ]; then
 		name=${simd%=*}
 		(cd "$RABBITCT/src" && gcc -shared -fPIC -O3 -ffast-math -march=native -std=c99 -w \
 			-D_GNU_SOURCE -DARRAY_ALIGNMENT=64 -DSIMD_NAME="\"$name\"" -DVECTORSIZE="${simd#*=}" \
-			-I. -o "$dir/$name.so" LolaASM.c analyseGeometry.c "fastRabbit$name.S" -lm)
+			-I. -o "$dir/$name.so" LolaASM.c analyseGeometry.c "fastRabbit$name.S" -fopenmp -lm)
 		case $name in AVX512) grep -qw avx512f /proc/cpuinfo || continue ;; esac
 		peers="$peers RabbitCT-$name=$dir/$name.so"
 	done
@@ -25,5 +28,5 @@ else
 fi
 for n in ${SIZES:-128}; do
 	# shellcheck disable=SC2086
-	"$builddir/bench/backproject-calls" "$n" $peers | grep -v -e '^Padd' -e '^SIMD' -e '^Alloc' -e '^Wrote'
+	OMP_NUM_THREADS=${THREADS:-1} "$builddir/bench/backproject-calls" "$n" "${VIEWS:-32}" "${THREADS:-1}" "${ROUNDS:-7}" $peers | grep -v -e '^Padd' -e '^SIMD' -e '^Alloc' -e '^Wrote'
 done

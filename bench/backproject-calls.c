@@ -1,13 +1,14 @@
-/* backproject-calls.c: back-projection (recon/backproject.h) of VIEWS views of 512x512 pixels onto
- * n^3 voxels of a cube of 256 mm, one thread, in GUPS: 1e9 updates of a voxel by a view, a second
- * of CPU time. Beside it, in turn in one process,
+/* backproject-calls.c: back-projection (recon/backproject.h) of views of 512x512 pixels onto
+ * n^3 voxels of a cube of 256 mm in GUPS: 1e9 updates of a voxel by a view, a second of CPU time
+ * with one thread, of the clock with more. Beside it, in turn in one process,
  *
  *   one tile   our kernel on one tile of voxels and two views again and again, so that nothing
- * comes from memory: what the instructions alone take RabbitCT   `lolaAsmBackprojection` of the
- * shared objects that are named (b-kernels.sh), on the same pixels and matrices, and the
- * largest difference of the volumes
+ *              comes from memory: what the instructions alone take, of one thread
+ *   RabbitCT   `lolaAsmBackprojection` of the shared objects that are named (b-kernels.sh), on the
+ *              same pixels and matrices, and the largest difference of the volumes
  *
- * Usage: backproject-calls N [NAME=OBJECT...]. SPDX-License-Identifier: Apache-2.0 */
+ * Usage: backproject-calls N VIEWS THREADS ROUNDS [NAME=OBJECT...].
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "bench/bench.h"
 #include "recon/backproject.h"
@@ -18,7 +19,7 @@
 #include <stdint.h>
 #include <string.h>
 
-enum { VIEWS = 32, SIDE = 512, PEERS = 4 };
+enum { SIDE = 512, PEERS = 4, WORDS = 5, MOST_ROUNDS = 15, TILE_PART = 16 };
 
 /* RabbitCT's src/rabbitCt.h. */
 struct projection {
@@ -46,18 +47,18 @@ struct peer {
 
 static struct {
 	struct ct_backprojector b;
-	float *volume, *views, *blend;
+	float *volume, *pixels, *blend;
 	float (*acc)[CT_BP_TILE][CT_BP_SEGMENT];
 	struct ct_par *par;
-	size_t updates;
+	size_t n, views, threads, rounds, updates;
 } our;
 
 /* A cone beam about axis 2: source at 750 mm, detector at 1200, pixels of 1.05 mm: the shadow of
  * the cube is larger than the detector, as RabbitCT takes for granted. */
 static void matrix_of(double m[3][4], size_t view, double mm, double first)
 {
-	const double a = 2 * M_PI * (double)view / VIEWS, c = cos(a), s = sin(a), far = 750,
-		     f = 1200 / 1.05 / far, mid = (SIDE - 1) / 2.0;
+	const double a = 2 * M_PI * (double)view / (double)our.views, c = cos(a), s = sin(a),
+		     far = 750, f = 1200 / 1.05 / far, mid = (SIDE - 1) / 2.0;
 	const double world[3][4] = {{mid * -s / far + f * c, mid * c / far + f * s, 0, mid},
 		{mid * -s / far, mid * c / far, f, mid}, {-s / far, c / far, 0, 1}};
 
@@ -76,7 +77,7 @@ static double pixel(size_t view, size_t row, size_t col)
 static void ours(void *arg)
 {
 	(void)arg;
-	ct_backproject(&our.b, 0, VIEWS, our.volume, our.views, our.par);
+	ct_backproject(&our.b, 0, our.views, our.volume, our.pixels, our.par);
 }
 
 static void tile(void *arg)
@@ -87,9 +88,10 @@ static void tile(void *arg)
 		&our.b, {2, 0, 1}, {most, side, side}, {(double)n, (double)n, 0}};
 
 	(void)arg;
-	for (size_t done = 0; done < our.updates; done += most * side * side * CT_BP_GROUP)
+	for (size_t done = 0; done < our.updates / TILE_PART;
+		done += most * side * side * CT_BP_GROUP)
 		CT_SIMD(ct_backproject_line_tile)
-	(our.acc, &t, 0, CT_BP_GROUP, our.views, our.blend + CT_BP_SLACK);
+	(our.acc, &t, 0, CT_BP_GROUP, our.pixels, our.blend + CT_BP_SLACK);
 }
 
 static void theirs(void *arg)
@@ -99,8 +101,9 @@ static void theirs(void *arg)
 	p->run(&p->data);
 }
 
-static int open_peer(struct peer *p, char *word, size_t n, double mm, double first)
+static int open_peer(struct peer *p, char *word, double mm, double first)
 {
+	const size_t n = our.n;
 	int (*prepare)(struct rabbit *);
 	char *file = strchr(word, '=');
 	void *so;
@@ -114,17 +117,17 @@ static int open_peer(struct peer *p, char *word, size_t n, double mm, double fir
 	p->name = word;
 	*(void **)&prepare = dlsym(so, "lolaAsmPrepare");
 	*(void **)&p->run = dlsym(so, "lolaAsmBackprojection");
-	p->data = (struct rabbit){
-		(uint32_t)n, SIDE, SIDE, (float)mm, (float)first, .views = VIEWS, .clip = p->clip};
+	p->data = (struct rabbit){(uint32_t)n, SIDE, SIDE, (float)mm, (float)first,
+		.views = (uint32_t)our.views, .clip = p->clip};
 	snprintf(p->clip, sizeof p->clip, "%s.%zu", file + 1, n);
 	p->data.volume = aligned_alloc(/* it stores whole registers */
 		64, n * n * n * sizeof(float) / 64 * 64 + 64);
 	if (!prepare || !p->run || !p->data.volume ||
-		ct_alloc0(&p->data.geometry, 12 * VIEWS, sizeof(double), &e) ||
-		ct_alloc0(&p->data.view, VIEWS, sizeof *p->data.view, &e))
+		ct_alloc0(&p->data.geometry, 12 * our.views, sizeof(double), &e) ||
+		ct_alloc0(&p->data.view, our.views, sizeof *p->data.view, &e))
 		return -1;
 	memset(p->data.volume, 0, n * n * n * sizeof(float));
-	for (size_t v = 0; v < VIEWS; v++) {
+	for (size_t v = 0; v < our.views; v++) {
 		struct projection *view = &p->data.view[v];
 		double m[3][4];
 
@@ -140,22 +143,24 @@ static int open_peer(struct peer *p, char *word, size_t n, double mm, double fir
 	return prepare(&p->data);
 }
 
-static int open_ours(size_t n, double mm, double first)
+static int open_ours(double mm, double first)
 {
+	const size_t n = our.n;
 	struct ct_err e;
 
-	our.b = (struct ct_backprojector){
-		{n, n, n}, VIEWS, SIDE, SIDE, (CT_BP_PAD + SIDE + 1 + 15 + 15) / 16 * 16, NULL, 2};
-	our.updates = n * n * n * VIEWS;
-	if (ct_alloc0(&our.b.map, VIEWS, sizeof *our.b.map, &e) ||
+	our.b = (struct ct_backprojector){{n, n, n}, our.views, SIDE, SIDE,
+		(CT_BP_PAD + SIDE + 1 + 15 + 15) / 16 * 16, NULL, 2};
+	our.updates = n * n * n * our.views;
+	if (ct_alloc0(&our.b.map, our.views, sizeof *our.b.map, &e) ||
 		ct_alloc0(&our.volume, n * n * n, sizeof(float), &e) ||
-		ct_alloc0(&our.views, VIEWS * ct_backprojector_size(&our.b), sizeof(float), &e) ||
+		ct_alloc0(&our.pixels, our.views * ct_backprojector_size(&our.b), sizeof(float),
+			&e) ||
 		ct_alloc0(&our.blend, CT_BP_BLEND + 2 * CT_BP_SLACK, sizeof(float), &e) ||
 		ct_alloc0(&our.acc, CT_BP_TILE, sizeof *our.acc, &e) ||
-		ct_par_alloc(&our.par, 1, &e))
+		ct_par_alloc(&our.par, our.threads, &e))
 		return -1;
-	for (size_t v = 0; v < VIEWS; v++) {
-		float *view = our.views + v * ct_backprojector_size(&our.b);
+	for (size_t v = 0; v < our.views; v++) {
+		float *view = our.pixels + v * ct_backprojector_size(&our.b);
 
 		matrix_of(our.b.map[v], v, mm, first);
 		for (size_t c = 0; c < SIDE; c++)
@@ -171,7 +176,7 @@ static bool is_seen(size_t i, size_t n)
 {
 	const double at[4] = {(double)(i % n), (double)(i / n % n), (double)(i / n / n), 1};
 
-	for (size_t v = 0; v < VIEWS; v++) {
+	for (size_t v = 0; v < our.views; v++) {
 		double p[3] = {0};
 
 		for (int r = 0; r < 3; r++)
@@ -197,52 +202,67 @@ static double apart(const float *a, size_t n)
 	return worst / most;
 }
 
+/* The median GUPS, and of the time by ours median, least and most. */
+static void tell(const char *name, double *t, const double *by)
+{
+	double ratio[MOST_ROUNDS];
+
+	for (size_t i = 0; i < our.rounds; i++)
+		ratio[i] = t[i] / by[i];
+	qsort(ratio, our.rounds, sizeof *ratio, bench_order);
+	printf("  %.3g GUPS %s, time by ours %.3g [%.3g..%.3g]\n",
+		(double)our.updates / 1e9 / bench_median(t, our.rounds), name,
+		ratio[our.rounds / 2], ratio[0], ratio[our.rounds - 1]);
+}
+
+static bool read_words(int argc, char **argv)
+{
+	size_t *to[] = {&our.n, &our.views, &our.threads, &our.rounds};
+
+	for (int i = 0; i < WORDS - 1 && i + 1 < argc; i++)
+		*to[i] = strtoul(argv[i + 1], NULL, 10);
+	return argc >= WORDS && argc <= WORDS + PEERS && our.n >= 16 && our.n <= 1024 &&
+	       our.views >= 2 && our.views <= 4096 && our.threads >= 1 && our.rounds >= 1 &&
+	       our.rounds <= MOST_ROUNDS;
+}
+
 int main(int argc, char **argv)
 {
-	const size_t n = argc > 1 ? strtoul(argv[1], NULL, 10) : 256;
-	const double mm = 256.0 / (double)n, first = -0.5 * mm * ((double)n - 1);
 	static struct peer peer[PEERS];
-	const size_t peers = argc > 2 ? (size_t)argc - 2 : 0, sides = peers + 2;
-	double t[PEERS + 2][BENCH_ROUNDS];
+	static double t[PEERS + 2][MOST_ROUNDS];
+	double ours_in_turn[MOST_ROUNDS];
 
-	if (n < 16 || n > 1024 || peers > PEERS || open_ours(n, mm, first))
+	if (!read_words(argc, argv)) {
+		fprintf(stderr, "backproject-calls N VIEWS THREADS ROUNDS [NAME=OBJECT...]\n");
+		return 2;
+	}
+	const double mm = 256.0 / (double)our.n, first = -0.5 * mm * ((double)our.n - 1);
+	const clockid_t clock = our.threads > 1 ? CLOCK_MONOTONIC : CLOCK_PROCESS_CPUTIME_ID;
+	const size_t peers = (size_t)(argc - WORDS), sides = peers + 2;
+
+	if (open_ours(mm, first))
 		return 1;
 	for (size_t p = 0; p < peers; p++)
-		if (open_peer(peer + p, argv[p + 2], n, mm, first) < 0)
+		if (open_peer(peer + p, argv[p + WORDS], mm, first) < 0)
 			return 1;
-	for (int round = -1; round < BENCH_ROUNDS; round++)
-		for (size_t s = 0; s < sides; s++) {
-			const double took = bench_time(CLOCK_PROCESS_CPUTIME_ID,
+	for (size_t round = 0; round <= our.rounds; round++) /* the first counts not */
+		for (size_t s = 0; s < sides; s++)
+			t[s][round ? round - 1 : 0] = bench_time(clock,
 				s == 0   ? ours
 				: s == 1 ? tile
 					 : theirs,
 				s < 2 ? NULL : peer + s - 2);
-
-			if (round >= 0)
-				t[s][round] = took;
-		}
-	for (size_t s = 0; s < sides; s++) {
-		double ratio[BENCH_ROUNDS];
-
-		for (int i = 0; i < BENCH_ROUNDS; i++)
-			ratio[i] = t[s][i] / t[0][i];
-		qsort(ratio, BENCH_ROUNDS, sizeof *ratio, bench_order);
-		if (s == 0)
-			printf("%zu^3, %d views, v%d: %.3g GUPS ct_backproject\n", n, VIEWS,
-				ct_simd_level(),
-				(double)our.updates / 1e9 /
-					bench_median(
-						(double[BENCH_ROUNDS]){t[0][0], t[0][1], t[0][2],
-							t[0][3], t[0][4], t[0][5], t[0][6]},
-						BENCH_ROUNDS));
-		else
-			printf("  %.3g GUPS %s, time by ours %.3g [%.3g..%.3g]\n",
-				(double)our.updates / 1e9 / bench_median(t[s], BENCH_ROUNDS),
-				s == 1 ? "one tile" : peer[s - 2].name, ratio[BENCH_ROUNDS / 2],
-				ratio[0], ratio[BENCH_ROUNDS - 1]);
-		if (s > 1)
-			printf("  difference of volumes %.2g of the largest\n",
-				apart(peer[s - 2].data.volume, n));
+	memcpy(ours_in_turn, t[0], sizeof ours_in_turn);
+	for (size_t i = 0; i < our.rounds; i++)
+		t[1][i] *= TILE_PART;
+	printf("%zu^3, %zu views, %zu threads, v%d: %.3g GUPS ct_backproject\n", our.n, our.views,
+		our.threads, ct_simd_level(),
+		(double)our.updates / 1e9 / bench_median(t[0], our.rounds));
+	tell("one tile", t[1], ours_in_turn);
+	for (size_t p = 0; p < peers; p++) {
+		tell(peer[p].name, t[p + 2], ours_in_turn);
+		printf("  difference of volumes %.2g of the largest\n",
+			apart(peer[p].data.volume, our.n));
 	}
 	return 0;
 }
