@@ -5,7 +5,8 @@
 #   git clone https://github.com/tomopy/tomopy                              # source/tomopy/data/tooth.h5
 #   make -f examples/measured.mk HTC=kex/data/HTC2022/TestData TOOTH=tomopy/source/tomopy/data/tooth.h5
 #
-# Four minutes of CPU time.
+# Four minutes of CPU time. With `challenge` at the end: OUT/challenge, a line of each of the 21 phantoms of the challenge, with
+# the arc of its level, 90 to 30 degrees; MINUTES more.
 #
 # In OUT/table: of each phantom the correlation of ct-fdk with the FBP of the organisers on their grid, in the circle
 # of 250 pixels; then of arcs of VIEWS views (every half degree) the score of the challenge, Matthews' coefficient
@@ -14,7 +15,8 @@
 # views of the full turn, on 256x256: the full scan (truth), the CT that is 8 times coarser, made of it and upsampled (up),
 # and ct-fdk (fdk), ct-fdk -m tv (tv), ct-fuse (fuse) and ct-nabgs (nabgs) of the views. ct-nabgs knows no fan, so that is
 # read as a cone of one row.
-# OUT/*-arcs.png and *-joint.png show both.
+# OUT/*-arcs.png and *-joint.png show both. In OUT/challenge: the correlation of ct-fdk of all views with the FBP of the
+# organisers, the scores of their segmentation of the arc, and of ct-fdk -m tv of it.
 # doc/measured.md says what was found. Needs Python with nibabel and SciPy.
 HTC =
 TOOTH =
@@ -46,6 +48,24 @@ $(OUT)/%-arcs.png: $(foreach n,$(VIEWS),$(OUT)/%-cgls-$(n).nii $(OUT)/%-tv-$(n).
 	@rm -f $@ && $(draw) -w 0:.045 $^
 $(OUT)/%-joint.png: $(foreach m,$(JOINT),$(OUT)/%-joint-$(m).nii)
 	@rm -f $@ && $(draw) -w -1000:800 $^
+
+# The challenge itself: three phantoms a level, of each the views that its file of limited data has.
+LEVELS = 1 2 3 4 5 6 7
+DISCS = $(foreach l,$(LEVELS),0$(l)a 0$(l)b 0$(l)c)
+challenge: $(OUT)/challenge
+	@cat $<
+$(OUT)/challenge: $(foreach p,$(DISCS),$(OUT)/$(p)-full.nii $(OUT)/$(p)-limited.nii)
+	@for p in $(DISCS); do seg=$(HTC)/htc2022_$${p}_recon_fbp_seg; \
+		set -- $$p $$($(SCORE) correlate $(HTC)/htc2022_$${p}_recon_fbp.mat $(OUT)/$$p-full.nii) \
+			$$($(SCORE) segment $$seg.mat $${seg}_limited.mat $(OUT)/$$p-limited.nii); \
+		echo $$1 $$3 $$6 $$8; done | awk '{n[$$1 + 0]++; r[$$1 + 0] += $$2; a[$$1 + 0] += $$3; b[$$1 + 0] += $$4; print} \
+		END {for (l = 1; l in n; l++) printf "level %d: %.5f %.4f %.4f\n", l, r[l] / n[l], a[l] / n[l], b[l] / n[l]}' >$@.part
+	@mv $@.part $@
+$(OUT)/%-limited.exr:
+	@mkdir -p $(OUT)
+	ct-convert -q -f --projections auto --mu-water .046 $(HTC)/htc2022_$*_limited.mat $@
+$(OUT)/%-limited.nii: $(OUT)/%-limited.exr $(OUT)/grid256.nii
+	ct-fdk -q -m tv -n 200 --nonnegative --tv $(TV) --quantity density --grid $(OUT)/grid256.nii $< $@
 
 $(OUT)/grid%.nii:
 	@mkdir -p $(OUT) && head -c $$(($* * $*)) /dev/zero >$@.raw

@@ -2,7 +2,7 @@
 """Scores of measured.mk: a slice against what the organisers of the Helsinki Tomography Challenge 2022 made.
 
     measured.py correlate FBP.mat SLICE...    correlation within 250 pixels of the middle, and the scale
-    measured.py segment SEG.mat SLICE...      Matthews' coefficient of the slice above Otsu's threshold
+    measured.py segment SEG.mat SLICE...      Matthews' coefficient of the slice above Otsu's threshold, or of another SEG.mat
     measured.py cupping SEG.mat SLICE...      density of the plastic within 80 pixels of its middle, and beyond 170; of holes
 """
 import sys
@@ -22,7 +22,7 @@ def otsu(x):
 
 
 def segment(x, want):
-    got, want = x > otsu(x), want > 0
+    got, want = x if x.dtype == bool else x > otsu(x), want > 0
     tp, tn = float((got & want).sum()), float((~got & ~want).sum())
     fp, fn = float((got & ~want).sum()), float((~got & want).sum())
     return "%.4f" % ((tp * tn - fp * fn) / np.sqrt((tp + fp) * (tp + fn) * (tn + fp) * (tn + fn)))
@@ -42,8 +42,12 @@ def cupping(x, want):
     return "%.5f %.5f %.5f" % (x[inside & (r < 80)].mean(), x[inside & (r > 170)].mean(), x[holes].mean())
 
 
-want = [v for k, v in sio.loadmat(sys.argv[2]).items() if k[0] != "_"][0]
+def load(name):
+    return [v for k, v in sio.loadmat(name).items() if k[0] != "_"][0]
+
+
+want = load(sys.argv[2])
 for name in sys.argv[3:]:
-    x = np.asarray(nib.load(name).dataobj)[:, :, 0]
+    x = load(name) > 0 if name.endswith(".mat") else np.asarray(nib.load(name).dataobj)[:, :, 0]
     x = x.repeat(512 // x.shape[0], 0).repeat(512 // x.shape[1], 1)
     print(name, {"segment": segment, "correlate": correlate, "cupping": cupping}[sys.argv[1]](x, want))

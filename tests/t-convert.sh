@@ -11,8 +11,8 @@ raw='--raw 4x3x2:i16:1,2,3'
 # shellcheck disable=SC2086
 exits 0 'raw voxels are read' ct-convert $raw --rescale 1,-1024 a.raw a.nii
 exits 0 'NIfTI is copied through a pipe' sh -c 'cat a.nii | ct-convert - - | cat >b.nii'
-exits 0 'gzip is written' ct-convert a.nii a.nii.gz
-gzip -t a.nii.gz; ok $? 'and is gzip'
+exits 0 'ct-convert writes a volume named .nii.gz' ct-convert a.nii a.nii.gz
+gzip -t a.nii.gz; ok $? 'a volume named .nii.gz is gzip'
 mv a.nii.gz misnamed.nii
 exits 0 'gzip is read whatever its name' ct-convert misnamed.nii c.nii
 tail -c 48 a.nii >va; tail -c 48 b.nii >vb; tail -c 48 c.nii >vc
@@ -23,12 +23,12 @@ tail -c 48 two.nii >vtwo; cmp -s va vtwo; ok $? 'the second like the first'
 { gzip -c a.nii; head -c 700 /dev/zero; } >padded.nii.gz
 exits 0 'zeros after the last member are padding' ct-convert padded.nii.gz padded.nii
 { head -c 360 a.nii | gzip -c; head -c 50 /dev/zero; tail -c +361 a.nii | gzip -c; } >broken.nii.gz
-exits 3 'not before it' ct-convert broken.nii.gz d.nii
+exits 3 'zeros between two members of gzip are refused with status 3' ct-convert broken.nii.gz d.nii
 for mask in 027 000; do (umask $mask; ct-convert -f a.nii "mode$mask.nii"); done
 [ "$(stat -c %a mode027.nii)" = 640 ] && [ "$(stat -c %a mode000.nii)" = 666 ]
 ok $? 'what is written may be read by those that umask allows'
 exits 4 'an existing file is kept' ct-convert a.nii b.nii
-exits 0 '--force writes it' ct-convert -f a.nii b.nii
+exits 0 '--force writes over an existing file' ct-convert -f a.nii b.nii
 exits 2 'a name of another format is refused' ct-convert a.nii a.mgz
 # shellcheck disable=SC2086
 exits 3 'too many raw bytes' sh -c 'cat a.raw a.raw >long.raw; ct-convert --raw 4x3x2:i16:1 long.raw d.nii'
@@ -36,22 +36,22 @@ exits 3 'too few raw bytes' ct-convert --raw 4x3x3:i16:1 a.raw d.nii
 exits 2 'raw needs a spacing' ct-convert --raw 4x3x2:i16 a.raw d.nii
 exits 2 'an unknown raw type' ct-convert --raw 4x3x2:i12:1 a.raw d.nii
 exits 2 'axes that are none' ct-convert --raw 4x3x2:i16:1 --orient LLS a.raw d.nii
-exits 2 'rescale without raw' ct-convert --rescale 2 a.nii d.nii
+exits 2 '--rescale without --raw is refused with status 2' ct-convert --rescale 2 a.nii d.nii
 exits 2 'a series without DICOM' ct-convert --series 1 a.nii d.nii
 head -c 370 a.nii >short.nii
-exits 3 'a truncated file' ct-convert short.nii d.nii
-exits 3 'an empty file' ct-convert /dev/null d.nii
+exits 3 'a truncated volume is refused with status 3' ct-convert short.nii d.nii
+exits 3 'an empty file is refused with status 3' ct-convert /dev/null d.nii
 printf 'hello, this is no volume' >text
-exits 3 'a text' ct-convert text d.nii
+exits 3 'a text is refused as a volume with status 3' ct-convert text d.nii
 has err 'text: not a NIfTI file' 'says which and why'
 [ ! -e d.nii ]; ok $? 'no file is left by failures'
 if [ -w /dev/full ]; then
-	exits 4 'a full disk' ct-convert a.nii /dev/full
+	exits 4 'a full disk ends ct-convert with status 4' ct-convert a.nii /dev/full
 	exits 4 'a full disk behind standard output' sh -c 'ct-convert a.nii - >/dev/full'
 fi
 exits 4 'a folder that is not there' ct-convert a.nii none/d.nii
 printf '\000\000\300\177\000\000\200\077' >nan.raw
-exits 6 'NaN is refused' ct-convert --raw 2x1x1:f32:1 nan.raw d.nii
+exits 6 'a NaN in raw voxels is refused with status 6' ct-convert --raw 2x1x1:f32:1 nan.raw d.nii
 ls -A | grep -q '^d\.nii'; [ $? -eq 1 ]; ok $? 'nor a temporary one'
 no() { exits 2 "$1" ct-convert $2 a.raw d.nii; has err "$3" "$3"; } # no NAME ARGS WORDS
 no 'raw without a type' '--raw 4x3x2' "'4x3x2' is not WxHxD:TYPE:X,Y,Z"
@@ -61,8 +61,8 @@ exits 2 '.nii.gz is no name' ct-convert a.nii .nii.gz
 exits 0 'what is no file needs no name' ct-convert -f a.nii /dev/null
 # three numbers of the operator go with their axes, and go where voxels change
 ct-phantom -q --size 24x24x24 --spacing 2,3,6 sphere p.nii && ct-degrade -q -x 4,2,1 p.nii q.nii
-ct-convert -q --reorient SRA q.nii r.nii && ct-info r.nii >info; has info '^  factor  *1,4,2$' 'factors'
-has info '^  sigma  *0,1.69865806,0.84932903$' 'and blurs'; has info '^orientation  *SRA$' 'with their axes'
+ct-convert -q --reorient SRA q.nii r.nii && ct-info r.nii >info; has info '^  factor  *1,4,2$' '--reorient permutes the factor with its axes'
+has info '^  sigma  *0,1.69865806,0.84932903$' '--reorient permutes the sigma with its axes'; has info '^orientation  *SRA$' 'a volume of --reorient SRA has the orientation SRA'
 ct-convert -q --iso 5 q.nii i.nii && ct-info i.nii >info
 ! grep -q '^  \(factor\|sigma\|decimate\)' info; ok $? 'none of other voxels'; has info '^size  *10 14 29$' 'as many as fit'
 has info '^centre-mm  *0 0 0$' 'about the same centre'
@@ -71,18 +71,19 @@ ct-phantom -q --size 8x8x8 --spacing 4 ellipsoids p4.nii; ct-convert -q --iso 4 
 head -c 64 /dev/zero | tr '\0' '2' >grey.raw
 exits 0 'a cube of grey values' ct-convert --units other --raw 4x4x4:u8:1,1,1 --cube 6 grey.raw grey.nii
 ct-info grey.nii >info; has info '^min  *0$' 'is padded with 0, not with air'
-exits 2 'too many voxels' ct-convert --iso 0.0001 --cube 8 q.nii d.nii; has err 'iso 0.0001 makes .* voxels along an axis' 'says so'
+exits 2 '--iso that makes too many voxels is refused with status 2' ct-convert --iso 0.0001 --cube 8 q.nii d.nii
+has err 'iso 0.0001 makes .* voxels along an axis' 'the error of too many voxels gives the value of --iso'
 if command -v nifti_tool >/dev/null 2>&1; then
-	nifti_tool -check_hdr -infiles a.nii >check 2>&1; grep -q 'IS GOOD' check; ok $? 'nifti_tool: header'
-	nifti_tool -check_nim -infiles a.nii >check 2>&1; grep -q 'IS GOOD' check; ok $? 'nifti_tool: image'
+	nifti_tool -check_hdr -infiles a.nii >check 2>&1; grep -q 'IS GOOD' check; ok $? 'nifti_tool finds the header good'
+	nifti_tool -check_nim -infiles a.nii >check 2>&1; grep -q 'IS GOOD' check; ok $? 'nifti_tool finds the image good'
 else
-	skip 'nifti_tool: header' 'no nifti_tool'
+	skip 'nifti_tool finds the header good' 'no nifti_tool'
 fi
 if python_with nibabel; then
 	"$PY" "$srcdir/tests/t-convert.py"
-	ok $? 'nibabel agrees'
+	ok $? 'nibabel reads voxels and places from ct-convert as they should be'
 else
-	skip 'nibabel agrees' 'no nibabel'
+	skip 'nibabel reads voxels and places from ct-convert as they should be' 'no nibabel'
 fi
 
 # ct-convert --crop: boxes of voxels and of millimetres, and the body.

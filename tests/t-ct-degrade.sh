@@ -17,23 +17,23 @@ nib.save(nib.Nifti1Image(a.astype(np.float32), affine), 'hr.nii')
 a[3, 4, 5] = np.nan
 nib.save(nib.Nifti1Image(a.astype(np.float32), affine), 'nan.nii')
 PY
-exits 0 'degrades' ct-degrade -x 4,4,2 hr.nii lr.nii
+exits 0 'ct-degrade reduces by a factor for each axis' ct-degrade -x 4,4,2 hr.nii lr.nii
 exits 0 'upsamples by what the file says' ct-upsample lr.nii up.nii
 exits 0 'upsamples by the same number' ct-upsample -x 4,4,2 lr.nii same.nii
 exits 2 'refuses another factor than the file says' ct-upsample -x 4 lr.nii no.nii
 has err 'lr.nii' 'and names the file'
-[ ! -e no.nii ]; ok $? 'and leaves nothing'
+[ ! -e no.nii ]; ok $? 'ct-upsample that refuses a factor leaves no output'
 exits 2 'does not upsample twice unasked' ct-upsample up.nii no.nii
 exits 0 'chooses a factor for a file that has none' ct-upsample -m linear hr.nii chosen.nii
 exits 2 'needs a factor to degrade' ct-degrade hr.nii no.nii
 exits 2 'refuses a factor below 1' ct-degrade -x 0.5 hr.nii no.nii
 exits 2 'refuses a negative blur' ct-degrade -x 2 --sigma -1 hr.nii no.nii
 exits 5 'refuses an axis shorter than its factor' ct-degrade -x 32 hr.nii no.nii
-has err 'hr.nii: .*30 voxels' 'and says which'
-exits 6 'refuses NaN' ct-degrade -x 2 nan.nii no.nii
-has err 'nan.nii: voxel (3,4,5)' 'and says where'
-exits 6 'refuses NaN upsampling' ct-upsample -x 2 nan.nii no.nii
-exits 4 'does not overwrite' ct-degrade -x 2 hr.nii lr.nii
+has err 'hr.nii: .*30 voxels' 'the error of an axis shorter than its factor gives its length'
+exits 6 'ct-degrade refuses a NaN with status 6' ct-degrade -x 2 nan.nii no.nii
+has err 'nan.nii: voxel (3,4,5)' 'the error of ct-degrade for a NaN names the voxel'
+exits 6 'ct-upsample refuses a NaN with status 6' ct-upsample -x 2 nan.nii no.nii
+exits 4 'ct-degrade refuses to overwrite a file with status 4' ct-degrade -x 2 hr.nii lr.nii
 exits 3 'names a file that is cut short' sh -c 'head -c 5000 hr.nii | ct-degrade -x 2 - -'
 [ ! -e no.nii ]; ok $? 'nothing is left by a failure'
 
@@ -51,12 +51,12 @@ cmp -s t1.nii t4.nii; ok $? '1 and 4 threads, same bytes'
 ct-degrade -x 3 --noise 11 -s 6 - - <hr.nii | ct-upsample - - | cmp -s - t1.nii
 [ $? -eq 1 ]; ok $? 'another seed, other noise'
 ct-degrade -x 3 --noise 11 hr.nii noisy.nii && ct-degrade -x 2 noisy.nii twice.nii
-[ "$(ct-info noisy.nii twice.nii | awk '/noise/ {print $2}' | head -n 1)" = 11 ]; ok $? 'noise is told'
+[ "$(ct-info noisy.nii twice.nii | awk '/noise/ {print $2}' | head -n 1)" = 11 ]; ok $? 'the header records the noise that was added'
 equal() { ct-metrics --ssim none --max rmse-hu=0 "$1" "$2" >/dev/null; }
 ct-degrade -x 3 -p P1n hr.nii n1.nii && ct-degrade -x 3 --noise 15 hr.nii n2.nii && equal n1.nii n2.nii; ok $? 'P1n: P1 and 15 HU'
 ct-degrade -x 3 -p P3n hr.nii n3.nii && ct-degrade -x 3 -p P3 --noise 15 hr.nii n4.nii && equal n3.nii n4.nii; ok $? 'P3n: P3 and 15 HU'
 ct-degrade -x 3 -p P3n --noise 0 hr.nii n5.nii && ct-degrade -x 3 -p P3 hr.nii n6.nii && equal n5.nii n6.nii; ok $? 'or as much as is said'
-exits 0 'of noise alone' ct-degrade -x 3 -p P1n --sigma 1 --decimate mean hr.nii n7.nii
+exits 0 'a protocol of which only its noise is left is accepted' ct-degrade -x 3 -p P1n --sigma 1 --decimate mean hr.nii n7.nii
 ct-degrade -x 3 --sigma 1 --decimate mean --noise 15 hr.nii n8.nii && equal n7.nii n8.nii; ok $? 'is left its noise'
 ct-info twice.nii >out; ! grep -q '^  *[a-z.]*noise ' out; ok $? 'and not when it was reduced again'
 

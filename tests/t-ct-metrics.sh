@@ -26,21 +26,21 @@ save(a[:6, :6], 'tiny.nii')
 save((x > 20) & (z > 3), 'mask.nii')
 save(np.where(a == -1000, -1024, b), 'noisy.nii')
 PY
-exits 0 'compares' ct-metrics --ssim all --json ref.nii test.nii
+exits 0 'ct-metrics compares two volumes with --ssim all' ct-metrics --ssim all --json ref.nii test.nii
 mv out all.json
-exits 0 'with a mask' ct-metrics --ssim all --json --mask mask.nii ref.nii test.nii
+exits 0 'ct-metrics compares two volumes within a mask' ct-metrics --ssim all --json --mask mask.nii ref.nii test.nii
 mv out mask.json
 ct-convert -q --crop 0:9,0:9,0:9 mask.nii small-mask.nii
 exits 5 'a mask of another grid' ct-metrics --mask small-mask.nii ref.nii test.nii; has err '^ct-metrics: small-mask.nii: grids differ' 'the error of a mask of another grid names the mask'
-exits 0 'without padding' ct-metrics --ssim none --json --mask padding noisy.nii test.nii
+exits 0 'ct-metrics compares two volumes with --mask padding' ct-metrics --ssim none --json --mask padding noisy.nii test.nii
 "$PY" - >log 2>&1 <<'PY'; ok $? 'the padding of REF does not count'
 import json
 n = sum((x - 20)**2 + (y - 18)**2 <= 300 for x in range(44) for y in range(37))*19
 assert json.load(open('out'))['voxels'] == n, (json.load(open('out'))['voxels'], n)
 PY
-exits 0 'with a range' ct-metrics --ssim all --json --range 2500 ref.nii test.nii
+exits 0 'ct-metrics compares two volumes with a range' ct-metrics --ssim all --json --range 2500 ref.nii test.nii
 mv out range.json
-exits 0 'with a window' ct-metrics --ssim none --window -200:300 ref.nii test.nii
+exits 0 'ct-metrics compares two volumes in a window' ct-metrics --ssim none --window -200:300 ref.nii test.nii
 mv out window.txt
 "$PY" - >log 2>&1 <<'PY'; ok $? 'PSNR, SSIM and errors are those of scikit-image and NumPy'
 import json, nibabel as nib, numpy as np
@@ -125,19 +125,19 @@ cmp -s s1.csv s4.csv; ok $? '1 and 4 threads, same table'
 cmp -s t1 t4; ok $? '1 and 4 threads, same bytes'
 exits 0 'ct-metrics reads TEST from a stream' sh -c 'cat test.nii | ct-metrics ref.nii -'
 cmp -s out text; ok $? 'TEST from a stream gives the same metrics'
-exits 0 'equal volumes' ct-metrics --min psnr=99,ssim-r2=1 ref.nii ref.nii
-has out '^psnr inf$' 'have infinite PSNR'
+exits 0 'equal volumes pass a PSNR of 99 and an SSIM of 1' ct-metrics --min psnr=99,ssim-r2=1 ref.nii ref.nii
+has out '^psnr inf$' 'equal volumes have an infinite PSNR'
 ct-metrics --json ref.nii ref.nii >json; "$PY" -c 'import json; assert json.load(open("json"))["psnr"] is None'
-ok $? 'null in JSON'
-exits 3 'misses a PSNR' ct-metrics --min psnr=60 ref.nii test.nii
-has out '^psnr' 'and reports it'
+ok $? 'an infinite PSNR is null in JSON'
+exits 3 'a PSNR below --min ends with status 3' ct-metrics --min psnr=60 ref.nii test.nii
+has out '^psnr' 'a PSNR below --min is reported all the same'
 has err 'below 60' 'a PSNR below --min is named in the error'
-exits 3 'misses an SSIM' ct-metrics --min ssim-r2=0.99999 ref.nii test.nii
-exits 5 'refuses another spacing' ct-metrics ref.nii moved.nii
-exits 5 'refuses another size' ct-metrics ref.nii short.nii
+exits 3 'an SSIM below --min ends with status 3' ct-metrics --min ssim-r2=0.99999 ref.nii test.nii
+exits 5 'a TEST of another spacing is refused with status 5' ct-metrics ref.nii moved.nii
+exits 5 'a TEST of another size is refused with status 5' ct-metrics ref.nii short.nii
 exits 5 'refuses slices smaller than the window' ct-metrics --ssim skimage tiny.nii tiny.nii
-exits 6 'refuses NaN' ct-metrics ref.nii nan.nii
-has err 'nan.nii: voxel (0,0,9) is NaN' 'and says where'
+exits 6 'a NaN in TEST is refused with status 6' ct-metrics ref.nii nan.nii
+has err 'nan.nii: voxel (0,0,9) is NaN' 'the error of a NaN in TEST names the voxel'
 exits 2 'window and range exclude each other' ct-metrics --window 0:1 --range 1 ref.nii test.nii
 exits 2 'one stream cannot be both' ct-metrics - -
 
@@ -176,14 +176,14 @@ sed 's/^/# /' log
 ct-metrics --per-slice - ref.nii test.nii >out
 [ "$(wc -l <out)" -eq $((44 + 37 + 19 + 1)) ]; ok $? 'a table to standard output takes the place of the report'
 exits 4 'an old table is kept' ct-metrics --per-slice s1.csv ref.nii test.nii
-exits 2 'one standard output' ct-metrics --per-slice - --csv ref.nii test.nii
+exits 2 '--csv and a table of slices cannot both be standard output' ct-metrics --per-slice - --csv ref.nii test.nii
 
 # Thresholds.
-exits 0 'all thresholds kept' ct-metrics --min psnr=20,ssim-r2=0.1 \
+exits 0 'figures within all of --min and --max end with status 0' ct-metrics --min psnr=20,ssim-r2=0.1 \
 	--max mae-hu=60,rmse-hu=70,gradient-i-hu-mm=95 ref.nii test.nii
-exits 3 'misses an MAE' ct-metrics --max mae-hu=40 ref.nii test.nii
+exits 3 'an MAE above --max ends with status 3' ct-metrics --max mae-hu=40 ref.nii test.nii
 has err 'mae-hu .* is above 40' 'an error above --max in HU is named in the error'
-exits 3 'misses an RMSE' ct-metrics --max mae-hu=60,rmse-hu=50 ref.nii test.nii
+exits 3 'an RMSE above --max ends with status 3' ct-metrics --max mae-hu=60,rmse-hu=50 ref.nii test.nii
 exits 3 'misses a gradient error' ct-metrics --max gradient-k-hu-mm=20 ref.nii test.nii
 exits 2 'a limit for a figure that is not reported' ct-metrics --max residual-max-hu=1 ref.nii test.nii
 has err "^ct-metrics: --max: the report has no figure 'residual-max-hu'$" 'is refused by name'
@@ -218,12 +218,12 @@ PY
 ct-metrics --ssim all --json flat100.nii flat300.nii >flat.json
 ct-metrics --ssim all --json --range 255 impulse.nii zero.nii >impulse.json
 ct-metrics --ssim all --json --range 65535 low16.nii high16.nii >int16.json
-exits 0 'one voxel thick' ct-metrics --ssim all --json thin-a.nii thin-b.nii
+exits 0 'volumes of one slice are compared with --ssim all' ct-metrics --ssim all --json thin-a.nii thin-b.nii
 mv out thin.json
 has err 'ssim-3d is left out' 'what needs more is left out, and said so'
 exits 5 'and refused if asked for' ct-metrics --ssim 3d thin-a.nii thin-b.nii
 exits 5 'as is a thin slice' ct-metrics --ssim wang side-a.nii side-b.nii
-exits 0 'its default works' ct-metrics side-a.nii side-b.nii
+exits 0 'volumes of one voxel along i are compared by default' ct-metrics side-a.nii side-b.nii
 has out '^gradient-i-hu-mm nan$' 'an axis of one voxel has no gradient'
 ct-metrics --ssim all --json bright-a.nii bright-b.nii >bright.json
 ct-metrics --ssim all --json --range 1600 bright-a.nii bright-b.nii >near.json
@@ -278,13 +278,13 @@ sed 's/^/# /' log
 
 # The data residual needs no ground truth.
 ct-degrade -x 4,4,2 ref.nii lr.nii && ct-upsample lr.nii up.nii
-exits 0 'certifies' ct-metrics --consistency lr.nii up.nii
-has out '^factor 4,4,2$' 'names the operator'
+exits 0 'ct-metrics --consistency compares a result with its scan' ct-metrics --consistency lr.nii up.nii
+has out '^factor 4,4,2$' 'ct-metrics --consistency reports the factor of the scan'
 exits 0 'certifies beside a reference, as JSON' \
 	ct-metrics --json --consistency lr.nii --map map.nii.gz ref.nii test.nii
 mv out both.json
 exits 0 'the volume that it was made of' ct-metrics --max residual-max-hu=0.01 --consistency lr.nii ref.nii
-exits 3 'another' ct-metrics --max residual-rms-hu=1 --consistency lr.nii test.nii
+exits 3 'a data residual above --max ends with status 3' ct-metrics --max residual-rms-hu=1 --consistency lr.nii test.nii
 has err 'residual-rms-hu .* is above 1' 'a residual above --max is named in the error'
 "$PY" - >log 2>&1 <<'PY'; ok $? 'the residual is that of ct-degrade, and its figures those of NumPy'
 import json, nibabel as nib, numpy as np, subprocess
@@ -314,8 +314,8 @@ ok $? 'is the same map'
 exits 3 'a header without operator' ct-metrics --consistency ref.nii test.nii
 has err 'ref.nii: the header names no operator' 'a reference without an operator is named in the error'
 exits 3 'an upsampled volume is no LR' ct-metrics --consistency up.nii test.nii
-exits 5 'another grid' ct-metrics --consistency lr.nii moved.nii
-exits 6 'NaN is refused' ct-metrics --consistency lr.nii nan.nii
+exits 5 '--consistency refuses a volume of another grid with status 5' ct-metrics --consistency lr.nii moved.nii
+exits 6 '--consistency refuses a NaN with status 6' ct-metrics --consistency lr.nii nan.nii
 exits 2 'one file needs --consistency' ct-metrics ref.nii
 has err 'missing TEST' 'a missing TEST is named in the error'
 exits 2 'what needs a reference' ct-metrics --consistency lr.nii --ssim r2 test.nii
@@ -332,7 +332,7 @@ def save(sigma, name):
     nib.save(nib.Nifti1Image(v.astype(np.float32), np.diag([.8, .8, .8, 1])), name)
 save(.7, 'sharp.nii'); save(1.3, 'soft.nii')
 PY
-exits 0 'measures edges' ct-metrics --ssim none --edges --json sharp.nii soft.nii
+exits 0 'ct-metrics --edges accepts a slanted edge' ct-metrics --ssim none --edges --json sharp.nii soft.nii
 "$PY" - >log 2>&1 <<'PY'; ok $? 'rise and MTF of a slanted edge under a Gaussian: closed form'
 import json, math
 r = json.load(open('out'))
@@ -349,8 +349,8 @@ exits 5 'too small for edges' ct-metrics --ssim none --edges tiny.nii tiny.nii
 # structures, through the command
 head -c 55296 /dev/zero >zero.raw
 ct-convert -q --raw 24x24x24:f32:2 zero.raw water.nii
-exits 0 'no edges' ct-metrics --ssim none --edges water.nii water.nii
-has out '^mtf50-ref nan$' 'no figures'
+exits 0 'ct-metrics --edges accepts a volume without edges' ct-metrics --ssim none --edges water.nii water.nii
+has out '^mtf50-ref nan$' 'a volume without edges has nan as mtf50-ref'
 ct-metrics --structures water.nii water.nii >out
 [ "$(grep -E '^(soft|struct|false|missed)' out | tr '\n' ' ')" = "soft-tissue-cm3 110.592 structures-bright 0 structures-dark 0 false-bright 0 false-dark 0 missed-bright 0 missed-dark 0 false-bright-per-cm3 0.000000 false-dark-per-cm3 0.000000 missed-bright-per-cm3 0.000000 missed-dark-per-cm3 0.000000 structures-false 0 structures-missed 0 " ]
 ok $? 'water is soft tissue without structures'
@@ -418,10 +418,10 @@ exits 2 'a table of slices is of one pair' ct-metrics --csv --per-slice none.csv
 
 # a thin volume: what can be measured
 ct-phantom -q -f --size 32x32x12 ellipsoids thin.nii; ct-phantom -q -f -s 2 --size 32x32x12 ellipsoids thin2.nii
-exits 0 'a thin volume' ct-metrics --harm --factor 4 thin.nii thin2.nii
+exits 0 'ct-metrics --harm accepts a thin volume' ct-metrics --harm --factor 4 thin.nii thin2.nii
 has err '^ct-metrics: warning: thin.nii: 12 voxels along axis 2 are too few for edges, which need 19: left out$' 'says what cannot be measured'
-has out '^structures-false' 'and measures the rest'; ! grep -q '^edges' out; ok $? 'of edges nothing'
-exits 5 'edges alone' ct-metrics --edges thin.nii thin2.nii
+has out '^structures-false' 'and measures the rest'; ! grep -q '^edges' out; ok $? 'a thin volume has no figures of edges'
+exits 5 '--edges of a thin volume is refused with status 5' ct-metrics --edges thin.nii thin2.nii
 
 # Surfaces, beside VTK: points by NumPy, nearest places on the triangles of vtkMarchingCubes.
 part surface

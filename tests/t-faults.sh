@@ -101,7 +101,7 @@ sr() { ct-sr -q "$@"; }
 for k in 1 2; do
 	: >log; exits 4 "rename $k of 2 fails" faulty IO_CALL=rename IO_AT=$k ct-sr -q --confidence map.nii lr.nii out.nii
 	[ ! -e map.nii ] && [ ! -e out.nii ] && [ -z "$(left)" ]; ok $? 'none of the two is there'
-	[ "$(ls tmp | sed 's/kept\.......\.//' | sort | tr '\n' ' ')" = 'map.nii out.nii ' ]; ok $? 'both are kept'
+	[ "$(ls tmp | sed 's/kept\.......\.//' | sort | tr '\n' ' ')" = 'map.nii out.nii ' ]; ok $? "both outputs are kept in TMPDIR when rename $k fails"
 	for f in tmp/*; do grep -q "$f" err && ct-info "$f" >/dev/null; ok $? 'whole, and where is said'; done
 	rm -f tmp/*
 done
@@ -112,8 +112,9 @@ for k in 1 2; do
 	[ "$(ls tmp | wc -l)" -eq 2 ]; ok $? 'and the new ones are kept'; rm -f tmp/*
 done
 exits 4 'no second names, rename 2 of 2 fails' faulty IO_CALL=link,rename IO_AT=2 IO_ON=1 ct-sr -qf --confidence map.nii lr.nii out.nii
-[ "$(cksum <out.nii)" = "$(echo "$before" | sed -n 's/ out.nii//p')" ] && ct-info map.nii >/dev/null; ok $? 'nothing is lost'; rm -f tmp/*
-exits 0 'over older ones' sr -f --confidence map.nii lr.nii out.nii; [ -z "$(left)" ]; ok $? 'leaves nothing'
+[ "$(cksum <out.nii)" = "$(echo "$before" | sed -n 's/ out.nii//p')" ] && ct-info map.nii >/dev/null; ok $? 'where links fail, a failed rename loses neither output'; rm -f tmp/*
+exits 0 'two outputs with --force are written over older ones' sr -f --confidence map.nii lr.nii out.nii
+[ -z "$(left)" ]; ok $? 'two outputs over older ones leave no temporary file'
 
 # a small stack
 for tool in "ct-sr -qf -Q fast lr.nii small.nii" "ct-upsample -qf -x 2 -m prior lr.nii small.nii" "ct-view -qf hr.nii small.png"; do
@@ -130,12 +131,13 @@ if ct-convert -q hr.nii group/s/ 2>/dev/null; then
 fi
 ln -s nowhere broken.nii; exits 4 'a link that leads nowhere' ct-convert -q hr.nii broken.nii
 has err '^ct-convert: broken.nii: is a symbolic link to nowhere, which is not there: remove the link' 'is said to be one'
-[ -L broken.nii ] && [ ! -e nowhere ]; ok $? 'and stays'
-ln -s nowhere broken; exits 4 'also in the place of a folder' ct-convert -q hr.nii broken/; has err 'broken: is a symbolic link to nowhere' 'it is said'
+[ -L broken.nii ] && [ ! -e nowhere ]; ok $? 'a link that leads nowhere stays as it is'
+ln -s nowhere broken; exits 4 'also in the place of a folder' ct-convert -q hr.nii broken/
+has err 'broken: is a symbolic link to nowhere' 'the error of a link in the place of a folder names both'
 long=$(printf '%0251d' 0)
-exits 0 'a name of 255 bytes' ct-convert -q hr.nii "$long.nii"; [ -s "$long.nii" ]; ok $? 'is written'
+exits 0 'a name of 255 bytes' ct-convert -q hr.nii "$long.nii"; [ -s "$long.nii" ]; ok $? 'a file with a name of 255 bytes is there'
 exits 4 'a name of 256' ct-convert -q hr.nii "0$long.nii"; has err 'the name is 256 bytes long, and a file.s name has at most 255' 'is refused before the work'
 ct-project -q -n 4 hr.nii p.exr
 exits 4 'a state of 256' ct-ddnm -q -n 2 -x 2 p.exr "$(printf '%0246d' 0).exr"
-has err 'bytes long, and a file.s name has at most 255' 'says so'
+has err 'bytes long, and a file.s name has at most 255' 'the error of a state whose name is too long gives the limit of 255 bytes'
 done_testing

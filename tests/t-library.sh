@@ -38,7 +38,7 @@ sed 's/^/# /' state
 
 # Installed, and used from there alone.
 mkdir root
-${MAKE:-make} -s -C "$builddir" DESTDIR="$PWD/root" MAKEFLAGS= install-library >made 2>&1; ok $? 'it is installed'
+${MAKE:-make} -s -C "$builddir" DESTDIR="$PWD/root" MAKEFLAGS= install-library >made 2>&1; ok $? 'make install-library installs the library below DESTDIR'
 pc=$(find "$PWD/root" -name ctsr.pc)
 [ -n "$pc" ] || { sed 's/^/# /' made; done_testing; }
 export PKG_CONFIG_PATH="${pc%/*}:$PKG_CONFIG_PATH" PKG_CONFIG_SYSROOT_DIR="$PWD/root"
@@ -52,18 +52,19 @@ $cc $flags "$srcdir/examples/superres.c" -o static $(pkg-config --cflags --stati
 ok $? 'and with the static one'
 sed 's/^/# /' err
 export LD_LIBRARY_PATH="$lib${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}"
-ct-phantom -q --size=24x24x24 --spacing=2 shepp-logan hi.nii && ct-degrade -q -x 2 -p P1 hi.nii lo.nii && ct-upsample -q -m tv lo.nii command.nii; ok $? 'a phantom'
+ct-phantom -q --size=24x24x24 --spacing=2 shepp-logan hi.nii && ct-degrade -q -x 2 -p P1 hi.nii lo.nii && ct-upsample -q -m tv lo.nii command.nii
+ok $? 'the commands make a phantom, its scan and its refinement'
 for how in shared static; do
 	./$how lo.nii $how.nii 2 >out 2>err; ok $? "the $how program runs"
-	grep -q 'residual' out; ok $? 'reports'
+	grep -q 'residual' out; ok $? "the $how program reports the data residual"
 	# behind the header, which tells who wrote it, are the voxels
 	bytes=$((24 * 24 * 24 * 4))
 	tail -c $bytes command.nii >want; tail -c $bytes $how.nii >got
 	cmp want got; ok $? 'and makes the voxels of ct-upsample'
 done
 exits 3 'a file that is not there is status 3' ./shared none.nii x.nii 2
-has err 'none.nii' 'and named'
-cp lo.nii was.nii; exits 4 'files that exist stay' ./shared hi.nii lo.nii 2; cmp -s lo.nii was.nii; ok $? 'as they were'
+has err 'none.nii' 'the error of the program names a file that is not there'
+cp lo.nii was.nii; exits 4 'files that exist stay' ./shared hi.nii lo.nii 2; cmp -s lo.nii was.nii; ok $? 'a file that exists is not changed by the program'
 exits 2 'a factor that is none is status 2' ./shared lo.nii x.nii 5000
 
 # A program that names NIfTI alone holds no other reader.
@@ -82,7 +83,7 @@ int main(int argc, char **argv)
 END
 # shellcheck disable=SC2046,SC2086
 $cc $flags alone.c -o alone $(pkg-config --cflags --static --libs ctsr | sed 's/-lctsr/-l:libctsr.a/') 2>err; ok $? 'a program that reads NIfTI'
-./alone hi.nii; ok $? 'does'
+./alone hi.nii; ok $? 'a program that names NIfTI alone reads a volume'
 nm alone | grep -E 'exr_|pickle|headed|safetensors|ct_dnn|format_ply' >others
 [ ! -s others ]; ok $? 'and holds no reader of EXR, PyTorch, safetensors, MetaImage or NRRD'
 sed 's/^/# /' others
@@ -92,8 +93,8 @@ if command -v g++ >/dev/null; then
 	echo '#include <ctsr.h>
 	int main() { return ctsr_version()[0] == 0; }' >plus.cc
 	# shellcheck disable=SC2046,SC2086
-	g++ -Wall -Wextra -Werror -pedantic $san plus.cc -o plus $(pkg-config --cflags --libs ctsr) && ./plus; ok $? 'C++ includes it'
+	g++ -Wall -Wextra -Werror -pedantic $san plus.cc -o plus $(pkg-config --cflags --libs ctsr) && ./plus; ok $? 'a program in C++ includes ctsr.h'
 else
-	skip 'C++ includes it' 'g++ is not here'
+	skip 'a program in C++ includes ctsr.h' 'g++ is not here'
 fi
 done_testing

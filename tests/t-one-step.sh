@@ -15,20 +15,22 @@ step() {
 	name_=$1 end_=$2 step_=$3 in_=$4 how_=$5; shift 5
 	n=$((n + 1))
 	# shellcheck disable=SC2086
-	{ exits 0 "$name_" "$@" "a$n.$end_"; exits 0 'by the library' c $step_ $in_ "b$n.$end_" $how_; exits 0 'by Python' py $step_ $in_ "c$n.$end_" $how_; }
-	exits 0 'the same numbers' py same "a$n.$end_" "b$n.$end_" "c$n.$end_"
+	{ exits 0 "$name_" "$@" "a$n.$end_"
+		exits 0 "step $n: the library runs $step_ on $in_" c $step_ $in_ "b$n.$end_" $how_
+		exits 0 "step $n: Python runs $step_ on $in_" py $step_ $in_ "c$n.$end_" $how_; }
+	exits 0 "step $n: command, library and Python make the same numbers by $step_ of $in_" py same "a$n.$end_" "b$n.$end_" "c$n.$end_"
 }
 # refused NAME STATUS END STEP 'IN...' 'KEY=VALUE...' COMMAND...: with the same words behind the name of the file or argument
 refused() {
 	name_=$1 status_=$2 end_=$3 step_=$4 in_=$5 how_=$6; shift 6
 	exits "$status_" "$name_" "$@" "no.$end_"; words 's/^ct-[a-z]*: //' >want
 	# shellcheck disable=SC2086
-	{ exits "$status_" 'by the library' c $step_ $in_ "no.$end_" $how_; words >got; }
+	{ exits "$status_" "the library refuses $step_ of $in_ with status $status_" c $step_ $in_ "no.$end_" $how_; words >got; }
 	# shellcheck disable=SC2086
-	{ exits "$status_" 'by Python' py $step_ $in_ "no.$end_" $how_; words >too; }
-	cmp -s want got && cmp -s got too; ok $? 'in the same words'
+	{ exits "$status_" "Python refuses $step_ of $in_ with status $status_" py $step_ $in_ "no.$end_" $how_; words >too; }
+	cmp -s want got && cmp -s got too; ok $? "command, library and Python refuse $step_ of $in_ in the same words"
 	cmp -s want got && cmp -s got too || sed 's/^/# /' want got too
-	[ ! -e "no.$end_" ]; ok $? 'and makes nothing'
+	[ ! -e "no.$end_" ]; ok $? "$step_ of $in_ that is refused makes no output"
 }
 # The message, without the name, the dashes of options, and what only a command or only a call can do about it.
 words() { sed "$1; s/^[^: ]*: //; s/--//g; s/ (but see .*//; s/: give .*//; s/-m fbp/method fbp/; s/add quantity/add/; s/\(low\|fine\|sinc\)\.exr/projections/; s/fine\.nii/reference/; 1q" err; }
@@ -41,12 +43,13 @@ figures() {
 	case $step_ in compare) exits 0 "$name_" ct-metrics -q "$@" $views $in_ ;; *) exits 0 "$name_" ct-metrics -q --consistency $in_ ;; esac
 	{ grep -E '^(psnr|ssim|mae|rmse|bias|max|gradient|residual-(max|p95|rms|mean))' out; [ -z "$views" ] || awk -F, 'NR > 1 {print $1, $3, $7}' "v$n.csv"; } >"a$n.txt"
 	# shellcheck disable=SC2086
-	{ exits 0 'figures by the library' c $step_ $in_ "b$n.txt" $how_; exits 0 'figures by Python' py $step_ $in_ "c$n.txt" $how_; }
-	cmp -s "a$n.txt" "b$n.txt" && cmp -s "a$n.txt" "c$n.txt"; ok $? 'the same figures'
+	{ exits 0 "step $n: the library gives the figures of $step_ for $in_" c $step_ $in_ "b$n.txt" $how_
+		exits 0 "step $n: Python gives the figures of $step_ for $in_" py $step_ $in_ "c$n.txt" $how_; }
+	cmp -s "a$n.txt" "b$n.txt" && cmp -s "a$n.txt" "c$n.txt"; ok $? "step $n: command, library and Python give the same figures of $step_ for $in_"
 }
 n=0
 ct-phantom -q --size 24x24x24 --spacing 2 ellipsoids fine.nii && ct-degrade -q -x 2 fine.nii lr.nii && ct-degrade -q -x 2,2,1 fine.nii lr-axes.nii &&
-	ct-upsample -q -m linear lr.nii up.nii && ct-upsample -q -m linear lr-axes.nii up-axes.nii; ok $? 'a phantom'
+	ct-upsample -q -m linear lr.nii up.nii && ct-upsample -q -m linear lr-axes.nii up-axes.nii; ok $? 'a phantom, its scans and their refinements are made'
 "$PY" - <<'PY'
 import ctsr, numpy as np
 def put(name, image, **meta):
@@ -69,13 +72,13 @@ put('clipped.nii', clipped, clip='-1000:500')
 put('mask.nii', ctsr.Image(hu.data > -200, hu.affine), quantity='other')
 put('wide.nii', ctsr.Image(hu.data, hu.affine), window='-1024:2000')
 PY
-ok $? 'and others'
+ok $? 'volumes of other places, quantities and windows are written'
 ct-degrade -q -x 2 clipped.nii over.nii; ok $? 'one that has overshoots'
 
 # Projections.
 step 'a volume is projected' exr project fine.nii 'views=6' ct-project -q -n 6 fine.nii
 step 'overshoots' exr project over.nii 'views=6 overshoot=1 window=-1000:500' ct-project -q -n 6 --overshoot -w -1000:500 over.nii
-py same a2.exr b2.exr && ! py same a2.exr a1.exr 2>/dev/null; ok $? 'which are others'
+py same a2.exr b2.exr && ! py same a2.exr a1.exr 2>/dev/null; ok $? 'projections with overshoots are not those of the phantom'
 step 'large pixels' exr project fine.nii 'views=6 coarsen=4 pixel=1' ct-project -q -n 6 --coarsen 4 --pixel mean fine.nii
 step 'a narrow window' exr project plain.nii 'views=6 window=-200:300' ct-project -q -n 6 -w -200:300 plain.nii
 step 'the window of the volume' exr project wide.nii 'views=6' ct-project -q -n 6 wide.nii
@@ -121,7 +124,7 @@ refused 'a factor longer than an axis' 5 nii degrade fine.nii 'factor=2,2,30' ct
 refused 'no HU is not degraded' 3 nii degrade grey.nii 'factor=2' ct-degrade -q -x 2 --sigma 0 grey.nii
 
 # A volume of projections.
-ct-project -q -n 8 --beam parallel fine.nii parallel.exr && ct-project -q -n 8 --beam fan --arc 220 wide.nii fan.exr; ok $? 'other beams'
+ct-project -q -n 8 --beam parallel fine.nii parallel.exr && ct-project -q -n 8 --beam fan --arc 220 wide.nii fan.exr; ok $? 'projections of parallel rays and of a fan are made'
 step 'reconstructed' nii reconstruct fine.exr '' ct-fdk -q fine.exr
 step 'with overshoots, on a grid of its own' nii reconstruct open.exr 'like=over-up.nii filter=hann' ct-fdk -q --grid over-up.nii --filter hann open.exr
 step 'of parallel rays, as density' nii reconstruct parallel.exr 'density=1 voxels=20' ct-fdk -q --quantity density --grid 20 parallel.exr
@@ -135,7 +138,8 @@ refused 'HU without a filter' 2 nii reconstruct fine.exr 'filter=none' ct-fdk -q
 refused 'no projections' 3 nii reconstruct up.nii '' ct-fdk -q up.nii
 
 # Projections on a finer detector.
-ct-project -q -n 2 --det 32 --coarsen 4 --pixel mean fine.nii low.exr && ct-project -q -n 2 --det 32 --coarsen 4 --pixel sinc fine.nii sinc.exr; ok $? 'projections'
+ct-project -q -n 2 --det 32 --coarsen 4 --pixel mean fine.nii low.exr && ct-project -q -n 2 --det 32 --coarsen 4 --pixel sinc fine.nii sinc.exr
+ok $? 'ct-project makes projections of --pixel mean and of --pixel sinc'
 prior=$srcdir/src/prior/prior.safetensors rdn=$srcdir/src/prior/rdn-4.safetensors
 step 'a prior' exr ddnm low.exr "steps=3 prior=$prior" ct-ddnm -q -n 3 -p "$prior" low.exr
 step 'another sampler, of other pixels' exr ddnm sinc.exr "steps=3 prior=$prior sampler=ddim" ct-ddnm -q -n 3 --sampler ddim -p "$prior" sinc.exr
@@ -191,7 +195,7 @@ exits 75 'the paper is cancelled by its progress' c paper small.nii no.nii $some
 ct-project -q -n 4 lr.nii p.exr && ct-ddnm -q -x 2 -n 2 -p "$prior" p.exr p4.exr && ct-upsample -q -x 2 -m linear lr.nii p.nii &&
 	ct-nabgs -q -g 100 -n 10 -b p.nii p4.exr p.ply && ct-compose -q p.nii p.ply paper-a.nii; ok $? 'the commands of the paper'
 exits 0 'the example in C' "$builddir/examples/paper" lr.nii paper-b.nii 2 "$prior" 4 2 100 10
-exits 0 'in Python' "$PY" "$srcdir/examples/paper.py" lr.nii paper-c.nii 2 "$prior" 4 2 100 10
+exits 0 'examples/paper.py makes the paper of a scan' "$PY" "$srcdir/examples/paper.py" lr.nii paper-c.nii 2 "$prior" 4 2 100 10
 exits 1 'paper.py without arguments fails with status 1' "$PY" "$srcdir/examples/paper.py"
 has err '^usage: paper.py IN OUT.nii' 'paper.py without arguments prints its usage'
 exits 0 'make the same CT' py same paper-a.nii paper-b.nii paper-c.nii
@@ -201,7 +205,7 @@ slices=$builddir/slices.safetensors
 step 'interpolated' nii refine lr.nii 'factor=2 method=2' ct-upsample -q -x 2 -m cubic lr.nii
 step 'inverted' nii refine lr-axes.nii '' ct-upsample -q lr-axes.nii
 step 'with a prior' nii refine lr.nii "prior=$slices" ct-upsample -q -m prior -p "$slices" lr.nii
-ct-degrade -q -x 2 --noise 20 fine.nii noisy.nii; ok $? 'a noisy scan'
+ct-degrade -q -x 2 --noise 20 fine.nii noisy.nii; ok $? 'a scan with noise is made'
 step 'noise is kept' nii refine noisy.nii "prior=$slices" ct-sr -q noisy.nii
 step 'noise is taken off' nii refine noisy.nii "prior=$slices denoise=1" ct-sr -q --denoise noisy.nii
 step 'a half of the noise' nii refine lr-axes.nii 'method=7 noise=9 denoise=0.5' ct-upsample -q -m tv --noise 9 --denoise=.5 lr-axes.nii

@@ -21,7 +21,7 @@ each() { # each NAME: every command, with OUT NAME.EXT
 		"ct-metrics none.nii none.nii --consistency none.nii --map $1.nii" \
 		"ct-phantom cube $1.nii" "ct-train $1.safetensors none.exr" "ct-sr none.nii $1.nii"; do
 		exits 4 "$i" $i
-		grep -qE ": $1\.[a-z]+: " err; ok $? 'names the output'
+		grep -qE ": $1\.[a-z]+: " err; ok $? "the error of $i names the output"
 	done
 }
 each nofolder/out
@@ -33,7 +33,7 @@ has err '^ct-phantom: no dir/x/a.nii: there is no folder no dir/x: make it first
 for f in nii exr ply csv safetensors; do ln -s /nowhere/at/all link.$f; done; each link
 rm link.*
 ( trap '' XFSZ; ulimit -f 0; ct-upsample -x 2 none.nii full.nii 2>&1; echo $? ) | cat >err
-[ "$(sed -n '$p' err)" = 4 ] && grep -q 'full.nii: File too large' err; ok $? 'a full folder'
+[ "$(sed -n '$p' err)" = 4 ] && grep -q 'full.nii: File too large' err; ok $? 'a limit of 0 bytes for files is an error that names the output'
 ( ulimit -f 1; ct-phantom --size 32x32x32 cube full.nii 2>&1; echo $? ) | cat >err
 [ "$(sed -n '$p' err)" = 4 ] && grep -q 'full.nii: File too large' err; ok $? 'a limit on the size of files is an error, no end'
 [ -z "$(ls | grep -vE '^(a|lr|up)\.nii$|^(a|low)\.exr$|^(text|out|err)$')" ]; ok $? 'and nothing is left'
@@ -44,7 +44,7 @@ both() { # both COMMAND...: the first output fits, and OUT does not
 	rm two.nii.gz; "$@" && n=$(cat one.nii two.nii.gz | wc -c); rm one.nii; printf 'before\n' >two.nii.gz
 	( trap '' XFSZ; TMPDIR=nowhere prlimit --fsize=$((n / 2)) "$@" 2>&1; echo $? ) | cat >err # between both
 	[ "$(sed -n '$p' err)" = 4 ] && grep -q 'one.nii: File too large' err; ok $? "$1: a disk that is full in between"
-	[ "$(cat two.nii.gz)" = before ] && ! ls | grep -qE '^one|^two.nii.gz.'; ok $? 'leaves nothing'
+	[ "$(cat two.nii.gz)" = before ] && ! ls | grep -qE '^one|^two.nii.gz.'; ok $? "$1: a disk that is full in between leaves only what was there"
 }
 for x in auto prior; do both ct-upsample -m $x -qf --std two.nii.gz lr.nii one.nii; done
 rm two.nii.gz
@@ -74,7 +74,7 @@ cp a.nii kept/up.nii
 twice 'written between' ct-sr -x 2 --paper -k kept kept/up.nii out.nii
 rm kept/up.nii
 twice 'written between' ct-sr -x 4 --paper -k kept a.nii d/kept/up.nii
-has err 'kept/up.nii' 'which it names'
+has err 'kept/up.nii' 'the error of an output that is written between names it'
 ct-sr --dry-run --paper --expand 7 a.nii new.nii | grep -q 'ct-convert.* --expand=7'
 ok $? 'ct-sr hands on how far IN may expand'
 twice 'another output of the same run' ct-compose --residual-out new.nii up.nii lr.nii ./new.nii
@@ -85,8 +85,8 @@ cp a.exr new.exr.state
 twice 'an input' ct-ddnm -f new.exr.state new.exr
 twice 'an input of the same run' ct-view -f a.nii up.png -o up.png
 rm new.exr.state
-exits 2 'one stream in' ct-metrics - -
-exits 2 'one stream out' ct-ddnm -k 2 --std - low.exr -
+exits 2 'REF and TEST of one stream are refused with status 2' ct-metrics - -
+exits 2 'two outputs to standard output are refused with status 2' ct-ddnm -k 2 --std - low.exr -
 exits 0 'a dry run asks nothing of OUT' ct-upsample --dry-run -x 2 lr.nii nofolder/out.nii
 exits 0 'OUT and IN may be pipes' sh -c 'ct-degrade -x 2 - - <a.nii | ct-info - >info'
 
@@ -97,11 +97,11 @@ kept() { # kept SUFFIX COMMAND...: the output is appended
 	ln -s /dev/full "o.$suffix"
 	exits 4 "$1 without room" "$@" "o.$suffix"
 	has err 'No space left on device; the result is kept: --resume' 'a full disk names --resume, and that all is kept'
-	[ "$(stat -c %a "o.$suffix.state")" = 600 ]; ok $? 'for its owner'
+	[ "$(stat -c %a "o.$suffix.state")" = 600 ]; ok $? "the state of $1 is for its owner alone"
 	rm "o.$suffix"
 	exits 0 "$1 writes it" "$@" --resume "o.$suffix"
 	ct-info "whole.$suffix" | sed '/^history/d; /whole/d' >1; ct-info "o.$suffix" | sed '/^history/d; /o\./d' >2
-	cmp -s 1 2; ok $? 'the same'
+	cmp -s 1 2; ok $? "$1 makes the same with --resume as in one run"
 	[ ! -e "o.$suffix.state" ]; ok $? 'and no state is left'
 	rm -f "o.$suffix"
 }
@@ -110,16 +110,16 @@ kept ply ct-nabgs -q -b up.nii -n 30 -g 50 --expert max-gaussians=50 a.exr
 kept nii ct-fuse -q -n 3 up.nii lr.nii a.exr
 train() { ct-train -q -a model_channels=32,channel_mult=1:1,num_res_blocks=1 -p 8 --expert batch=1 -n 2 "$@" a.exr; }
 ln -s /dev/full t.safetensors
-exits 4 'ct-train without room' train t.safetensors
+exits 4 'ct-train without room ends with status 4' train t.safetensors
 has err 'No space left on device; the result is kept' 'ct-train without room says that the result is kept'
 rm t.safetensors
-exits 0 'and writes it' train --resume t.safetensors
-[ -s t.safetensors ]; ok $? 'there it is'
+exits 0 'ct-train --resume writes a result that was kept' train --resume t.safetensors
+[ -s t.safetensors ]; ok $? 'the network that ct-train --resume writes is there'
 
 # Only its own state: one that is none, or another's, stays as it is.
 cp text n.exr.state
 exits 4 'no state is no state' ct-ddnm -x 2 -n 1 low.exr n.exr
-exits 4 'by force neither' ct-ddnm -f -x 2 -n 1 low.exr n.exr
+exits 4 '--force takes no text in place of a state' ct-ddnm -f -x 2 -n 1 low.exr n.exr
 has err 'n.exr.state: is not the state of a run' 'and that is said'
 cmp -s text n.exr.state; ok $? 'a text in place of a state stays as it was'
 for c in "ct-nabgs -f -n 1 -g 9 -b up.nii a.exr n.ply" "ct-fuse -f -n 1 up.nii lr.nii a.exr n.nii" \
@@ -131,20 +131,20 @@ for c in "ct-nabgs -f -n 1 -g 9 -b up.nii a.exr n.ply" "ct-fuse -f -n 1 up.nii l
 done
 cp t.safetensors mine.safetensors
 exits 4 '--resume without a state writes over nothing' train --resume mine.safetensors
-has err 'mine.safetensors: exists' 'and says so'
+has err 'mine.safetensors: exists' 'the error of --resume without a state says that the output exists'
 cmp -s t.safetensors mine.safetensors; ok $? 'what was there is there'
 
 # Rights and links.
 rm -f o.nii; cp up.nii o.nii; chmod 600 o.nii
-exits 0 'over a file' ct-upsample -f -x 2 -m linear lr.nii o.nii
+exits 0 '--force writes over a file of mode 600' ct-upsample -f -x 2 -m linear lr.nii o.nii
 [ "$(stat -c %a o.nii)" = 600 ]; ok $? 'that keeps its rights'
-chmod 664 o.nii; exits 0 'and again' ct-upsample -f -x 2 -m linear lr.nii o.nii
-[ "$(stat -c %a o.nii)" = 664 ]; ok $? 'wider ones too'
+chmod 664 o.nii; exits 0 '--force writes over a file of mode 664' ct-upsample -f -x 2 -m linear lr.nii o.nii
+[ "$(stat -c %a o.nii)" = 664 ]; ok $? 'a file of mode 664 keeps its rights'
 ( umask 027; ct-upsample -x 2 -m linear lr.nii new.nii )
 [ "$(stat -c %a new.nii)" = 640 ]; ok $? 'a new one has those of the mask'
 mkdir far; cp up.nii far/o.nii; ln -s far/o.nii l.nii
-exits 0 'over a link' ct-upsample -f -x 2 -m cubic lr.nii l.nii
-[ -L l.nii ] && ! cmp -s up.nii far/o.nii; ok $? 'which is followed'
+exits 0 '--force writes over a symbolic link' ct-upsample -f -x 2 -m cubic lr.nii l.nii
+[ -L l.nii ] && ! cmp -s up.nii far/o.nii; ok $? 'a symbolic link that is written over is followed'
 
 # A name that ends as that of a format which a command does not write there is refused before anything is
 # done, in every argument and option that writes; help tells which those are.

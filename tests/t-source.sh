@@ -73,17 +73,10 @@ bad=$(sed -n 's/^[a-z].*\b\(ct_product_[a-z]*\)(.*/\1/p' src/nn/product.h | whil
 	grep -q "^[a-z].*\b$k(" bench/train/dnn-plain.c || echo "$k"; done)
 [ -z "$bad" ]; ok $? 'bench/train/dnn-plain.c stands for all of nn/product.h'
 [ -z "$bad" ] || echo "$bad" | sed 's/^/# /'
-# A name of a test says one property and stands alone. Files with names that are short yet: a file leaves the list, none comes.
-left() {
-	[ "$1" = short ] || return 0
-	for f in convert ct-degrade ct-fdk ct-fuse ct-metrics faults library one-step outputs sr; do echo "tests/t-$f.sh"; done
-}
-faulty() { # faulty WHAT NAME: the "FILE:LINE: FAULT" of $dir_/faults, against the list
-	cut -d: -f1 "$dir_/faults" | sort -u >"$dir_/at"
-	bad=$(left "$1" | comm -23 "$dir_/at" - | while read -r f; do grep "^$f:" "$dir_/faults"; done
-		left "$1" | comm -13 "$dir_/at" - | sed "s|.*|&: has none left; take it off the list of '$1'|")
-	[ -z "$bad" ]; ok $? "$2"
-	[ -z "$bad" ] || echo "$bad" | sed 's/^/# /'
+# A name of a test says one property and stands alone: no other test of its file has it, and it has four words or more.
+faulty() { # faulty NAME: no "FILE:LINE: FAULT" stands in $dir_/faults; each that does is told
+	[ ! -s "$dir_/faults" ]; ok $? "$1"
+	sed 's/^/# /' "$dir_/faults"
 }
 cat >"$dir_/names.awk" <<'END'
 # The names of shell tests, as FILE, LINE, NAME between tabs: of ok, exits and has of tests/tap.sh. Left out
@@ -112,9 +105,9 @@ END
 awk -f "$dir_/names.awk" tests/*.sh >"$dir_/names"
 [ "$(wc -l <"$dir_/names")" -gt 2000 ]; ok $? 'the names of shell tests are found'
 awk -F'\t' '($1, $3) in at {print $1 ":" $2 ": named as line " at[$1, $3] ": " $3; next} {at[$1, $3] = $2}' "$dir_/names" >"$dir_/faults"
-faulty twice 'no two tests of a file have one name'
+faulty 'no two tests of a file have one name'
 awk -F'\t' '$3 !~ /\$/ && split($3, word, " ") < 4 {print $1 ":" $2 ": " $3}' "$dir_/names" >"$dir_/faults"
-faulty short 'a name of a test has four words or more'
+faulty 'a name of a test has four words or more'
 if clang-format --version 2>/dev/null | grep -q 'version 14\.'; then
 	# shellcheck disable=SC2046
 	bad=$(clang-format --dry-run $src $(find bench -name '*.[ch]') 2>&1 | grep warning: | cut -d: -f1 | uniq -c)

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # The published method on a small phantom: by ct-sr, by hand, interrupted; and ours.
 . "$srcdir/tests/tap.sh"
-ct-phantom -q -w -512:3071 ellipsoids --size 32x32x32 --spacing 4 hr.nii; ok $? 'a phantom'
+ct-phantom -q -w -512:3071 ellipsoids --size 32x32x32 --spacing 4 hr.nii; ok $? 'ct-phantom makes a phantom in the window of the paper'
 ct-convert hr.nii - | ct-degrade -x 4 - - | ct-upsample -x 4 -m cubic - cubic.nii.gz
 ok $? 'convert, degrade, upsample join by pipes'
 ct-project --views 8 - - <hr.nii | ct-info - >info.txt; ok $? 'project and info join by pipes'
@@ -28,31 +28,34 @@ voxels sr.nii >a
 (export CTSR_TEST_SIGNAL='ct-sr 40 15'; exec setsid ct-sr -q "$@" --keep i lr.nii cut.nii) >/dev/null; s=$?
 [ $s -eq 75 ]; ok $? "SIGTERM stops the paper at the network (status $s)"
 [ -s i/sr-proj.exr.state ]; ok $? 'the views that the network has made are kept'
-[ ! -e cut.nii ]; ok $? 'no half-written output'
-exits 0 'resumes' ct-sr -q "$@" --keep i lr.nii cut.nii
+[ ! -e cut.nii ]; ok $? 'the paper that is stopped leaves no half-written output'
+exits 0 'the paper that was stopped is resumed' ct-sr -q "$@" --keep i lr.nii cut.nii
 voxels cut.nii >b; cmp -s a b; ok $? 'the same voxels after an interruption'
 for f in mha nrrd; do
-	exits 0 "to .$f" ct-sr -Q draft lr.nii o.$f; ct-sr -q -f -Q draft lr.nii o.nii; exits 0 'the same' ct-metrics -q --min psnr=1000 o.nii o.$f
+	exits 0 "to .$f" ct-sr -Q draft lr.nii o.$f; ct-sr -q -f -Q draft lr.nii o.nii
+	exits 0 "a result named .$f has the voxels of one named .nii" ct-metrics -q --min psnr=1000 o.nii o.$f
 done
-exits 0 'by projections too' ct-sr -q --paper --expert views=4,iterations=2,gaussians=20 lr.nii chain.mha; head -c 10 chain.mha | grep -q '^ObjectType'; ok $? 'is MetaImage'
+exits 0 'the published method takes an output named .mha' ct-sr -q --paper --expert views=4,iterations=2,gaussians=20 lr.nii chain.mha
+head -c 10 chain.mha | grep -q '^ObjectType'; ok $? 'an output of the published method named .mha is MetaImage'
 exits 0 'a dry run prints the commands' ct-sr --dry-run -x 4 --paper lr.nii no.nii
 [ "$(sed 's/ .*//' out | tr '\n' ' ')" = 'ct-convert ct-upsample ct-project ct-project ct-ddnm ct-nabgs ct-compose # ' ]
-ok $? 'all of them'
-[ ! -e no.nii ]; ok $? 'and does nothing'
+ok $? 'a dry run of the paper prints all commands in order'
+[ ! -e no.nii ]; ok $? 'a dry run of the paper makes no output'
 for q in draft fast balanced; do
 	exits 0 "$q" ct-sr -x 4 -Q $q lr.nii $q.nii
 	awk "BEGIN {exit !($(db $q.nii) > $(db cubic.nii.gz))}"; ok $? "better than cubic: $(db $q.nii) dB"
 done
 ct-convert -q --type f32 lr.nii - | tail -c 2048 >lr.raw
 ct-convert -q --raw 8x8x8:f32:16 lr.raw plain.nii; ok $? 'a scan that does not say how it was made'
-exits 0 'measured' ct-sr -x 4 plain.nii blind.nii
+exits 0 'a scan that does not say how it was made is refined' ct-sr -x 4 plain.nii blind.nii
 exits 0 'by the published method' ct-sr -q "$@" plain.nii blind2.nii
 exits 2 'no projections, no views' ct-sr --expert views=16 lr.nii no.nii
-exits 2 'nor a seed' ct-sr -s 3 lr.nii no.nii; has err '^ct-sr: --seed: needs --paper or --release' 'is named'
-exits 0 'projections have one' ct-sr --dry-run -s 3 --paper lr.nii no.nii
+exits 2 'a seed without --paper is refused with status 2' ct-sr -s 3 lr.nii no.nii
+has err '^ct-sr: --seed: needs --paper or --release' 'the error of a seed without --paper names --seed'
+exits 0 '--seed is accepted with --paper' ct-sr --dry-run -s 3 --paper lr.nii no.nii
 [ "$(grep -c -- '--seed=3' out)" -eq 2 ]; ok $? 'which two commands draw from'
 exits 3 'a dry run of a file that is not there' ct-sr --dry-run none.nii no.nii
-has err 'none.nii: No such file' 'names it'
+has err 'none.nii: No such file' 'the error of a dry run names a file that is not there'
 # the factor that the header says
 for x in 1,1,4 2; do
 	ct-degrade -fq -x $x hr.nii by.nii; ct-sr -qf -Q draft -x $x by.nii want.nii; voxels want.nii >a
@@ -62,7 +65,7 @@ for x in 1,1,4 2; do
 done
 exits 2 'another is an error' ct-sr -x 4 by.nii no.nii
 exits 0 'one that is used up says nothing' ct-sr --dry-run --paper sr.nii no.nii
-has out '-x4 ' 'but four times'
+has out '-x4 ' 'the paper of a volume whose factor is used up is 4 times finer'
 exits 2 'projections of a pipe that says otherwise' ct-sr --paper - no.nii <by.nii
 has err 'the factor 4,4,4 contradicts the file, which was reduced 2,2,2 times' 'the error of a factor that contradicts the file names both'
 ct-degrade -fq -x 1,1,4 hr.nii by.nii
@@ -72,8 +75,8 @@ ct-degrade -fq -x 1 hr.nii by.nii
 exits 2 'a scan that was not reduced' ct-sr by.nii no.nii
 has err '^ct-sr: by.nii: a factor of 1 refines nothing' 'the error of a factor of 1 says that nothing is refined'
 printf junk >bad.nii
-exits 3 'bad input' ct-sr -x 4 bad.nii no.nii
-[ ! -e no.nii ]; ok $? 'nothing is left'
+exits 3 'an input that is no volume ends ct-sr with status 3' ct-sr -x 4 bad.nii no.nii
+[ ! -e no.nii ]; ok $? 'runs of ct-sr that are refused leave no output'
 
 # The line that ct-sr ends with: what really ran.
 part says
@@ -86,7 +89,7 @@ ct-phantom -q --size 48x48x32 shepp-logan t.nii
 ct-degrade -q -x 2 t.nii scan.nii
 ct-degrade -q -x 2 --noise 15 t.nii noisy.nii
 exits 0 'a scan that says how it was made' ct-sr -x 2 scan.nii up.nii
-[ "$(wc -l <err)" -eq 1 ]; ok $? 'one line'
+[ "$(wc -l <err)" -eq 1 ]; ok $? 'ct-sr prints one line to standard error'
 blur='blur 0.8493 voxels, sinc \(from the file\)'
 says "24x24x16 to 48x48x32, 2 times; $blur; noise 0 HU \\(from the file\\); tv, [0-9]+ iterations \\(band-limited\\), then the prior; data residual $number HU RMS" \
 	'sizes, factor, operator, solver, prior'
@@ -108,37 +111,38 @@ exits 0 'no noise to take off' ct-sr -q -f --denoise -x 2 -Q draft scan.nii p.ni
 ct-info p.nii >info; has info ' denoised  *nothing taken off: no noise is certain' 'and the header says that nothing went'
 tail -c 6912 noisy.nii >n.raw && ct-convert -q --raw 12x12x12:f32:4 --orient RAS n.raw bare.nii
 exits 0 'a blur that few edges show is measured' ct-sr -Q draft -x 2 bare.nii m.nii
-has err '^ct-sr: assumed: nothing, as too few edges show the blur; --sigma says it$' 'nothing to assume'
+has err '^ct-sr: assumed: nothing, as too few edges show the blur; --sigma says it$' 'ct-sr says that it assumes nothing where few edges show the blur'
 says "12x12x12 to 24x24x24, 2 times; blur not known; no certain noise \\(measured\\); bspline" 'edges that do not tell'
 ct-phantom -q --size 96x96x96 shepp-logan big.nii && ct-degrade -q -x 2 big.nii h.nii
 tail -c 442368 h.nii >h.raw && ct-convert -q --raw 48x48x48:f32:4 --orient RAS h.raw h.nii -f
 ct-degrade -q -x 2 --noise 20 big.nii l.nii && tail -c 442368 l.nii >l.raw && ct-convert -q --raw 48x48x48:f32:4 --orient RAS l.raw loud.nii
-exits 0 'edges that do' ct-sr -f -Q draft -x 2 h.nii m.nii
+exits 0 'a scan with edges enough is refined without a given blur' ct-sr -f -Q draft -x 2 h.nii m.nii
 says "48x48x48 to 96x96x96, 2 times; blur [0-9.,]+ voxels, (sinc|point|mean) \\(measured\\); no certain noise \\(measured\\); (tv\\+htv|h?tv), [0-9]+ iterations \\([a-z, -]+\\); data residual $number HU RMS" \
 	'what was measured'
 grep -qE '^ct-sr: assumed: profile [0-9.]+,[0-9.]+,[0-9.]+ mm wide [(]FWHM[)] along x,y,z, uncertain by [0-9]+ %(, so [0-9]+ % less blur is undone)?, [a-z -]+ [(][0-9]+ % sure[)]; measured on edges; edges overshoot by [0-9]+ % [(]a sharp kernel, or thin bone[)]; --sigma and --decimate say it better$' err
-ok $? 'and how surely'
+ok $? 'ct-sr says how uncertain a measured profile is'
 ct-info m.nii >info; has info ' assumed  *profile ' 'which the result keeps'
-exits 0 'given' ct-sr -Q draft -x 2,2,1 --sigma .8 --decimate point --noise 4 bare.nii g.nii
+exits 0 'ct-sr accepts blur, sampling and noise that are given' ct-sr -Q draft -x 2,2,1 --sigma .8 --decimate point --noise 4 bare.nii g.nii
 says "12x12x12 to 24x24x12, 2,2,1 times; blur 0.8,0.8,0 voxels, point \\(given\\); noise 4 HU \\(given\\); tv, [0-9]+ iterations \\(not aliased\\); data residual [1-4](\.[0-9])? HU RMS" \
 	'what was given, along each axis'
 # noise of neighbours that a Gaussian made alike
 ct-degrade -q -x 1 --noise 40 h.nii soft0.nii -f && ct-degrade -q -f -x 1 --sigma .6,.6,.6 soft0.nii soft.nii && tail -c 442368 soft.nii >soft.raw &&
 	ct-convert -q --raw 48x48x48:f32:4 --orient RAS soft.raw soft.nii -f
-exits 0 'correlated noise' ct-sr -Q draft -x 2 --sigma 1 soft.nii g1.nii
-has err 'noise [0-9.]* HU, correlated [(]measured' 'is told'
+exits 0 'a scan with correlated noise is refined' ct-sr -Q draft -x 2 --sigma 1 soft.nii g1.nii
+has err 'noise [0-9.]* HU, correlated [(]measured' 'ct-sr says that measured noise is correlated'
 # the operator is given, the noise is not: it is measured
 exits 0 'noise that nothing says' ct-sr -Q draft -x 2 --sigma .8493 loud.nii g2.nii
 says "48x48x48 to 96x96x96, 2 times; blur 0.8493 voxels, sinc \\(given\\); noise [1-3][0-9.]+ HU \\(measured\\); tv\\+htv, [0-9]+ iterations \\(band-limited\\); data residual $number HU RMS" \
 	'is measured'
-exits 0 'none' ct-sr -f -Q draft -x 2 --sigma .8493 --noise 0 loud.nii g2.nii
+exits 0 '--noise 0 is accepted for a noisy scan' ct-sr -f -Q draft -x 2 --sigma .8493 --noise 0 loud.nii g2.nii
 says "48x48x48 to 96x96x96, .*; noise 0 HU \\(given\\); tv\\+htv, [0-9]+ iterations \\(band-limited\\); data residual $number HU RMS" \
 	'and --noise 0 is none'
 exits 0 'what a rehearsal finds' ct-sr -f -v --confidence e.nii scan.nii up.nii
-has err '^ct-sr: rehearsal: what the prior adds is multiplied by 1[.]' 'of the detail' && has err '^ct-sr: rehearsal: the predicted error is multiplied by ' 'and of the error'
-exits 0 'quiet' ct-sr -q -f -x 2 scan.nii up.nii
-[ ! -s err ]; ok $? '-q says nothing'
-exits 3 'what fails' ct-sr -f -x 2 err up.nii
+has err '^ct-sr: rehearsal: what the prior adds is multiplied by 1[.]' 'ct-sr -v says by how much a rehearsal multiplies the detail' &&
+	has err '^ct-sr: rehearsal: the predicted error is multiplied by ' 'ct-sr -v says by how much a rehearsal multiplies the predicted error'
+exits 0 'ct-sr -q refines a scan with status 0' ct-sr -q -f -x 2 scan.nii up.nii
+[ ! -s err ]; ok $? 'ct-sr -q prints nothing to standard error'
+exits 3 'an empty file ends ct-sr with status 3' ct-sr -f -x 2 err up.nii
 ! grep -q ' times; ' err; ok $? 'says no such line'
 exits 2 'a factor that the file contradicts' ct-sr -f -x 3 scan.nii up.nii
 has err '^ct-sr: scan.nii: the factor 3,3,3 contradicts the file, which was reduced 2,2,2 times$' 'names the file that the user gave'
@@ -154,7 +158,7 @@ exits 0 'the published method is quiet if asked' ct-sr -q -f --paper --expert vi
 ct-phantom -q -f --size 20x20x20 ellipsoids five.nii && ct-degrade -q -f -x 1,1.25,10 five.nii five-lr.nii
 exits 0 'factors that no prior knows' ct-sr -f --report five.html five-lr.nii up.nii
 has err '^ct-sr: warning: five-lr.nii: ' 'a warning names it' && has five.html 'five-lr.nii: the prior has no network' 'and so does the page'
-exits 2 'of a stream' sh -c 'ct-sr -f -x 3 - up.nii <scan.nii'
+exits 2 'a factor that a stream contradicts is refused with status 2' sh -c 'ct-sr -f -x 3 - up.nii <scan.nii'
 has err '^ct-sr: -: the factor 3,3,3 contradicts the file' 'the error names the stream'
 # the same for a program
 exits 0 'the result as JSON' ct-sr -q -f --json --report five.html -x 2 scan.nii up.nii
@@ -192,8 +196,8 @@ near() { # near NAME VALUE WANT BY
 figure() { ct-info "$2" | awk -v k="$1" '$1 == k {print $2}'; }
 db() { ct-metrics hr.nii "$1" | awk '/^psnr/ {print $2}'; }
 set -- --expert views=6,iterations=100,gaussians=500
-exits 0 'the paper' ct-sr -q --paper "$@" --keep p lr.nii paper.nii
-exits 0 'the release' ct-sr -q --release "$@" --keep r lr.nii release.nii
+exits 0 'ct-sr --paper refines a scan' ct-sr -q --paper "$@" --keep p lr.nii paper.nii
+exits 0 'ct-sr --release refines a scan' ct-sr -q --release "$@" --keep r lr.nii release.nii
 near 'scan, least value' "$(figure min lr.nii)" -544.2321 0.001
 near 'scan, projections, least value' "$(figure min p/lr-proj.exr)" -0.5534868 0.0001
 near 'scan, projections, mean' "$(figure mean p/lr-proj.exr)" 4.245801 0.0001
@@ -209,8 +213,8 @@ near 'release, PSNR' "$(db release.nii)" 24.8511 0.002
 near 'release, projections of the scan, mean' "$(figure mean r/lr-proj.exr)" 4.245801 0.0001
 # the factor decides what the release takes
 ct-degrade -q --clip -512:3071 -x 8 -p P2 hr.nii lr8.nii
-ct-sr --release -x 8 --dry-run lr8.nii no.nii >out; has out 'ct-ddnm .*--sigma-y=0.0025 ' 'release, 8-fold'
-has out '^ct-upsample .*--method=linear --expert=zoom=yes ' 'the release zooms'
+ct-sr --release -x 8 --dry-run lr8.nii no.nii >out; has out 'ct-ddnm .*--sigma-y=0.0025 ' 'the network of the release gets sigma-y 0.0025 at 8 times'
+has out '^ct-upsample .*--method=linear --expert=zoom=yes ' 'the release upsamples by a linear zoom'
 has out '^ct-project .*--expert=cells=yes .*lr.nii' 'it projects samples as cells'
 has out '^ct-ddnm .*--expert=range=bytes,channel-reduce=first ' 'its network sees 8 bits of one colour'
 has out '^ct-nabgs .* --release ' 'its fit is its own'
@@ -219,9 +223,9 @@ has out "^ct-project --views=300 --window=-512:$(figure max whole.nii | cut -c1-
 exits 0 'a scan of the release is refined' ct-sr -q --release "$@" --keep own own.nii own-sr.nii
 cp own-sr.nii own-1.nii; sh own/commands.sh >/dev/null 2>&1; cmp -s own-sr.nii own-1.nii; ok $? 'the commands make the same bytes of it'
 ct-metrics -q whole.nii own-sr.nii >out; ok $? 'its voxels are taken for those of the CT'
-ct-sr --paper -x 8 --dry-run lr8.nii no.nii >out; has out 'ct-ddnm .*--sigma-y=0.0015 ' 'paper, 8-fold'
+ct-sr --paper -x 8 --dry-run lr8.nii no.nii >out; has out 'ct-ddnm .*--sigma-y=0.0015 ' 'the network of the paper gets sigma-y 0.0015 at 8 times'
 has out '^# about [0-9.]* [sh] on [0-9]* threads, ' 'a dry run of the paper estimates its time'
-has out '^ct-nabgs .*--factor=8 --paper ' 'with its rates'
+has out '^ct-nabgs .*--factor=8 --paper ' 'the fit of the paper gets --factor=8 and --paper'
 # the range that the header of a scan says
 ct-phantom -q --size 16x16x16 --spacing 4 ellipsoids ball.nii && ct-degrade -q -x 2 ball.nii wide.nii
 for x in '' '-x 2'; do
@@ -232,8 +236,8 @@ done
 # a scan that was not clipped before is clipped now, and that is said
 ct-convert -q --type f32 lr.nii - | tail -c 2048 >raw
 ct-convert -q --raw 8x8x8:f32:16 raw plain.nii
-ct-project -n 2 -w -512:3071 --overshoot plain.nii plain.exr 2>err; has err 'does not say that it was clipped' 'told'
-[ "$(figure min plain.exr)" = 0 ]; ok $? 'and clipped'
+ct-project -n 2 -w -512:3071 --overshoot plain.nii plain.exr 2>err; has err 'does not say that it was clipped' 'a scan that does not say that it was clipped gives a warning'
+[ "$(figure min plain.exr)" = 0 ]; ok $? 'a scan that does not say that it was clipped is clipped'
 exits 2 'what is density has no overshoot' sh -c \
 	'ct-fdk -q --quantity density p/lr-proj.exr d.nii 2>/dev/null; ct-project --overshoot d.nii no.exr'
 # the scanner in a sidecar, as ct-sr reads it
