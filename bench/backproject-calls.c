@@ -119,7 +119,7 @@ static int open_peer(struct peer *p, char *word, double mm, double first)
 	*(void **)&p->run = dlsym(so, "lolaAsmBackprojection");
 	p->data = (struct rabbit){(uint32_t)n, SIDE, SIDE, (float)mm, (float)first,
 		.views = (uint32_t)our.views, .clip = p->clip};
-	snprintf(p->clip, sizeof p->clip, "%s.%zu", file + 1, n);
+	snprintf(p->clip, sizeof p->clip, "%s.%zu.%zu", file + 1, n, our.views);
 	p->data.volume = aligned_alloc(/* it stores whole registers */
 		64, n * n * n * sizeof(float) / 64 * 64 + 64);
 	if (!prepare || !p->run || !p->data.volume ||
