@@ -279,7 +279,7 @@ static void t_cost(void)
 
 	must(ct_fuse_alloc(&f, &env, &err) || ct_fuse_begin(&f, &err));
 	must(ct_fuse_cost(&f, &seconds, &bytes, &err));
-	OK(seconds > 0 && seconds < 100, "takes some time");
+	OK(seconds > 0, "takes some time");
 	NEAR(bytes, 28.0 * 24 * 32 * 16 + 20.0 * PIXELS + 24 * 32 * (48 * 4 + 8), 1, "and memory");
 	ct_fuse_free(&f);
 	scene_free(&s);
