@@ -204,6 +204,28 @@ static void test_history(void)
 	ctsr_volume_free(hi);
 }
 
+/* A call reads its input only, also where the step clips what it is given. */
+static void test_clipped(void)
+{
+	static const char *const how[] = {"P1", "release"};
+	ctsr_volume *in = ball(12), *kept = ball(12), *out;
+	int ok;
+
+	must(ctsr_volume_set(in, "note", "mine", &e));
+	for (size_t i = 0; i < 2; i++) {
+		ctsr_operator by = {.size = sizeof by, .factor = {2, 2, 2}, .protocol = how[i]};
+
+		by.clip[0] = i ? 0 : -500;
+		ok = ctsr_degrade(&out, in, &by, NULL, &e) == 0 && ctsr_volume_get(out, "clip");
+		OK(ok && same(in, kept) && strcmp(ctsr_volume_get(in, "note"), "mine") == 0 &&
+				!ctsr_volume_get(in, "clip"),
+			"a volume that %s clips is left as it was", how[i]);
+		ctsr_volume_free(out);
+	}
+	ctsr_volume_free(in);
+	ctsr_volume_free(kept);
+}
+
 static void test_operators(void)
 {
 	ctsr_volume *hi = ball(32), *lo, *out, *error;
@@ -531,6 +553,7 @@ int main(void)
 	test_volumes();
 	test_files();
 	test_history();
+	test_clipped();
 	test_operators();
 	test_estimate();
 	test_projections();

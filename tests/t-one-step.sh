@@ -121,6 +121,7 @@ step 'by slices of a profile' nii degrade fine.nii 'factor=1,1,4 profile=trapezo
 step 'by slices of a profile, on a protocol' nii degrade fine.nii 'factor=2,2,4 protocol=P2 profile=box slice_thickness=9' ct-degrade -q -x 2,2,4 -p P2 --profile box --slice-thickness 9 fine.nii
 refused 'a protocol of which nothing is left' 2 nii degrade fine.nii 'factor=2 protocol=P1 sigma=1 sampling=1' ct-degrade -q -x 2 -p P1 --sigma 1 --decimate point fine.nii
 refused 'a factor longer than an axis' 5 nii degrade fine.nii 'factor=2,2,30' ct-degrade -q -x 2,2,30 --sigma 0 fine.nii
+step 'as the release, which clips' nii degrade fine.nii 'factor=2 protocol=release' ct-degrade -q -x 2 -p release fine.nii
 refused 'no HU is not degraded' 3 nii degrade grey.nii 'factor=2' ct-degrade -q -x 2 --sigma 0 grey.nii
 
 # A volume of projections.

@@ -177,7 +177,7 @@ static int degrade(
 
 	if (rule_of(&rule, o, e) == 0 && ctsr_check_hu(in, rule.name, e) == 0 &&
 		ctsr_check_volume(in, e) == 0 &&
-		(isnan(rule.clip[0]) || ctsr_copy_volume(&v, in, e) == 0) &&
+		(!ct_step_degrade_clips(&rule) || ctsr_copy_volume(&v, in, e) == 0) &&
 		ct_step_degrade_plan(&plan, &rule, v.data ? &v : &bare, e) == 0 &&
 		ct_step_degrade_run(out, NULL, &plan, &k->env, e) == 0)
 		rc = ctsr_note_history(k, &out->meta, 1, from);

@@ -71,10 +71,13 @@ static int add_profile(struct ct_degrade *d, const struct ct_step_degrade_rule *
 	return ct_slice_profile_set(d, axis, &r->slice, mm[axis] * d->factor[axis], e);
 }
 
+bool ct_step_degrade_clips(const struct ct_step_degrade_rule *r)
+{
+	return !isnan(r->clip[0]) || r->protocol == CT_STEP_DEGRADE_RELEASE;
+}
+
 static int clip(struct ct_vol *v, const double to[2], struct ct_err *e)
 {
-	if (isnan(to[0]))
-		return 0;
 	for (size_t i = 0, n = ct_vol_count(v); i < n; i++)
 		v->data[i] = fminf(fmaxf(v->data[i], (float)to[0]), (float)to[1]);
 	return ct_meta_setf(&v->meta, e, CT_META_CLIP, "%.10g:%.10g", to[0], to[1]);
@@ -101,8 +104,9 @@ int ct_step_degrade_plan(struct ct_step_degrade *p, const struct ct_step_degrade
 	p->noise = isnan(r->noise) ? protocols[r->protocol].noise : r->noise;
 	if (choose_operator(&p->by, r, e) || add_profile(&p->by, r, in, e))
 		return -1;
-	return isnan(r->clip[0]) && r->protocol == CT_STEP_DEGRADE_RELEASE ? clip_as_released(in, e)
-									   : clip(in, r->clip, e);
+	if (!ct_step_degrade_clips(r))
+		return 0;
+	return isnan(r->clip[0]) ? clip_as_released(in, e) : clip(in, r->clip, e);
 }
 
 int ct_step_degrade_run(struct ct_vol *out, struct ct_step_degrade_report *r,

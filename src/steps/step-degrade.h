@@ -53,8 +53,11 @@ struct ct_step_degrade {
 	double noise; /* HU */
 };
 
-/* *p <- how `in` is degraded, which is clipped, in place, if that is asked. CT_EUSAGE for what is
- * said twice, and for a protocol of which nothing is left. */
+/* Is the volume clipped first, as is asked or as the release does? */
+bool ct_step_degrade_clips(const struct ct_step_degrade_rule *r);
+/* *p <- how `in` is degraded, which is clipped, in place, if the rule does so; its metadata then
+ * name the window. CT_EUSAGE for what is said twice, and for a protocol of which nothing is left.
+ */
 int ct_step_degrade_plan(struct ct_step_degrade *p, const struct ct_step_degrade_rule *r,
 	struct ct_vol *in, struct ct_err *e);
 /* What was done. */
