@@ -110,6 +110,7 @@ ok $? 'what was refined is reduced as any other'
 ct-degrade -q -f -x 1 --clip=-100:100 refined.nii clipped.nii &&
 	ct-info clipped.nii | grep -q '^  upsample' && ! ct-info again.nii | grep -q '^  upsample'
 ok $? 'and is refined as long as it is only clipped'
+exits 2 'one blur where no axis is reduced is refused' ct-degrade -x 1 --sigma 2 hr.nii never.nii
 
 # as the paper's release reduces
 exits 0 'the release takes every third voxel' ct-degrade -x 3,3,1 -p release hr.nii first.nii

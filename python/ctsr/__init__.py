@@ -274,6 +274,10 @@ class Operator(NamedTuple):
 def _operator(factor: Axes, sigma: Axes = 0, decimate='sinc', noise=0.):
     o = abi.Operator(c.sizeof(abi.Operator))
     o.factor, o.sigma, o.noise = _given(factor, 'factor'), _three(sigma), noise
+    if np.size(sigma) == 1 and np.any(sigma):  # of the axes that are reduced
+        if all(f == 1 for f in o.factor):
+            raise Error(2, 'sigma: one number is of the axes that are reduced, and none is: expected three')
+        o.sigma = abi.D3(*[s if f != 1 else 0 for f, s in zip(o.factor, o.sigma)])
     o.sampling = _index(_SAMPLING, decimate, 'decimate')
     return o
 
@@ -315,6 +319,7 @@ def degrade(image, factor: Axes, sigma: Axes = 0, decimate='sinc', noise=0., see
             profile=None, slice_thickness: float = 0, clip: Optional[Sequence[float]] = None) -> Image:
     """The low-resolution CT, as ct-degrade: a Gaussian of `sigma` fine voxels, then the sampling, then `noise` HU.
 
+    sigma     one number is of the axes that are reduced
     protocol  P1, P2, P3, P1n, P3n or release, in whose place are sigma, decimate and noise that are said
     profile   of slices: gaussian, box, triangle, trapezoid, or pairs of mm and weight. slice_thickness: of slices, mm
     clip      LO, HI in HU, first"""

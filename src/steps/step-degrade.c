@@ -42,6 +42,11 @@ static int choose_operator(
 			return ct_fail(e, CT_EUSAGE,
 				"--protocol release: %g is not whole: it takes every S-th voxel",
 				d->factor[a]);
+	if (blurred && r->sigma_for_all && r->sigma[0] > 0 && d->factor[0] == 1 &&
+		d->factor[1] == 1 && d->factor[2] == 1)
+		return ct_fail(e, CT_EUSAGE,
+			"--sigma: one number is of the axes that are reduced, and none is: "
+			"expected three");
 	if (r->decimate >= 0)
 		d->decimate = (enum ct_decimate)r->decimate;
 	for (int a = 0; a < 3 && blurred; a++)
