@@ -43,6 +43,10 @@ static int project(ctsr_volume *v, const char *out)
 		g.overshoot = (int)number("overshoot", 0);
 		g.coarsen = (size_t)number("coarsen", 1);
 		g.pixel = (int)number("pixel", 0);
+		g.beam = (int)number("beam", 0);
+		g.columns = (size_t)number("columns", (double)g.columns);
+		g.rows = (size_t)number("rows", (double)g.rows);
+		g.pitch[0] = g.pitch[1] = 0;
 		window_of(g.window);
 		rc = ctsr_project(&p, v, &g, NULL, &e) || ctsr_projections_write(p, out, NULL, &e);
 	}

@@ -7,6 +7,7 @@ import ctsr
 
 METHODS = ('auto', 'linear', 'cubic', 'bspline', 'lanczos', 'sinc', 'dc', 'tv', 'htv', 'prior', 'arssr')
 SAMPLING = ('sinc', 'point', 'mean')
+BEAMS = ('cone', 'parallel', 'fan')
 PIXELS = ('point', 'mean', 'sinc')
 
 
@@ -73,8 +74,8 @@ def main(step, *words):
     if step == 'same':
         same(*files)
     elif step == 'project':
-        ctsr.write_projections(ctsr.project(files[0], pixel=PIXELS[int(o.get('pixel', 0))], **window(o),
-                                            **whole(o, 'views', 'overshoot', 'coarsen')), files[1])
+        ctsr.write_projections(ctsr.project(files[0], BEAMS[int(o.get('beam', 0))], pixel=PIXELS[int(o.get('pixel', 0))], **window(o),
+                                            **whole(o, 'views', 'overshoot', 'coarsen', 'columns', 'rows')), files[1])
     elif step == 'fit':
         ctsr.write_gaussians(ctsr.fit(ctsr.read_projections(files[1]), files[0],
                                       **whole(o, 'gaussians', 'iterations', 'full')), files[2])

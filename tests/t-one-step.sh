@@ -108,6 +108,10 @@ step 'in agreement with a scan' nii compose "up.nii $g1" 'lr=lr.nii' ct-compose 
 refused 'another quantity' 3 nii compose "mu.nii $g1" '' ct-compose -q mu.nii $g1
 refused 'no HU' 3 nii compose "grey.nii $g1" '' ct-compose -q grey.nii $g1
 
+# Other detectors.
+step 'parallel rays' exr project fine.nii 'views=6 beam=1' ct-project -q -n 6 --beam parallel fine.nii
+step 'another number of pixels' exr project fine.nii 'views=6 columns=20 rows=12' ct-project -q -n 6 --det 20x12 fine.nii
+
 # A coarser grid.
 step 'degraded' nii degrade fine.nii 'factor=2' ct-degrade -q -x 2 --sigma 0 fine.nii
 step 'by a factor an axis, blurred' nii degrade fine.nii 'factor=2,3,1 sigma=1,0.5,0' ct-degrade -q -x 2,3,1 --sigma 1,0.5,0 fine.nii

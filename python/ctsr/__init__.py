@@ -453,10 +453,10 @@ def project(image, beam='cone', threads=0, progress: Optional[Progress] = None, 
     source_to_detector (mm), pitch, offset (mm, two numbers), centre (mm), window (HU), overshoot (of a volume that was
     clipped before it was reduced: keep it), coarsen (pixels so many times larger, each of which is a point, mean or
     sinc of the small ones: pixel), photons, electronic, water (noise); defaults: the published scan. method: siddon
-    (exact) or joseph (linear)."""
+    (exact) or joseph (linear). Without pitch the pixels fill the detector of ct-project, however many they are."""
     h, g, p, e = Image.of(image)._handle(), abi.Geometry(), abi.H(), abi.Error()
     _check(_lib.ctsr_geometry_init(c.byref(g), c.sizeof(g), h.p, c.byref(e)), e)
-    g.beam = _index(_BEAMS, beam, 'beam')
+    g.beam, g.pitch = _index(_BEAMS, beam, 'beam'), (c.c_double * 2)()
     g.pixel, g.method = _index(_PIXELS, pixel, 'pixel'), _index(_INTEGRALS, method, 'method')
     for key, value in geometry.items():
         if key == 'size' or key not in dict(abi.Geometry._fields_):

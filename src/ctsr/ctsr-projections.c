@@ -71,8 +71,12 @@ int ctsr_geometry_init(ctsr_geometry *g, size_t size, const ctsr_volume *around,
 	return ctsr_call_end(&k, 0, e);
 }
 
-static int scan_of(struct ct_geometry *s, const ctsr_geometry *g, struct ct_err *e)
+static int scan_of(
+	struct ct_geometry *s, const ctsr_geometry *g, const struct ct_vol *v, struct ct_err *e)
 {
+	struct ct_geometry usual;
+	double side;
+
 	if (g->beam < CTSR_CONE || g->beam > CTSR_FAN)
 		return ct_fail(e, CT_EUSAGE, "the beam %d is not one of 0 to 2", g->beam);
 	if (!(g->window[0] < g->window[1]) || !isfinite(g->window[0]) || !isfinite(g->window[1]))
@@ -92,6 +96,11 @@ static int scan_of(struct ct_geometry *s, const ctsr_geometry *g, struct ct_err 
 		.pitch = {g->pitch[0], g->pitch[1]},
 		.offset = {g->offset[0], g->offset[1]},
 		.iso = {g->centre[0], g->centre[1], g->centre[2]}};
+	ct_geometry_default(&usual, s->beam, v);
+	side = usual.pitch[0] * (double)usual.w;
+	for (int a = 0; a < 2; a++)
+		if (s->pitch[a] == 0)
+			s->pitch[a] = side / (double)(s->w > s->h ? s->w : s->h);
 	return 0;
 }
 
@@ -209,7 +218,7 @@ static int project(
 	struct ct_geometry scan;
 	int rc = -1;
 
-	if (scan_of(&scan, g, e) || rule_of(&rule, g, &v->v.meta, e) ||
+	if (scan_of(&scan, g, &v->v, e) || rule_of(&rule, g, &v->v.meta, e) ||
 		ctsr_check_hu(v, rule.name, e) || ct_evidence_volume(&v->v, rule.name, e) ||
 		ct_geometry_fill(&fine, &scan, e) || ctsr_copy_volume(&density, v, e))
 		goto out;

@@ -277,7 +277,7 @@ typedef struct ctsr_geometry {
 	double arc, start;       /* degrees; default 180, 0 */
 	double source_to_centre; /* mm */
 	double source_to_detector;
-	double pitch[2];   /* of pixels along columns and rows, mm */
+	double pitch[2];   /* of pixels, mm; 0: they fill the detector of ct-project(1) */
 	double offset[2];  /* of the detector's centre along columns and rows, mm */
 	double centre[3];  /* isocentre, mm */
 	double window[2];  /* HU of density 0, 1; default: as the metadata say, -1024, 3071 */
