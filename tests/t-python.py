@@ -145,6 +145,11 @@ try:
     import nibabel
     b = nibabel.load('lr.nii')
     ok(same(ctsr.superres(b, 2, method='cubic'), ctsr.superres(ctsr.Image(lr.data, lr.affine), 2, method='cubic')), 'an image of nibabel')
+    b = nibabel.Nifti1Image(lr.data[..., None], np.diag([1e-3, 1e-3, 1e-3, 1]) @ lr.affine)
+    b.header.set_xyzt_units('meter')
+    b.to_filename('metres.nii')
+    i = ctsr.Image.of(nibabel.load('metres.nii'))
+    ok(same(i, ctsr.read('metres.nii')) and np.allclose(i.affine, lr.affine, atol=1e-4), 'an image of nibabel in metres, of four axes: as its file')
     ok(np.array_equal(sr.nibabel().affine, sr.affine) and np.array_equal(sr.nibabel().get_fdata(), sr.data), 'and to one')
 except ImportError:
     print('# no nibabel')

@@ -224,7 +224,9 @@ class Image:
         if isinstance(x, (str, bytes, os.PathLike)):
             return read(x)
         if hasattr(x, 'affine') and hasattr(x, 'dataobj'):
-            return cls(np.asanyarray(x.dataobj), x.affine)
+            data, units = np.asanyarray(x.dataobj), getattr(getattr(x, 'header', None), 'get_xyzt_units', lambda: ('mm', ''))()[0]
+            mm = {'meter': 1e3, 'micron': 1e-3}.get(units, 1)
+            return cls(data.reshape(data.shape[:3]) if data.size == np.prod(data.shape[:3]) else data, np.diag([mm, mm, mm, 1]) @ x.affine)
         return cls(x)
 
     def nibabel(self):
