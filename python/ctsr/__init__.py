@@ -661,7 +661,10 @@ def metrics(reference, test, mask=None, window: Optional[Sequence[float]] = None
     mask         of volumes: only where it is not 0
     value_range  of projections: data range; default: the largest pixel of the reference"""
     m = abi.Metrics(c.sizeof(abi.Metrics))
-    if isinstance(reference, Projections):
+    rays = isinstance(reference, Projections)
+    if value_range and not rays or rays and (mask is not None or window is not None):
+        raise Error(2, 'metrics: mask and window are of volumes, value_range is of projections')
+    if rays:
         each = [(c.c_double * reference.data.shape[0])() for _ in range(2)]
         _Call(threads).run(_lib.ctsr_compare_projections, c.byref(m), *each, reference._h, test._h, value_range)
         return dict(_numbers(m), view_psnr=list(each[0]), view_ssim=list(each[1]))
