@@ -324,6 +324,9 @@ static void same(void)
 	memset(other.data, 0, count * sizeof *other.data);
 	run();
 	OK(all(0), "nothing shares nothing");
+	memset(one.data, 0, count * sizeof *one.data);
+	run();
+	OK(all(1) && isnan(ct_fsc_cross(&f, 0.5)), "a volume of one value and itself agree");
 }
 
 /* Shells as they should be: of which frequencies the counts are. */

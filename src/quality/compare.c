@@ -338,7 +338,8 @@ static int calibration(struct ct_figures *f, const struct ct_compare_in *in, str
 /* Names the file that an error of ct_metrics is about. */
 static int blame(const struct ct_compare_in *in, struct ct_err *e)
 {
-	const bool of_ref = e->code == CT_ENUMERIC && ct_vol_check_finite(in->ref, e);
+	const bool of_ref =
+		e->code == CT_EINPUT || (e->code == CT_ENUMERIC && ct_vol_check_finite(in->ref, e));
 
 	return ct_blame(e, of_ref ? in->ref_name : in->test_name);
 }

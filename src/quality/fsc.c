@@ -178,12 +178,14 @@ static void gather(const struct fsc_job *j)
 	struct ct_fsc *f = j->f;
 
 	for (size_t s = 0; s < f->n; s++) {
-		double sum[4] = {0};
+		double sum[4] = {0}, most;
 
 		for (size_t k = 0; k < j->n[2]; k++)
 			for (size_t q = 0; q < 4; q++)
 				sum[q] += j->plane[4 * (k * f->n + s) + q];
-		f->value[s] = fmin(sum[1], sum[2]) > NOTHING * fmax(sum[1], sum[2])
+		most = fmax(sum[1], sum[2]);
+		f->value[s] = most == 0 ? 1
+			      : fmin(sum[1], sum[2]) > NOTHING * most
 				      ? sum[0] / (sqrt(sum[1]) * sqrt(sum[2]))
 				      : 0;
 		f->count[s] = sum[3];

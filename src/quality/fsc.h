@@ -20,7 +20,7 @@
 struct ct_fsc {
 	size_t n;      /* shells, from 0: frequency 0 */
 	double width;  /* cycles per mm */
-	double *value; /* of each; 0 where a volume has less than 1e-12 of the other */
+	double *value; /* of each; 0 where a volume has less than 1e-12 of the other, 1 for none */
 	double *count; /* frequencies of each */
 };
 

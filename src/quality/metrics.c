@@ -102,7 +102,17 @@ static int axis_ssim(double *mean, const struct metrics_job *j, enum ct_ssim_kin
 			j->slice[axis][k].ssim[kind] = sum[k] / voxels;
 	}
 	*mean = total / count;
-	rc = count > 0 ? 0 : ct_fail(e, CT_EINPUT, "no slice across axis %d counts for SSIM", axis);
+	if (count > 0)
+		rc = 0;
+	else if (kind == CT_SSIM_R2)
+		ct_fail(e, CT_EINPUT,
+			"no value%s is above %g, the lower end of the window: SSIM counts slices "
+			"that have one; lower the window, or leave SSIM out",
+			j->mask ? " of a slice in the mask" : "", j->map.zero);
+	else
+		ct_fail(e, CT_EINPUT,
+			"the mask has no voxel as far from the border as SSIM looks: widen it, or "
+			"leave SSIM out");
 out:
 	free(sum);
 	return rc;
