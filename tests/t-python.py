@@ -134,6 +134,7 @@ os.mkdir('series')
 ok(re.search(r'series: DICOM is read by the command ct-convert, which is not installed', imports(os.environ['CTSR_LIBRARY'], 'ctsr.read("series")', PATH='')), 'DICOM without ct-convert says what is missing')
 shutil.copy(os.environ['CTSR_LIBRARY'], 'libctsr.so.0')
 ok(re.search(r'no prior is installed at .*slices.safetensors', imports('./libctsr.so.0', 'ctsr.superres("lr.nii")')) or os.path.exists('/usr/share/ctsr') or os.path.exists('/usr/local/share/ctsr'), 'a library without its networks says which is missing')
+ok(re.search(r'no prior is installed at .*/prior.safetensors', imports('./libctsr.so.0', 'ctsr.paper("lr.nii", 2)')) or os.path.exists('/usr/share/ctsr') or os.path.exists('/usr/local/share/ctsr'), 'paper without its network: the same words')
 shutil.copy(sys.argv[2], '.')
 ok(imports('./libctsr.so.0', 'import os; os.mkdir("elsewhere"); os.chdir("elsewhere"); ctsr.superres("../lr.nii")') == '', 'the network beside CTSR_LIBRARY is found')
 

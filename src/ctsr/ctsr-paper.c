@@ -1,9 +1,12 @@
 /* ctsr-paper.c: the published method, its steps in one call. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
+#include "core/installed.h"
 #include "ctsr/ctsr-impl.h"
 #include "formats/format.h"
 #include "formats/units.h"
 #include "steps/step-paper.h"
+
+#include <stdlib.h>
 
 static int rule_of(struct ct_step_paper_rule *r, const ctsr_paper_options *o, struct ct_err *e)
 {
@@ -13,7 +16,6 @@ static int rule_of(struct ct_step_paper_rule *r, const ctsr_paper_options *o, st
 			"a factor of at most 1024, 10000 views, 1e6 iterations and 1e8 Gaussians are "
 			"expected");
 	*r = (struct ct_step_paper_rule){.in = "volume",
-		.prior = o->prior_file ? o->prior_file : CT_DATADIR "/prior.safetensors",
 		.factor = {(double)o->factor, (double)o->factor, (double)o->factor},
 		.views = (int)o->views,
 		.iterations = (int)o->iterations,
@@ -49,10 +51,14 @@ static int paper(
 		.ctx = &plan, .prior = read_prior, .after = check};
 	struct ct_err *e = &k->err;
 	struct ct_vol lr = {0};
+	char *prior = NULL;
 	int rc = -1;
 
-	if (rule_of(&rule, o, e) == 0 && ctsr_check_hu(in, rule.in, e) == 0 &&
-		ct_step_paper_plan(&plan, &rule, &in->v.meta, e) == 0 &&
+	if (rule_of(&rule, o, e) || ctsr_check_hu(in, rule.in, e) ||
+		ct_installed_prior(&prior, o->prior_file, "prior.safetensors", e))
+		goto out;
+	rule.prior = prior;
+	if (ct_step_paper_plan(&plan, &rule, &in->v.meta, e) == 0 &&
 		ctsr_copy_volume(&lr, in, e) == 0 &&
 		ct_step_paper_run(out, &did, &plan, &lr, &keeper, &k->env, e) == 0) {
 		ct_meta_drop(&out->meta, CT_META_HISTORY); /* one step, not one each */
@@ -61,7 +67,9 @@ static int paper(
 			     ? -1
 			     : 0;
 	}
+out:
 	ct_vol_free(&lr);
+	free(prior);
 	return rc;
 }
 
