@@ -149,6 +149,15 @@ static int set_rights(const struct ct_out *o)
 	return fchmod(fd, mode);
 }
 
+/* It cannot take its place. */
+static int not_renamed(const char *path, struct ct_err *e)
+{
+	return errno == EEXIST
+		       ? ct_fail(e, CT_EOUTPUT,
+				 "%s: was put there by another program meanwhile, and stays", path)
+		       : ct_fail_errno(e, CT_EOUTPUT, path);
+}
+
 static int failed(struct ct_out *o, const char *path, struct ct_err *e)
 {
 	ct_fail_errno(e, CT_EOUTPUT, path);
@@ -252,13 +261,17 @@ int ct_out_open(struct ct_out *o, const char *path, const struct ct_env *env, st
 	*o = (struct ct_out){0};
 	if (allowed(path, env, e) || open_out(o, path, false, e))
 		return -1;
+	o->tmp.over = ct_io_rule_of(env).force;
 	o->together = ct_io_rule_of(env).together;
 	return 0;
 }
 
 int ct_out_open_private(struct ct_out *o, const char *path, struct ct_err *e)
 {
-	return open_out(o, path, true, e);
+	const int rc = open_out(o, path, true, e);
+
+	o->tmp.over = true;
+	return rc;
 }
 
 /* What was put goes to the disk meanwhile, so that there is less to wait for in the end. */
@@ -288,7 +301,7 @@ int ct_out_set_commit(struct ct_out_set *s, struct ct_err *e)
 	while (done < s->n && ct_temp_rename(&s->file[done].tmp, s->file[done].path, s->n > 1) == 0)
 		done++;
 	if (done < s->n) {
-		rc = ct_fail_errno(e, CT_EOUTPUT, s->file[done].path);
+		rc = not_renamed(s->file[done].path, e);
 		while (done-- > 0)
 			ct_temp_undo(&s->file[done].tmp, s->file[done].path);
 	}
@@ -330,7 +343,7 @@ int ct_out_commit(struct ct_out *o, struct ct_err *e)
 	if (!bad && o->tmp.path)
 		bad = ct_temp_rename(&o->tmp, o->path, false) != 0 || ct_temp_settle(o->path) != 0;
 	if (bad)
-		ct_fail_errno(e, CT_EOUTPUT, name);
+		not_renamed(name, e);
 	ct_out_abandon(o);
 	return bad ? -1 : 0;
 }

@@ -59,8 +59,9 @@ struct ct_out {
 int ct_out_open(struct ct_out *o, const char *path, const struct ct_env *env, struct ct_err *e);
 /* The same for a file that its owner alone may read (mode 0600), in the place of what is there. */
 int ct_out_open_private(struct ct_out *o, const char *path, struct ct_err *e);
-/* Flush, sync, rename, the last later if it waits for others. CT_EOUTPUT; the temporary file, until
- * then for its owner alone, is gone either way. */
+/* Flush, sync, rename, the last later if it waits for others. CT_EOUTPUT, also for a file that came
+ * meanwhile and that the rule does not overwrite; the temporary file, until then for its owner
+ * alone, is gone either way. */
 int ct_out_commit(struct ct_out *o, struct ct_err *e);
 /* Drop the output; legal after commit and on a zeroed struct. */
 void ct_out_abandon(struct ct_out *o);

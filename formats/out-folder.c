@@ -113,8 +113,10 @@ int ct_out_folder_open(struct ct_out_folder *f, const char *path, const char *ow
 		const size_t n = strlen(f->path);
 		struct ct_err why;
 
-		if (ct_temp_folder(f->path, own, &f->tmp, &why) == 0)
+		if (ct_temp_folder(f->path, own, &f->tmp, &why) == 0) {
+			f->tmp.over = ct_io_rule_of(env).force;
 			return 0;
+		}
 		/* as the user called it */
 		*e = why;
 		if (strncmp(why.msg, f->path, n) == 0)
@@ -170,7 +172,7 @@ static mode_t rights(const struct ct_out_folder *f)
 }
 
 /* In the place of one that holds files, which goes to f->tmp, or back if they are not such as we
- * may remove: somebody may have put one there meanwhile. */
+ * may remove: somebody may have put one there meanwhile, and without force all of it stays. */
 static int exchange(struct ct_out_folder *f, struct ct_err *e)
 {
 	struct ct_temp old;
@@ -178,7 +180,7 @@ static int exchange(struct ct_out_folder *f, struct ct_err *e)
 	int rc;
 
 	if (renameat2(AT_FDCWD, f->tmp.path, AT_FDCWD, f->path, RENAME_EXCHANGE) == 0) {
-		rc = replaceable(f, f->tmp.path, f->tmp.own, true, e);
+		rc = replaceable(f, f->tmp.path, f->tmp.own, f->tmp.over, e);
 		if (rc && renameat2(AT_FDCWD, f->tmp.path, AT_FDCWD, f->path, RENAME_EXCHANGE) == 0)
 			return -1;
 		return 0; /* or what is not ours stays in the working folder */
@@ -188,7 +190,7 @@ static int exchange(struct ct_out_folder *f, struct ct_err *e)
 	rc = rename(f->path, old.path);
 	moved = rc == 0;
 	if (moved)
-		rc = replaceable(f, old.path, f->tmp.own, true, e);
+		rc = replaceable(f, old.path, f->tmp.own, f->tmp.over, e);
 	else
 		ct_fail_errno(e, CT_EOUTPUT, f->name);
 	if (rc == 0 && (rc = rename(f->tmp.path, f->path)) != 0)

@@ -168,7 +168,9 @@ int ct_temp_rename(struct ct_temp *t, const char *path, bool undo)
 	t->replaced = old && link(path, old) == 0;
 	t->made = undo && !t->replaced && lstat(path, &st) != 0 && errno == ENOENT;
 	free(old);
-	return rename(t->path, path);
+	if (!t->over && renameat2(AT_FDCWD, t->path, AT_FDCWD, path, RENAME_NOREPLACE) == 0)
+		return 0;
+	return t->over || errno == EINVAL || errno == ENOSYS ? rename(t->path, path) : -1;
 }
 
 void ct_temp_undo(struct ct_temp *t, const char *path)

@@ -24,6 +24,7 @@ struct ct_temp {
 	bool claimed;        /* a lock, not a working folder */
 	bool replaced, made; /* as ct_temp_undo is to know: there was a file, or none */
 	bool stays;          /* what is there is not to be removed */
+	bool over;           /* what is at its place may be replaced */
 };
 
 /* A file for PATH, empty, open for reading and writing, for its owner alone: its descriptor. In
@@ -33,7 +34,8 @@ int ct_temp_open(const char *path, struct ct_temp *t, struct ct_err *e);
 int ct_temp_folder(const char *path, const char *own, struct ct_temp *t, struct ct_err *e);
 /* What is at t->path now, if we may have made it, and the working folder. Legal on zeroes. */
 void ct_temp_remove(struct ct_temp *t);
-/* Rename to `path` what is at t->path. With `undo` what was there before is remembered, where the
+/* Rename to `path` what is at t->path: -1 with EEXIST, where the file system can, if something is
+ * there and may not be replaced. With `undo` what was there before is remembered, where the
  * file system can, for ct_temp_undo: it is there again, and what took its place is at t->path. */
 int ct_temp_rename(struct ct_temp *t, const char *path, bool undo);
 void ct_temp_undo(struct ct_temp *t, const char *path);

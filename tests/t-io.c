@@ -6,12 +6,14 @@
 #include "formats/hash.h"
 #include "core/inflate.h"
 #include "formats/io.h"
+#include "formats/out-folder.h"
 #include "formats/temp.h"
 #include "formats/text.h"
 #include "tap.h"
 
 #include <fcntl.h>
 #include <glob.h>
+#include <limits.h>
 #include <poll.h>
 #include <string.h>
 #include <sys/resource.h>
@@ -191,6 +193,54 @@ static void test_rights(void)
 	unlink("b");
 }
 
+/* What another program puts there between the begin and the end of an output. */
+static void test_meanwhile(void)
+{
+	static const struct ct_env *const rules[] = {NULL, &force};
+	struct ct_out_set all = {0};
+	struct ct_out_folder d;
+	char path[PATH_MAX];
+	struct ct_out o;
+	struct stat st;
+
+	for (size_t k = 0; k < 2; k++) {
+		if (ct_out_open(&o, "a", rules[k], &err) || ct_put(&o, "ours", 4, &err))
+			exit(99);
+		save("a", "their file", 10);
+		OK(k ? ct_out_commit(&o, &err) == 0
+		     : says(ct_out_commit(&o, &err), CT_EOUTPUT,
+			       "a: was put there by another program"),
+			"a file that came meanwhile is %s", k ? "replaced with force" : "told");
+		OK(stat("a", &st) == 0 && st.st_size == (k ? 4 : 10) && count(".ctsr-*") == 0,
+			"a file that came meanwhile %s", k ? "is ours then" : "stays as it is");
+		unlink("a");
+	}
+	for (size_t k = 0; k < 2; k++) {
+		if (ct_out_open(&o, k ? "a" : "b", NULL, &err))
+			exit(99);
+		o.together = &all;
+		if (ct_out_commit(&o, &err))
+			exit(99);
+	}
+	save("a", "their file", 10);
+	OK(says(ct_out_set_commit(&all, &err), CT_EOUTPUT, "a: was put") && !there("b") &&
+			stat("a", &st) == 0 && st.st_size == 10,
+		"of two outputs neither is made where one came meanwhile");
+	unlink("a");
+	if (ct_out_folder_open(&d, "d", "*.dcm", NULL, &err))
+		exit(99);
+	snprintf(path, sizeof path, "%s/1.dcm", d.tmp.path);
+	save(path, "ours", 4);
+	if (mkdir("d", 0777))
+		exit(99);
+	save("d/2.dcm", "theirs", 6);
+	OK(says(ct_out_folder_commit(&d, &err), CT_EOUTPUT, "d: holds files") && there("d/2.dcm") &&
+			!there("d/1.dcm") && count(".ctsr-*") == 0,
+		"a folder of files that came meanwhile stays as it is");
+	unlink("d/2.dcm");
+	rmdir("d");
+}
+
 static void test_ends(void)
 {
 	struct ct_out o;
@@ -207,6 +257,7 @@ static void test_ends(void)
 	OK(says(ct_out_commit(&o, &err), CT_EOUTPUT, "a: ") && count(".ctsr-*") == 0,
 		"a folder that comes between is an error");
 	rmdir("a");
+	test_meanwhile();
 	if (ct_out_open(&o, "a", NULL, &err))
 		exit(99);
 	snprintf(name, sizeof name, "%s", o.tmp.path);
