@@ -111,8 +111,7 @@ int ct_beside_parse(struct ct_meta *m, double apart, const char *s, size_t n, st
 	return rc ? rc : ct_acquired_put(m, &a, e);
 }
 
-/* x.json of x.nii or x.nii.gz, to be freed; NULL if the name has no such end, or no memory. */
-static char *name_of(const char *path)
+char *ct_beside_name(const char *path)
 {
 	const size_t end = ct_ends_match(path, "gz") ? sizeof "nii.gz" : sizeof "nii";
 	char *name;
@@ -139,7 +138,7 @@ static int load(unsigned char **data, size_t *n, const char *name, struct ct_err
 
 int ct_beside_read(struct ct_vol *v, const char *path, const struct ct_env *env, struct ct_err *e)
 {
-	char *name = ct_meta_get(&v->meta, CT_META_DICOM_THICKNESS) ? NULL : name_of(path);
+	char *name = ct_meta_get(&v->meta, CT_META_DICOM_THICKNESS) ? NULL : ct_beside_name(path);
 	unsigned char *s = NULL;
 	size_t n = 0;
 	int rc;

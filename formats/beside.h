@@ -10,6 +10,8 @@
  * scanned, is nothing; a damaged one is a warning that names file and field, and nothing of it is
  * used. CT_ENOMEM. */
 int ct_beside_read(struct ct_vol *v, const char *path, const struct ct_env *env, struct ct_err *e);
+/* Its name, there or not, to be freed; NULL of what is not called .nii or .nii.gz, or no memory. */
+char *ct_beside_name(const char *path);
 /* The text of a sidecar of slices so many mm apart, 0 if that is not known: 0, or 1 if it is none
  * of a CT. CT_EINPUT naming the field. */
 int ct_beside_parse(struct ct_meta *m, double apart, const char *text, size_t n, struct ct_err *e);

@@ -40,6 +40,7 @@ def described(tool):
         assert o['type'] in TYPES and o['help'] in flat, o
         assert re.fullmatch('[a-zA-Z]', o.get('letter', 'a')), o
         assert (o['type'] == 'file') == ('direction' in o) and (o['type'] == 'choice') == ('words' in o), o
+        assert o['type'] != 'file' or '|' not in o.get('value', ''), o  # one of N|FILE may be no file
         assert 'least' not in o or o['least'] <= o.get('default', o['least']) <= o['most'], o
         assert o['type'] != 'choice' or 'default' not in o or o['default'] in o['words'], o
         assert o in d['expert'] or '[%s]' % conditions(o, d) in flat + '[]', o

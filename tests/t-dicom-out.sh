@@ -26,11 +26,17 @@ tail -c 240 b.nii >1
 tail -c 240 c.nii | cmp -s - 1
 ok $? 'the volume is the same with the sidecar in a file or on standard output'
 exits 2 'sidecar and volume on standard output are refused with status 2' ct-convert --sidecar - a.nii -
-exits 4 'an existing sidecar is not overwritten' ct-convert --sidecar a.json a.nii d.nii
-has err 'a.json: exists' 'the error of an existing sidecar names it'
+exits 4 'an existing sidecar is not overwritten' ct-convert --sidecar h.json a.nii d.nii
+has err 'h.json: exists' 'the error of an existing sidecar names it'
 [ ! -e d.nii ]; ok $? 'an existing sidecar is refused before the volume is written'
 ln a.nii n.json
 exits 4 'a sidecar that is the input is refused even with --force' ct-convert -f --sidecar n.json a.nii d.nii
+cp a.json was.json; ln -s a.nii link.nii; ln -s a.json link.json
+for o in 'ct-convert a.nii' 'ct-convert link.nii' 'ct-sr -q -Q draft -x 2 a.nii'; do
+	exits 4 "the sidecar beside the input of $o is not written over" $o d.nii -f --sidecar a.json
+	has err 'a.json: would be written over the scanner of [a-z]*.nii, an input' "the error of $o over a sidecar names its input"
+done
+cmp -s a.json was.json; ok $? 'the sidecar beside the input stays as it was'
 exits 2 'a sidecar named .nii is refused with status 2' ct-convert --sidecar x.nii a.nii d.nii
 ln -s /dev/full full.json
 exits 4 'a full disk ends ct-convert --sidecar with status 4' ct-convert --sidecar full.json a.nii d.nii

@@ -176,6 +176,12 @@ cp xmhd.raw was.raw
 exits 4 'the voxels of an input header are not written over' ct-convert -f xmhd.mhd xmhd.nhdr
 has err 'xmhd.raw: would be written over the voxels of xmhd.mhd, an input' 'the error of voxels over an input header names it'
 cmp -s xmhd.raw was.raw; ok $? 'the voxels of an input header stay as they were'
+cp xmhd.raw voxels; sed 's/xmhd.raw/voxels/' xmhd.mhd >own.mhd
+for o in "ct-convert own.mhd" "ct-degrade -x 2 own.mhd" "ct-sr -q -x 2 -Q draft own.mhd no.nii --report" "ct-convert --grid own.mhd a.nii"; do
+	exits 4 "the voxels of an input header are not written over by $o" $o voxels -f
+	has err 'voxels: would be written over the voxels of own.mhd, an input' "the error of $o over voxels names their header"
+done
+cmp -s xmhd.raw voxels; ok $? 'voxels without an ending stay as they were'
 exits 0 'compressed voxels are another file than the input' ct-convert -f --compress xmhd.mhd xmhd.nhdr
 exits 4 'a compressed MetaImage to a device is refused' ct-convert --compress a.nii full.mha
 exits 2 '--compress is refused for NIfTI' ct-convert --compress a.nii d.nii

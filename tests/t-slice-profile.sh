@@ -15,6 +15,13 @@ no() { # no STATUS WORDS COMMAND...
 	[ ! -e no.nii ] || ok 1 "no output is left by: $*"
 }
 
+printf -- '-2 1\n2 1\n' >own; cp own was
+for i in 'ct-degrade -x 1,1,5' 'ct-upsample -x 1,1,2' 'ct-sr -x 1,1,2'; do
+	exits 4 "${i%% *} does not write over the file of --profile" $i -f --profile own hi.nii own
+	has err 'own: would be written over own, an input of the same run' "${i%% *} says that the file of --profile is an input"
+done
+cmp -s own was; ok $? 'the file of --profile stays as it was'
+exits 0 'a shape of --profile is no file' ct-degrade -q -x 1,1,5 --profile box hi.nii box
 # profiles that other options can state too
 ct-degrade -q -x 1,1,5 --slice-thickness 4 hi.nii a.nii && ct-degrade -q -x 1,1,5 --sigma 0,0,1.484 --decimate point hi.nii b.nii
 ct-metrics --ssim none a.nii b.nii >m

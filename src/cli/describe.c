@@ -9,7 +9,7 @@
 
 static const char *type_of(const struct ct_opt *o)
 {
-	if (o->role != CT_NO_FILE)
+	if (ct_table_is_file(o))
 		return "file";
 	if (o->choice)
 		return "choice";
@@ -21,7 +21,7 @@ static const char *type_of(const struct ct_opt *o)
 
 static const char *direction_of(const struct ct_opt *o)
 {
-	return o->role == CT_NO_FILE        ? NULL
+	return !ct_table_is_file(o)         ? NULL
 	       : o->role == CT_READS        ? "in"
 	       : o->role == CT_READS_WRITES ? "both"
 					    : "out";

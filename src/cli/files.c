@@ -3,9 +3,13 @@
 #include "cli/files.h"
 #include "cli/modes.h"
 #include "cli/table.h"
+#include "formats/any.h"
+#include "formats/beside.h"
+#include "formats/headed.h"
 #include "formats/io.h"
 #include "formats/out-folder.h"
 
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -74,16 +78,40 @@ static const char *step(struct walk *w)
 	return NULL;
 }
 
+/* An input may have a second file: the voxels of a header, the JSON beside NIfTI. */
+static int check_beside(const char *path, const char *input, struct ct_err *e)
+{
+	const bool stream = strcmp(input, "-") == 0;
+	char *beside[2] = {stream ? NULL : ct_beside_name(input)};
+	int rc = stream ? 0 : ct_headed_source(&beside[1], input, e);
+
+	for (int i = 0; i < 2; i++)
+		if (rc == 0 && beside[i] && access(beside[i], F_OK) == 0 &&
+			ct_out_same(path, beside[i], true))
+			rc = ct_fail(e, CT_EOUTPUT,
+				"%s: would be written over the %s of %s, an input", path,
+				i ? "voxels" : "scanner", input);
+	free(beside[0]);
+	free(beside[1]);
+	return rc;
+}
+
 /* Is the output none of the files of the run, but for the place `self`? */
 static int apart(const struct ct_opt *opts, const void *params, const char *path,
 	const struct walk *self, struct ct_err *e)
 {
-	for (struct walk w = begin(opts, params); step(&w);)
-		if (!(self && w.opt == self->opt && w.next == self->next) &&
-			ct_out_same(path, w.path, !w.output))
+	for (struct walk w = begin(opts, params); step(&w);) {
+		const bool word = !ct_table_is_file(w.opt) && access(w.path, F_OK) != 0;
+
+		if (word || (self && w.opt == self->opt && w.next == self->next))
+			continue;
+		if (ct_out_same(path, w.path, !w.output))
 			return ct_fail(e, CT_EOUTPUT,
 				"%s: would be written over %s, %s of the same run", path, w.path,
 				w.output ? "another output" : "an input");
+		if (!w.output && check_beside(path, w.path, e))
+			return -1;
+	}
 	return 0;
 }
 
@@ -111,7 +139,8 @@ const char *ct_files_hidden(const struct ct_opt *opts, const void *params, const
 	if (!given(opts, params, "deid"))
 		return NULL;
 	for (struct walk w = begin(opts, params); step(&w);)
-		if (strcmp(w.path, word) == 0)
+		if (strcmp(w.path, word) == 0 &&
+			(ct_table_is_file(w.opt) || access(word, F_OK) == 0))
 			return w.output ? "OUT" : "IN";
 	for (const struct ct_opt *o = opts; o->type != CT_T_END; o++) {
 		const char *uid = o->name && strcmp(o->name, "series") == 0

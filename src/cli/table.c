@@ -83,6 +83,11 @@ const struct ct_opt *ct_table_row(const struct ct_tool *t, size_t k)
 	return NULL;
 }
 
+bool ct_table_is_file(const struct ct_opt *o)
+{
+	return o->role != CT_NO_FILE && !(o->arg && strchr(o->arg, '|'));
+}
+
 const struct ct_opt *ct_table_find(const struct ct_tool *t, const char *name, size_t n, char c)
 {
 	const struct ct_opt *o, *hit = NULL;

@@ -29,6 +29,8 @@ struct ct_table_exits {
 const struct ct_table_exits *ct_table_exit(size_t k);
 /* What an operand is called. */
 const char *ct_table_operand(const struct ct_opt *o);
+/* Is its value the name of a file, and never a word or a number, as one of N|FILE may be? */
+bool ct_table_is_file(const struct ct_opt *o);
 /* What messages call it: "--name", "--expert name" or the operand; cut off if it is long. */
 enum { CT_TABLE_NAME = 80 };
 void ct_table_name(char out[CT_TABLE_NAME], const struct ct_opt *o);

@@ -188,27 +188,12 @@ int convert_read(
 	return ct_vol_check_finite(v, e) ? ct_blame(e, p->in) : 0;
 }
 
-/* The voxels of an input may lie in a file of their own, too. */
-static int check_source(const char *data, const char *input, struct ct_err *e)
-{
-	char *source;
-	int rc = ct_headed_source(&source, input, e);
-
-	if (source && ct_out_same(data, source, true))
-		rc = ct_fail(e, CT_EOUTPUT, "%s: would be written over the voxels of %s, an input",
-			data, input);
-	free(source);
-	return rc;
-}
-
 /* Of two files the second is in no row of the options. */
 static int check_beside(const struct convert *p, const struct ct_env *env, struct ct_err *e)
 {
 	char *data;
 	int rc = ct_headed_beside(&data, p->out, p->compress, e);
 
-	for (size_t i = 0; data && rc == 0 && i + 1 < p->files.n; i++)
-		rc = check_source(data, p->files.v[i], e);
 	if (data && rc == 0)
 		rc = ct_files_apart(env->command->given.tool->opts, p, data, e) ||
 				     ct_out_check(data, env, e)

@@ -37,7 +37,8 @@ static const struct ct_opt opts[] = {
 		"ideal low-pass, as they are, or as means of cells"),
 	CT_TEXT(profile, 0, "profile", "SHAPE|FILE",
 		"slice profile: gaussian, box, triangle, trapezoid, or a file of lines MM WEIGHT; in "
-		"place of blur and sampling along the axis that is reduced most, or the third"),
+		"place of blur and sampling along the axis that is reduced most, or the third",
+		.role = CT_READS),
 	CT_OPT(thickness, 0, "slice-thickness", "MM", 0, 1e6,
 		"how thick the slices are; without --profile a Gaussian, as scanners have; "
 		"default: the spacing of OUT"),

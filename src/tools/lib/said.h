@@ -36,7 +36,7 @@ struct said_opts {
 			when),                                                                       \
 		CT_TEXT(f.profile, 0, "profile", "SHAPE|FILE",                                       \
 			"slice profile: gaussian, box, triangle, trapezoid, or a file (ct-degrade)", \
-			when),                                                                       \
+			when, .role = CT_READS),                                                     \
 		CT_OPT(f.thickness, 0, "slice-thickness", "MM", 0, 1e6,                              \
 			"thickness of the slices, a Gaussian without --profile; default: spacing",   \
 			when),                                                                       \
