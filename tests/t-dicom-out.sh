@@ -216,6 +216,17 @@ exits 4 '--force does not write over a slice beside the template' \
 exits 0 'a new file may lie beside the series of the file that is read' ct-convert first/ctsr0001.dcm first/out.dcm
 exits 0 '--force replaces a file of another series beside the one that is read' ct-convert -f first/ctsr0001.dcm first/out.dcm
 rm first/out.dcm
+exits 4 'a list of slices without OUT does not write over the last one' ct-convert -f first/*.dcm
+has err "$(ls first/*.dcm | tail -n 1): would be written over, and is a slice of the series that is read" 'the error of a list without OUT names its last slice'
+cp -r first bare; for f in bare/*.dcm; do mv "$f" "${f%.dcm}"; done; cp -r bare was
+for o in 'ct-convert bare d.nii --sidecar' 'ct-convert bare/ctsr0001 d.nii --sidecar' 'ct-sr -q -x 2 -Q draft bare d.nii --report' \
+	'ct-sr -q -x 2 -Q draft bare/ctsr0001 d.nii --sidecar' 'ct-phantom cube'; do
+	exits 4 "$o does not write over DICOM" $o bare/ctsr0002 -f
+	has err 'bare/ctsr0002: is DICOM, and is replaced only by DICOM: remove it first' "the error of $o over DICOM says what to do"
+done
+exits 4 'a list of slices without an ending and without OUT is refused' ct-convert -f bare/*
+diff -r bare was >/dev/null; ok $? 'DICOM without an ending stays as it was'
+rm -r bare was
 [ "$(sum first)" = "$(sum again)" ]; ok $? 'outputs that are refused leave the series of the input as it was'
 mkdir named; echo scan >named/ctsr0001.dcm; cp v.nii named/ctsr0002.dcm
 exits 4 '--force does not replace files of the user with names like ours' ct-convert -f w.nii named/

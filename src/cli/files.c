@@ -230,7 +230,14 @@ static int check_output(
 				"%s: holds %s, an input, and would be replaced", w->path, o.path);
 	if (dicom && ct_out_folder_named(w->path))
 		return ct_out_folder_check(w->path, w->opt->dicom, env, e);
-	return apart(opts, w->params, w->path, w, e) || ct_out_check(w->path, env, e) ? -1 : 0;
+	if (apart(opts, w->params, w->path, w, e))
+		return -1;
+	if (!dicom && strcmp(w->path, "-") != 0 && ct_any_kind(w->path) == CT_KIND_DICOM)
+		return ct_fail(e, CT_EOUTPUT,
+			"%s: is DICOM, and is replaced only by DICOM: remove it first, or name "
+			"another file",
+			w->path);
+	return ct_out_check(w->path, env, e);
 }
 
 int ct_files_check(

@@ -11,6 +11,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 /* The hash of the values of a slice that its scale makes of the stored ones. */
@@ -52,6 +53,22 @@ int series_open(struct series_set *set, const struct ct_dicom_in *in, struct ct_
 		set->census.slice, set->census.slices, &pixels, &set->list, &set->n, e);
 }
 
+/* Is it a file of that series? */
+static bool is_of(const char *path, const char *series)
+{
+	struct ct_census c = {0};
+	struct ct_err any;
+	struct stat st;
+	bool is = false;
+
+	if (*series && stat(path, &st) == 0 && S_ISREG(st.st_mode) &&
+		ct_dicom_scan(&path, 1, false, &c, &any) == 0)
+		for (size_t k = 0; k < c.slices && !is; k++)
+			is = strcmp(c.slice[k].series, series) == 0;
+	ct_census_free(&c);
+	return is;
+}
+
 int series_apart(const struct ct_slice *s, size_t n, const char *out, struct ct_err *e)
 {
 	const bool folder = out && ct_out_folder_named(out);
@@ -63,6 +80,11 @@ int series_apart(const struct ct_slice *s, size_t n, const char *out, struct ct_
 			return ct_fail(e, CT_EOUTPUT,
 				"%s: would be written over %s, a slice of the input", out,
 				s[k].path);
+	if (out && !folder && n > 0 && is_of(out, s[0].series))
+		return ct_fail(e, CT_EOUTPUT,
+			"%s: would be written over, and is a slice of the series that is read: name "
+			"OUT behind it",
+			out);
 	return 0;
 }
 

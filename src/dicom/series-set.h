@@ -27,7 +27,8 @@ void series_tell(const struct series_set *set, const struct ct_dicom_in *in, siz
  * a file. `without` slices at the end of the series are not. */
 void series_account(
 	const struct series_set *set, size_t pick, size_t without, const struct ct_env *env);
-/* CT_EOUTPUT if the output, a file or a folder, is a file of the slices or holds one. */
+/* CT_EOUTPUT if the output, a file or a folder, is a file of the slices, holds one, or is another
+ * slice of their series. */
 int series_apart(const struct ct_slice *s, size_t n, const char *out, struct ct_err *e);
 /* CT_EINPUT for pictures of many bytes in files of few: nothing is decoded, nothing allocated. */
 int series_check_size(const struct ct_slice *s, size_t n, struct ct_err *e);
