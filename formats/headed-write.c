@@ -3,8 +3,8 @@
 #include "core/number.h"
 #include "core/stream.h"
 #include "formats/ends.h"
+#include "formats/headed-impl.h"
 #include "formats/headed.h"
-#include "formats/source.h"
 
 #include <ctype.h>
 #include <stdlib.h>
@@ -107,6 +107,18 @@ static void put_nrrd(FILE *f, const struct what *w)
 	fputc('\n', f);
 }
 
+/* Is the file of voxels found again when the header names it? */
+static bool nameable(const char *file)
+{
+	struct ct_headed h = {0};
+	struct ct_err any;
+
+	for (const char *s = file; *s; s++)
+		if ((unsigned char)*s < ' ')
+			return false;
+	return *file != ' ' && ct_headed_file(&h, "", file, &any) == 0;
+}
+
 int ct_headed_beside(char **data, const char *path, bool packed, struct ct_err *e)
 {
 	const bool mhd = ct_ends_match(path, "mhd");
@@ -121,7 +133,14 @@ int ct_headed_beside(char **data, const char *path, bool packed, struct ct_err *
 		*data = NULL;
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");
 	}
-	return 0;
+	if (nameable(basename(*data)))
+		return 0;
+	free(*data);
+	*data = NULL;
+	return ct_fail(e, CT_EOUTPUT,
+		"%s: a header cannot name its file of voxels: the name begins with a blank or LIST, "
+		"or holds %% or a control character: choose another, or %s",
+		path, mhd ? ".mha" : ".nrrd");
 }
 
 static int put_header(struct ct_sink *s, const struct what *w, struct ct_err *e)

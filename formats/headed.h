@@ -36,7 +36,7 @@ int ct_headed_write(const char *path, const struct ct_vol *v, enum ct_nifti_type
  * no such header. CT_ENOMEM. */
 int ct_headed_source(char **data, const char *path, struct ct_err *e);
 /* The file of the voxels beside the header that is named, to be freed: "x.raw" of "x.mhd"; NULL
- * where they are behind the header. CT_ENOMEM. */
+ * where they are behind the header. CT_EOUTPUT for a name that no header can hold; CT_ENOMEM. */
 int ct_headed_beside(char **data, const char *path, bool packed, struct ct_err *e);
 
 #endif

@@ -182,6 +182,12 @@ for o in "ct-convert own.mhd" "ct-degrade -x 2 own.mhd" "ct-sr -q -x 2 -Q draft 
 	has err 'voxels: would be written over the voxels of own.mhd, an input' "the error of $o over voxels names their header"
 done
 cmp -s xmhd.raw voxels; ok $? 'voxels without an ending stay as they were'
+for o in ' a.mhd' ' a.nhdr' 'LIST.mhd' 'LISTED.nhdr' 'a%d.mhd' 'a
+b.mhd'; do
+	exits 4 "a header that cannot name its voxels is refused: $(echo "$o" | tr '\n' '?')" ct-convert a.nii "$o"
+	has err 'cannot name its file of voxels.* or .\(mha\|nrrd\)$' "the error of $(echo "$o" | tr '\n' '?') says what to do"
+done
+[ ! -e ' a.raw' ] && [ ! -e LIST.raw ]; ok $? 'headers that are refused leave no voxels'
 exits 0 'compressed voxels are another file than the input' ct-convert -f --compress xmhd.mhd xmhd.nhdr
 exits 4 'a compressed MetaImage to a device is refused' ct-convert --compress a.nii full.mha
 exits 2 '--compress is refused for NIfTI' ct-convert --compress a.nii d.nii
