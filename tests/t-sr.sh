@@ -172,6 +172,14 @@ END
 ok $? '--json prints operator, noise, residual, seconds and files'
 exits 2 '--json with OUT on standard output is refused' ct-sr --json scan.nii -
 has err '^ct-sr: --json: OUT is standard output: name a file$' 'that error says what to do'
+for o in report sidecar; do
+	exits 2 "--json with --$o on standard output is refused" ct-sr --json "--$o=-" -x 2 scan.nii no.nii
+	has err "^ct-sr: --json: --$o is standard output: name a file\$" "the error of --json with --$o says what to do"
+done
+latin=$(printf 'M\374ller.nii'); cp scan.nii "$latin"
+exits 0 'JSON of a name that is not UTF-8' ct-sr -q -f --json -Q draft -x 2 "$latin" "up-$latin"
+has out '"in": "M?ller.nii"' 'JSON of a name that is not UTF-8 has ? in its place'
+rm "$latin" "up-$latin"
 exits 0 'the published method as JSON' ct-sr -q -f --json --paper --expert views=2,iterations=2,gaussians=20 window.nii up.nii
 has out '"method": "paper"' '--json of the published method names it'
 has out '"gaussians": ' '--json of the published method counts Gaussians'

@@ -121,17 +121,23 @@ int ct_files_apart(
 	return apart(opts, params, path, NULL, e);
 }
 
-bool ct_files_write_stdout(const struct ct_opt *opts, const void *params)
+/* The row of the output that is standard output, or NULL. */
+static const struct ct_opt *on_stdout(const struct ct_opt *opts, const void *params)
 {
 	struct stat out, st;
-	const bool known = fstat(STDOUT_FILENO, &out) == 0;
+	const bool known = fstat(STDOUT_FILENO, &out) == 0 && !S_ISCHR(out.st_mode);
 
 	for (struct walk w = begin(opts, params); step(&w);)
 		if (w.output && (strcmp(w.path, "-") == 0 || (known && stat(w.path, &st) == 0 &&
 								     st.st_dev == out.st_dev &&
 								     st.st_ino == out.st_ino)))
-			return true;
-	return false;
+			return w.opt;
+	return NULL;
+}
+
+bool ct_files_write_stdout(const struct ct_opt *opts, const void *params)
+{
+	return on_stdout(opts, params) != NULL;
 }
 
 const char *ct_files_hidden(const struct ct_opt *opts, const void *params, const char *word)
@@ -153,9 +159,13 @@ const char *ct_files_hidden(const struct ct_opt *opts, const void *params, const
 	return NULL;
 }
 
-/* Standard input and output serve once each. */
-static int check_streams(const struct ct_opt *opts, const void *params, struct ct_err *e)
+/* Standard input and output serve once each, and a report in JSON has that for itself. */
+static int check_streams(const struct ct_opt *opts, const void *params,
+	const struct ct_command *command, struct ct_err *e)
 {
+	const struct ct_opt *taken =
+		command->json && !command->dry_run ? on_stdout(opts, params) : NULL;
+	char name[CT_TABLE_NAME];
 	size_t streams[2] = {0};
 
 	for (struct walk w = begin(opts, params); step(&w);)
@@ -164,6 +174,10 @@ static int check_streams(const struct ct_opt *opts, const void *params, struct c
 		return ct_fail(e, CT_EUSAGE, "only one input can be standard input");
 	if (streams[1] > 1)
 		return ct_fail(e, CT_EUSAGE, "only one output can be standard output");
+	if (taken) {
+		ct_table_name(name, taken);
+		return ct_fail(e, CT_EUSAGE, "--json: %s is standard output: name a file", name);
+	}
 	return 0;
 }
 
@@ -243,7 +257,7 @@ static int check_output(
 int ct_files_check(
 	const struct ct_opt *opts, const void *params, const struct ct_env *env, struct ct_err *e)
 {
-	if (check_streams(opts, params, e))
+	if (check_streams(opts, params, env->command, e))
 		return -1;
 	if (env->command->dry_run)
 		return 0;

@@ -4,9 +4,10 @@
 #define CT_CLI_FILES_H
 #include "cli/cli.h"
 
-/* Before any work: each output can be written now, and is none of the inputs and no other output;
- * of a dry run nothing is asked of outputs. Standard input and output serve once each. CT_EOUTPUT
- * naming the file, CT_EUSAGE. */
+/* Before any work: each output can be written now, is none of the inputs, nor what is beside one,
+ * no other output, and no DICOM unless it is DICOM itself; of a dry run nothing is asked of
+ * outputs. Standard input and output serve once each, --json counts. CT_EOUTPUT naming the file,
+ * CT_EUSAGE. */
 int ct_files_check(
 	const struct ct_opt *opts, const void *params, const struct ct_env *env, struct ct_err *e);
 /* CT_EUSAGE for an output whose name ends otherwise than in what its row writes (formats/ends.h); a

@@ -94,9 +94,8 @@ int ct_resume_open(struct ct_resume *r, const char *out, bool wanted, const stru
 	const bool stream = strcmp(out, "-") == 0;
 
 	*r = (struct ct_resume){.wanted = wanted, .opts = opts, .params = params};
-	if (stream && (wanted || (env->command->json && !env->command->dry_run)))
-		return ct_fail(
-			e, CT_EUSAGE, "--%s wants OUT to be a file", wanted ? "resume" : "json");
+	if (stream && wanted)
+		return ct_fail(e, CT_EUSAGE, "--resume wants OUT to be a file");
 	if (!stream && !env->command->dry_run && asprintf(&r->path, "%s.state", out) < 0) {
 		r->path = NULL;
 		return ct_fail(e, CT_ENOMEM, "no memory for a file name");

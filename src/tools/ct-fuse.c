@@ -72,8 +72,6 @@ static int check(struct fuse_job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
 
-	if (to_stdout(p) && j->env->command->json && !j->env->command->dry_run)
-		return ct_fail(e, CT_EUSAGE, "--json wants OUT and --residual-out to be files");
 	return ct_resume_open(&j->resume, p->out, p->resume, opts, p, j->env, e);
 }
 

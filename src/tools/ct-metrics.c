@@ -109,7 +109,7 @@ static int check(const struct params *p, bool json, struct ct_err *e)
 			e, CT_EUSAGE, "missing TEST: the last REF is %s", p->more.v[p->more.n - 1]);
 	if (p->more.n && !p->csv)
 		return ct_fail(e, CT_EUSAGE, "several pairs need --csv");
-	if ((taken || p->csv) && json)
+	if (p->csv && json)
 		return ct_fail(e, CT_EUSAGE, "--json: standard output already holds a table");
 	if (taken && p->csv)
 		return ct_fail(e, CT_EUSAGE, "--csv: standard output already holds a table");

@@ -120,10 +120,8 @@ static void begin(struct files *f, const struct sr *p)
 	}
 }
 
-static int check(const struct sr *p, const struct ct_env *env, struct ct_err *e)
+static int check(const struct sr *p, struct ct_err *e)
 {
-	if (env->command->json && !env->command->dry_run && strcmp(p->out, "-") == 0)
-		return ct_fail(e, CT_EUSAGE, "--json: OUT is standard output: name a file");
 	if (p->deid && !ct_files_is_dicom(p->out))
 		return ct_fail(e, CT_EUSAGE, "--deid: needs OUT to be DICOM");
 	if (p->deid && p->report && (p->paper || p->release))
@@ -314,7 +312,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	size_t said;
 	int rc = -1;
 
-	if (check(p, env, e))
+	if (check(p, e))
 		return -1;
 	if (p->paper || p->release)
 		return sr_paper(p, env, e);

@@ -5,6 +5,7 @@
 #include "cli/cli.h"
 #include "core/clock.h"
 #include "core/memory.h"
+#include "formats/text.h"
 #include "tools/lib/ahead.h"
 #include "tools/sr.h"
 
@@ -32,10 +33,16 @@ static json_t *number(double x)
 	return isfinite(x) ? json_real(x) : json_null();
 }
 
+static json_t *name_of(const char *path)
+{
+	return path ? ct_text_json(path) : NULL;
+}
+
 static json_t *files_of(const struct sr *p)
 {
-	return json_pack("{ss ss ss* ss* ss*}", "in", p->in, "out", p->out, "report", p->report,
-		"confidence", p->confidence, "sidecar", p->sidecar);
+	return json_pack("{so so so* so* so*}", "in", ct_text_json(p->in), "out",
+		ct_text_json(p->out), "report", name_of(p->report), "confidence",
+		name_of(p->confidence), "sidecar", name_of(p->sidecar));
 }
 
 int sr_result_print(json_t *o, const struct sr *p, double began, struct ct_err *e)
