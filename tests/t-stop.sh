@@ -244,6 +244,9 @@ has err 'is not the state of a run' 'is said to be none'
 exits 2 'a stream has none' ct-ddnm --resume hr-low.exr -
 has err 'resume wants OUT to be a file' '--resume to a stream says that OUT must be a file'
 
+mkfifo fifo; cat fifo >piped & ct-ddnm -q -n 1 -x 4 hr-low.exr fifo; ok $? 'a command that keeps a state writes a FIFO'; wait
+[ -s piped ] && [ "$(echo fifo*)" = fifo ]; ok $? 'a FIFO gets the result and no state beside it'
+ct-info piped | grep ^hash >1; ct-ddnm -q -n 1 -x 4 hr-low.exr /dev/stdout | ct-info - | grep ^hash | cmp -s - 1; ok $? '/dev/stdout in a pipe gets the same projections'
 # one run an output, while it lives
 exits 4 'two runs into one output' flock two.exr.state.ct-locked ct-ddnm -n 2 -x 4 hr-low.exr two.exr
 has err 'two.exr.state: another run is making it' 'a state that another run is making is named'

@@ -14,6 +14,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 /* In front of the keys of a run, among the metadata of its state. */
@@ -88,10 +89,19 @@ static int may_replace(struct ct_resume *r, const struct ct_env *env, struct ct_
 				 r->path);
 }
 
+/* Nothing lies beside a pipe or a device; a link to one has a place of its own. */
+static bool is_stream(const char *out)
+{
+	struct stat st;
+
+	return strcmp(out, "-") == 0 || (stat(out, &st) == 0 && S_ISFIFO(st.st_mode)) ||
+	       (lstat(out, &st) == 0 && S_ISCHR(st.st_mode));
+}
+
 int ct_resume_open(struct ct_resume *r, const char *out, bool wanted, const struct ct_opt *opts,
 	const void *params, const struct ct_env *env, struct ct_err *e)
 {
-	const bool stream = strcmp(out, "-") == 0;
+	const bool stream = is_stream(out);
 
 	*r = (struct ct_resume){.wanted = wanted, .opts = opts, .params = params};
 	if (stream && wanted)
