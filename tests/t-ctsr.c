@@ -335,6 +335,9 @@ static void test_projections(void)
 			ctsr_projections_read(&q, "p.exr", &e) == 0 &&
 			ctsr_projections_data(q, NULL)[7] == ctsr_projections_data(p, NULL)[7],
 		"EXR there and back");
+	OK(failed(ctsr_projections_write(p, "p.nii", NULL, &e), CTSR_USAGE) &&
+			access("p.nii", F_OK) != 0,
+		"projections are not written under the name of a volume");
 	OK(ctsr_projections_view(&view[0], p, 0, &e) == 0 &&
 			ctsr_projections_view(&view[1], p, 30, &e) == 0 &&
 			failed(ctsr_projections_view(&view[0], p, 60, &e), CTSR_USAGE),
@@ -356,6 +359,9 @@ static void test_projections(void)
 			ctsr_gaussians_read(&again, "g.ply", &e) == 0 &&
 			ctsr_gaussians_get(NULL, again, 0, 0) == all,
 		"PLY there and back");
+	OK(failed(ctsr_gaussians_write(g, "g.exr", NULL, &e), CTSR_USAGE) &&
+			access("g.exr", F_OK) != 0,
+		"Gaussians are not written under the name of projections");
 	OK(ctsr_gaussians_voxelise(&back, g, v, NULL, &e) == 0 && count(back) == count(v),
 		"voxelised");
 	OK(ctsr_gaussians_project(&of, g, q, NULL, &e) == 0 &&

@@ -3,6 +3,7 @@
 #include "core/mem.h"
 #include "core/simd.h"
 #include "ctsr/ctsr-impl.h"
+#include "formats/ends.h"
 
 #include <math.h>
 #include <sched.h>
@@ -23,6 +24,16 @@ const char *ctsr_version(void)
 int ctsr_call_given(struct ctsr_call *k, bool given)
 {
 	return given ? 0 : ct_fail(&k->err, CT_EUSAGE, "%s: an argument is NULL", k->name);
+}
+
+int ctsr_call_named(struct ctsr_call *k, const char *path, const char *ends)
+{
+	char text[60];
+
+	if (!ct_ends_any(path) || ct_ends_match(path, ends))
+		return 0;
+	ct_ends_text(text, sizeof text, ends);
+	return ct_fail(&k->err, CT_EUSAGE, "%s: %s writes %s", path, k->name, text);
 }
 
 static void *const none = NULL;

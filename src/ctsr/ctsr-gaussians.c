@@ -2,6 +2,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "ctsr/ctsr-impl.h"
+#include "formats/ends.h"
 #include "formats/format.h"
 #include "core/gauss.h"
 #include "gs/splat.h"
@@ -42,8 +43,9 @@ int ctsr_gaussians_write(
 	const ctsr_gaussians *g, const char *path, const ctsr_context *c, ctsr_error *e)
 {
 	struct ctsr_call k = CTSR_CALL(__func__);
-	const int rc =
-		ctsr_call_begin(&k, g && path, c) || ct_gauss_write(path, &g->g, &k.env, &k.err);
+	const int rc = ctsr_call_begin(&k, g && path, c) ||
+		       ctsr_call_named(&k, path, CT_ENDS_GAUSS) ||
+		       ct_gauss_write(path, &g->g, &k.env, &k.err);
 
 	return ctsr_call_end(&k, rc, e);
 }

@@ -55,6 +55,8 @@ int ctsr_call_makes(struct ctsr_call *k, void *at, size_t size, void (*drop)(voi
 int ctsr_call_given(struct ctsr_call *k, bool given);
 /* The same, and then threads and what else the context says. */
 int ctsr_call_begin(struct ctsr_call *k, bool given, const ctsr_context *c);
+/* CTSR_USAGE for the name of a file to write that ends as that of another format. */
+int ctsr_call_named(struct ctsr_call *k, const char *path, const char *ends);
 /* Every call ends so: 0, or -1 and *e (NULL: nothing) if rc is not 0 or the caller has cancelled.
  */
 int ctsr_call_end(struct ctsr_call *k, int rc, ctsr_error *e);

@@ -3,6 +3,7 @@
 #include "config.h"
 #include "core/mem.h"
 #include "ctsr/ctsr-impl.h"
+#include "formats/ends.h"
 #include "formats/format.h"
 #include "steps/evidence.h"
 #include "steps/step-project.h"
@@ -142,8 +143,9 @@ int ctsr_projections_write(
 	const ctsr_projections *p, const char *path, const ctsr_context *c, ctsr_error *e)
 {
 	struct ctsr_call k = CTSR_CALL(__func__);
-	const int rc =
-		ctsr_call_begin(&k, p && path, c) || ct_stack_write(path, &p->s, &k.env, &k.err);
+	const int rc = ctsr_call_begin(&k, p && path, c) ||
+		       ctsr_call_named(&k, path, CT_ENDS_STACK) ||
+		       ct_stack_write(path, &p->s, &k.env, &k.err);
 
 	return ctsr_call_end(&k, rc, e);
 }
