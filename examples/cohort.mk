@@ -49,6 +49,11 @@ options:
 		echo "$$TRUTH: no folder: TRUTH is one of .nii or .nii.gz with the names of SCANS" >&2
 		exit 2
 	fi
+	twice=$$($(list) | while IFS= read -r scan; do $(stem); printf '%s\n' "$$name"; done | sort | uniq -d | head -n 1)
+	if [ -n "$$twice" ]; then
+		echo "$$SCANS: two scans are called $$twice: give each another name, since OUT/NAME.nii.gz is of one" >&2
+		exit 2
+	fi
 	{ ct-sr --version && printf '%s\n' "$$OPTIONS" '$(CONFIDENCE) $(REPORT)' "$$TRUTH"; } >"$$OUT/options.part" || exit
 	cmp -s "$$OUT/options.part" "$$OUT/options" && rm "$$OUT/options.part" || mv "$$OUT/options.part" "$$OUT/options"
 

@@ -18,6 +18,9 @@ endif
 
 stem = $(patsubst %.nii,%,$(patsubst %.gz,%,$(notdir $(1))))
 NAMES = $(foreach v,$(VOLUMES),$(call stem,$(v)))
+ifneq ($(words $(NAMES)),$(words $(sort $(NAMES))))
+$(error VOLUMES=$(VOLUMES) has two files of one name: give each another, since OUT/NAME is of one)
+endif
 cut ?= --cube $(CUBE)
 
 define scan

@@ -70,6 +70,9 @@ has err '^nowhere: no scan: SCANS is a folder of .nii, .nii.gz or folders of DIC
 
 exits 2 'cohort.mk refuses a folder of truths that does not exist' run SCANS=one TRUTH=nowhere OUT=none
 has err '^nowhere: no folder: TRUTH' 'cohort.mk names the folder of truths that does not exist'
+mkdir alike && cp scans/a.nii alike && gzip -c scans/a.nii >alike/a.nii.gz
+exits 2 'cohort.mk refuses two scans of one name' run SCANS=alike OUT=none
+has err '^alike: two scans are called a: give each another name' 'cohort.mk names the scans of one name'
 run SCANS=one TRUTH= OUT=late >out && run SCANS=one OUT=late >out
 has late/cohort.csv "^\"a\",.*,$p,[0-9.]*,[0-9.]*,\$" 'a cohort without truths is compared once TRUTH names them'
 
@@ -91,6 +94,8 @@ exits 0 'a makefile accepts the folder that it made' made a.mk OUT=empty
 exits 2 'the folder of another makefile is refused' made b.mk OUT=empty
 exits 0 'a new folder of the makefile may have blanks and quotes' made a.mk OUT="it's new/one"
 [ "$(cat "it's new/one/made-by")" = a.mk ]; ok $? 'made-by names the makefile that a folder is of'
+exits 2 'two VOLUMES of one name are refused' made a.mk OUT=new VOLUMES='one/a.nii two/a.nii.gz'
+has err 'VOLUMES=one/a.nii two/a.nii.gz has two files of one name' 'the error of VOLUMES of one name lists them'
 exits 2 'an OUT that is a file is refused' made a.mk OUT=file
 exits 2 'an OUT without a name is refused' made a.mk OUT=
 
