@@ -43,6 +43,9 @@ for s in jpeg rle; do same native-$s "PixelData of a known length in a file that
 no syntax-1.2.840.10008.1.2.4.110 'JPEG XL' '1.2.840.10008.1.2.4.110 is not one that is read: JPEG XL lossless'
 no syntax-1.2.840.10008.1.2.4.100 'MPEG2' 'is not one that is read: MPEG2'
 no syntax-1.2.3.4 'an unknown transfer syntax' '1.2.3.4 is not one that is read: not known'
+MALLOC_PERTURB_=200; export MALLOC_PERTURB_
+same odd-nul 'an odd number of bytes that ends in NUL'
+unset MALLOC_PERTURB_
 # the bits of a pixel
 same high-15 'HighBit 15 of 12 bits with other bits below'
 for n in '' -once; do

@@ -167,6 +167,7 @@ def wrong():
     series("rows-half", little, rows=ROWS // 2)
     f = Form()
     slope = lambda v: f.text(0x00281053, "DS", v)
+    series("odd-nul", little, first=f.element(0x00180050, "DS", b"2.5\0\0"))
     series("said-twice", little, more=slope("2"))
     series("said-twice-same", little, more=slope("1"))
     series("said-behind", little, end=slope("2"))

@@ -61,6 +61,9 @@ std::string text_of(const vtkDICOMValue &v)
 
 	if (bytes)
 		text.assign(static_cast<const char *>(bytes), v.GetVL());
+	/* vtk-dicom makes odd lengths even, and does not set the byte behind a NUL */
+	if (text.size() > 1 && text[text.size() - 2] == '\0')
+		text.pop_back();
 	text.erase(text.find_last_not_of(std::string(" \0", 2)) + 1);
 	return text;
 }
