@@ -85,6 +85,10 @@ def make_passes():
     passes("pass-contrast", ContrastBolusAgent=[None, "Iodine"])
     passes("pass-space", FrameOfReferenceUID=["1.9.7", "1.9.8"])
     passes("pass-study", StudyInstanceUID=["1.9.7", "1.9.8"])
+    for d, tags in ("number", {"SeriesNumber": [2, 3]}), ("study", {"StudyInstanceUID": ["1.9.7", "1.9.8"]}):
+        for p in range(2):
+            stack("nameless-" + d, at=lambda k: k + N * p, first=N * p, hu=100 * p, SeriesInstanceUID="",
+                  **{t: v[p] for t, v in tags.items()})
     passes("pass-about", SeriesDescription=["native", "late"])
     stack("each-space", 12, FrameOfReferenceUID=lambda k: "1.9.7.%d" % k, SeriesDescription=lambda k: "slice %d" % k)
     stack("pass-reversed", AcquisitionNumber=1)

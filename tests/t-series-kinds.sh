@@ -28,6 +28,8 @@ several pass-kvp 2 'KVP 140$' 'energies'
 several pass-contrast 2 'ContrastBolusAgent Iodine$' 'scans with and without contrast'
 several pass-space 2 'FrameOfReferenceUID 1.9.8$' 'frames of reference'
 several pass-study 2 'StudyInstanceUID 1.9.8$' 'studies under one SeriesInstanceUID'
+several nameless-number 2 "'synthetic' SeriesNumber 3 of study 1.2.3$" 'series without UID one behind the other'
+several nameless-study 2 'SeriesNumber 1 of study 1.9.8$' 'studies without SeriesInstanceUID'
 several pass-about 2 'SeriesDescription native$' 'descriptions of one series'
 one each-space 'slices each of a space and a description of its own' 12
 several turns 2 'KVP 140$' 'energies in turn' 5

@@ -479,6 +479,12 @@ static void test_series(void)
 	for (int k = 0; k < N; k++)
 		s[k].number = s[k].path[1] % 2 ? 3 : 4;
 	OK(lists(s, "0123456"), "numbers alone make no series of one UID");
+	stack(s, X, Y, 2);
+	for (int k = 0; k < N; k++) {
+		s[k].number = s[k].path[1] % 2 ? 3 : 4;
+		s[k].series[0] = '\0';
+	}
+	OK(lists(s, "135 0246"), "numbers make series where no UID does");
 	ordered(s, 2);
 	for (int k = 0; k < N; k++) {
 		s[k].number = 9 - k / 3;

@@ -102,10 +102,14 @@ void series_lines(const struct series_set *set, const struct ct_env *env)
 		const struct ct_slice *s = &set->census.slice[l->first];
 		const char *role =
 			l->role == CT_PICTURE_SLICES ? "" : CT_WORD(CT_PICTURE_LIST, l->role);
+		char own[CT_SLICE_TEXT + 40];
 
+		snprintf(own, sizeof own, "SeriesNumber %d%s%s", s->number,
+			*s->study ? " of study " : "", s->study);
 		ct_log(env, CT_BEHIND, "series %zu: %zu %s %zux%zu '%s' %s%s%s%s%s", k + 1,
-			l->count, s->modality, s->columns, s->rows, s->about, s->series,
-			*role ? ", " : "", role, *l->moment ? ", " : "", l->moment);
+			l->count, s->modality, s->columns, s->rows, s->about,
+			*s->series ? s->series : own, *role ? ", " : "", role,
+			*l->moment ? ", " : "", l->moment);
 	}
 }
 

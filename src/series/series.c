@@ -105,10 +105,17 @@ static bool one_patient(const struct ct_slice *a, const struct ct_slice *b)
 	       (n == 0 || m == 0 || (n == m && strncasecmp(a->name, b->name, (size_t)n) == 0));
 }
 
+/* Where no SeriesInstanceUID tells, as in files made anonymous, study and SeriesNumber do. */
+static bool one_series(const struct ct_slice *a, const struct ct_slice *b)
+{
+	return strcmp(a->series, b->series) == 0 &&
+	       (*a->series || (a->number == b->number && strcmp(a->study, b->study) == 0));
+}
+
 static bool alike(const struct ct_slice *a, const struct ct_slice *b)
 {
-	return strcmp(a->series, b->series) == 0 && one_patient(a, b) &&
-	       picture_of(a) == picture_of(b) && ct_slice_parallel(a, b);
+	return one_series(a, b) && one_patient(a, b) && picture_of(a) == picture_of(b) &&
+	       ct_slice_parallel(a, b);
 }
 
 /* The ranks of slices that are ordered by UID, and their places; `seen` is room for one slice a

@@ -1,9 +1,10 @@
 /* series.h: every file of a folder is something: a picture, or it is said why not; and the pictures
  * as stacks that belong together.
  *
- * A series shares SeriesInstanceUID, patient, kind of picture, matrix, pixel size and orientation;
- * where places repeat, or stacks lie in one another, also the moment (moments.h). Copies of a
- * picture, at its place and with its values, are listed apart.
+ * A series shares SeriesInstanceUID (without one, study and SeriesNumber), patient, kind of
+ * picture, matrix, pixel size and orientation; where places repeat, or stacks lie in one another,
+ * also the moment (moments.h). Copies of a picture, at its place and with its values, are listed
+ * apart.
  * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_SERIES_SERIES_H
