@@ -231,7 +231,7 @@ static int read_voxels(FILE *f, const struct ct_headed *h, const char *name, str
 		ct_source_open(&s, f, h->packed ? CT_PACKING_ZLIB : CT_PACKING_NONE, e) == 0 &&
 		ct_source_skip(&s, h->skip, e) == 0 &&
 		ct_source_volume(&s, &h->stored, name, h->v, e) == 0)
-		rc = h->packed || getc(f) == EOF
+		rc = (h->packed ? ct_source_behind(&s) == 0 : getc(f) == EOF)
 			     ? 0
 			     : ct_fail(e, CT_EINPUT, "longer than its header says");
 	ct_source_close(&s);

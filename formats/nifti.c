@@ -142,20 +142,6 @@ static int read_extensions(
 	return ct_source_skip(s, start, e);
 }
 
-/* As many bytes as a plane has, or more, stand behind the voxels: a dimension may be wrong. */
-static void doubt_size(char doubt[CT_NII_DOUBT], const struct ct_source *s, const struct ct_nii *h,
-	const struct ct_stored *how, const size_t n[static 3])
-{
-	struct ct_err none = {0};
-	size_t bytes;
-
-	if (!*doubt && !s->packed && s->size != UINT64_MAX &&
-		ct_stored_bytes(how, n, &bytes, &none) == 0 &&
-		(double)s->size >= h->start + (double)bytes * (1 + 1 / (double)n[2]))
-		snprintf(doubt, CT_NII_DOUBT, "%.0f more bytes follow %zux%zux%zu voxels",
-			(double)s->size - h->start - (double)bytes, n[0], n[1], n[2]);
-}
-
 int ct_nifti_open(struct ct_nifti_in *in, FILE *f, struct ct_vol *head, struct ct_err *e)
 {
 	struct ct_source *s = &in->source;
@@ -169,7 +155,6 @@ int ct_nifti_open(struct ct_nifti_in *in, FILE *f, struct ct_vol *head, struct c
 		ct_nii_doubt(doubt, &h, head->n, e))
 		return -1;
 	in->how = (struct ct_stored){(enum ct_voxel)(int)h.type, h.big, h.slope, h.inter};
-	doubt_size(doubt, s, &h, &in->how, head->n);
 	ct_meta_drop(&head->meta, CT_META_NIFTI_CODE);
 	ct_meta_drop(&head->meta, CT_META_NIFTI_DOUBT);
 	if (*doubt && ct_meta_set(&head->meta, CT_META_NIFTI_DOUBT, doubt, e))
@@ -177,11 +162,25 @@ int ct_nifti_open(struct ct_nifti_in *in, FILE *f, struct ct_vol *head, struct c
 	return code == 1 ? 0 : ct_meta_setf(&head->meta, e, CT_META_NIFTI_CODE, "%d", code);
 }
 
+/* As many bytes as a plane has, or more, stand behind the voxels: a dimension may be wrong. */
+static int doubt_size(const struct ct_nifti_in *in, struct ct_vol *v, struct ct_err *e)
+{
+	const uint64_t more = ct_source_behind(&in->source);
+
+	if (ct_meta_get(&v->meta, CT_META_NIFTI_DOUBT) ||
+		more < v->n[0] * v->n[1] * ct_voxel_bytes((int)in->how.type))
+		return 0;
+	return ct_meta_setf(&v->meta, e, CT_META_NIFTI_DOUBT,
+		"%llu more bytes follow %zux%zux%zu voxels", (unsigned long long)more, v->n[0],
+		v->n[1], v->n[2]);
+}
+
 static int read_volume(FILE *f, const char *name, struct ct_any *a, struct ct_err *e)
 {
 	struct ct_nifti_in in = {0};
 	const int rc = ct_nifti_open(&in, f, &a->vol, e) ||
-				       ct_source_volume(&in.source, &in.how, name, &a->vol, e)
+				       ct_source_volume(&in.source, &in.how, name, &a->vol, e) ||
+				       doubt_size(&in, &a->vol, e)
 			       ? -1
 			       : 0;
 

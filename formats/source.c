@@ -237,6 +237,13 @@ int ct_source_volume(struct ct_source *s, const struct ct_stored *how, const cha
 		       : 0;
 }
 
+uint64_t ct_source_behind(const struct ct_source *s)
+{
+	const uint64_t all = s->packed ? s->to : s->size;
+
+	return all == UINT64_MAX ? 0 : all - s->at;
+}
+
 int ct_source_sign(struct ct_vol *v, const char *name, struct ct_err *e)
 {
 	struct ct_hash hash;

@@ -54,11 +54,14 @@ struct ct_stored {
 int ct_stored_bytes(
 	const struct ct_stored *how, const size_t n[static 3], size_t *bytes, struct ct_err *e);
 /* The rest as the data of v, of whose grid this is, and its key "input", NAME and a hash of sizes,
- * affine and voxels; behind the voxels only the check sum of what is compressed is looked at.
+ * affine and voxels; behind the voxels what is compressed is inflated, for its check sum.
  * CT_EGEOM for a grid that is none; CT_EINPUT before anything is allocated if the file is too
  * short; CT_ENOMEM. */
 int ct_source_volume(struct ct_source *s, const struct ct_stored *how, const char *name,
 	struct ct_vol *v, struct ct_err *e);
+/* Bytes of s behind those that were given out; of what is compressed, once ct_source_volume is
+ * back. 0 if that is not known. */
+uint64_t ct_source_behind(const struct ct_source *s);
 /* The key "input" of a volume that is not read: as ct_source_volume sets it. CT_EGEOM, CT_ENOMEM.
  */
 int ct_source_sign(struct ct_vol *v, const char *name, struct ct_err *e);

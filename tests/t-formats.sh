@@ -105,6 +105,7 @@ told long 'pixdim\[2\] is 100, but voxels are 3 long in the sform, which is used
 told none 'pixdim\[1\] is 0, but'; told nan 'pixdim\[1\] is -\{0,1\}nan, but'; told minus 'pixdim\[1\] is -1, but'
 told turned 'qform and sform are up to'
 cat v.nii v.nii >more.nii; told more '[0-9]* more bytes follow 8x9x10 voxels$'
+gzip -c more.nii >packed.nii; told packed '[0-9]* more bytes follow 8x9x10 voxels$'
 edit mirrored 76 "$minus"
 for tool in 'ct-convert' 'ct-upsample -m linear -x 2' 'ct-sr -x 2 -Q draft'; do
 	exits 5 "${tool%% *} refuses a qform that mirrors the sform" $tool mirrored.nii no.nii
@@ -153,6 +154,8 @@ says 5 xmha.mha 's/^TransformMatrix = .*/&\nOrientation = 1 0 0 0 1 0 0 0 1/' 'O
 says 5 xmha.mha 's/^Offset = .*/&\nOrigin = 9 9 9/' 'Origin: is not what Offset says' 'two places by two names are refused'
 says 3 xnrrd.nrrd 's/^space directions: .*/&\nspace directions: (5,0,0) (0,5,0) (0,0,5)/' "spacedirections is said twice: '" 'directions that are said twice are refused'
 says 5 xnrrd.nrrd 's/^space directions: .*/&\nspacings: 5 5 5/' 'spacings: 5 along axis 0, where space directions say ' 'spacings that contradict directions are refused'
+says 3 x--compressmha.mha 's/^\(DimSize = [0-9]* [0-9]*\) [0-9]*/\1 2/' 'longer than its header says' 'a compressed MetaImage of more voxels than it says is refused'
+says 3 x--compressnrrd.nrrd 's/^\(sizes: [0-9]* [0-9]*\) [0-9]*/\1 2/' 'longer than its header says' 'a compressed NRRD of more voxels than it says is refused'
 rm -f no.nii
 exits 3 'a header without its data file is refused' sh -c 'ct-convert -f - back.nii <xmhd.mhd'
 has err 'nothing is beside standard input' 'the error of a header from a pipe says nothing is beside it'
