@@ -150,7 +150,7 @@ exits 0 'values that are whole HU are written as DICOM' ct-convert -fv v.nii r/
 ok $? 'whole HU give no message about rounding'
 printf '\000\000\000\000\000\000\000\107\000\000\000\307' >w.raw # 0, 32768, -32768
 exits 6 'a value of 32768 HU is refused with status 6' ct-convert --raw 3x1x1:f32:1 --units hu w.raw no/
-has err '32768 at voxel 1,0,0 does not fit' 'the error of a value that does not fit gives the value and its voxel'
+has err 'no/: 32768 at voxel 1,0,0 does not fit' 'the error of a value that does not fit gives the output, the value and its voxel'
 printf '\000\000\000\000\000\377\377\106\000\000\000\307' >w.raw # 0, 32767.5, -32768
 exits 6 'a value that rounds to 32768 HU is refused with status 6' ct-convert --raw 3x1x1:f32:1 --units hu w.raw no/
 printf '\000\000\000\000\000\000\200\077\000\000\000\077\000\000\200\077' >w.raw # 0, 1, 0.5, 1

@@ -63,7 +63,8 @@ static int check_size(const char *path, const struct ct_vol *v, bool frames, str
 }
 
 /* Do the values fit, and are they whole? */
-static int check_values(const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
+static int check_values(
+	const char *path, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
 {
 	const size_t area = v->n[0] * v->n[1];
 	bool whole = true;
@@ -81,8 +82,9 @@ static int check_values(const struct ct_vol *v, const struct ct_env *env, struct
 		for (size_t i = 0; i < area && rc == 0; i++)
 			if (!ct_voxels_i16(1, px, x + i, false))
 				rc = ct_fail(e, CT_ENUMERIC,
-					"%g at voxel %zu,%zu,%zu does not fit the 16 bits of DICOM",
-					(double)x[i], i % v->n[0], i / v->n[0], k);
+					"%s: %g at voxel %zu,%zu,%zu does not fit the 16 bits of DICOM; "
+					"NIfTI holds it",
+					path, (double)x[i], i % v->n[0], i / v->n[0], k);
 	}
 	free(px);
 	if (rc == 0 && !whole)
@@ -192,7 +194,7 @@ int dicom_write(const char *path, const struct ct_vol *v, const struct ct_dicom_
 			"%s: of no patient and no study, and in a space of its own: --template names "
 			"the series that it belongs to",
 			path);
-	if (none < 0 || check_size(path, v, im.frames, e) || check_values(v, env, e) ||
+	if (none < 0 || check_size(path, v, im.frames, e) || check_values(path, v, env, e) ||
 		(none == 0 && read_template(&im, &set, &from, path, o->other_patient, e)) ||
 		image_head(&im, e))
 		goto out;
