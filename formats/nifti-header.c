@@ -215,7 +215,8 @@ int ct_nii_dims(const struct ct_nii *h, size_t n[static 3], struct ct_err *e)
 }
 
 /* sform, qform and pixdim to one affine, and back. */
-#define APART 0.1 /* mm: less is rounding */
+#define APART 0.1    /* mm: less is rounding */
+#define LONGEST 1.01 /* part of a unit quaternion: what is beyond 1 is rounding */
 
 /* Rotation of the unit quaternion (a,b,c,d) whose a >= 0 is implied. */
 static void rotation(double r[3][3], const double q[3])
@@ -314,13 +315,17 @@ static bool is_length(double x)
 
 int ct_nii_affine(const struct ct_nii *h, double a[3][4], int *code, struct ct_err *e)
 {
-	const double mm = mm_per_unit(h);
+	const double mm = mm_per_unit(h), turn = ct_vec3_length(h->quat);
 
 	memset(a, 0, 3 * sizeof a[0]);
 	*code = h->sform > 0 ? (int)h->sform : h->qform > 0 ? (int)h->qform : 0;
 	for (int i = 0; i < 3 && !(h->sform > 0); i++)
 		if (!is_length(h->pixdim[i + 1]))
 			return ct_fail(e, CT_EGEOM, "pixdim[%d] is %g", i + 1, h->pixdim[i + 1]);
+	if (!(h->sform > 0) && h->qform > 0 && !(turn <= LONGEST))
+		return ct_fail(e, CT_EGEOM,
+			"quatern_b, _c and _d are a vector %g long: no rotation, whose has at most 1",
+			turn);
 	if (h->sform > 0)
 		memcpy(a, h->srow, sizeof h->srow);
 	else if (h->qform > 0)

@@ -420,7 +420,10 @@ static void test_rotation(void)
 					worst, fabs(v.affine[i][j] - 2 * u[i] * u[j] + (i == j)));
 		ct_vol_free(&v);
 	}
-	NEAR(worst, 0, 1e-12, "half a turn is a rotation, however long its quaternion");
+	NEAR(worst, 0, 1e-12, "half a turn is a rotation, its quaternion a little too long");
+	put_quaternion(&m, (const double[6]){0, 0.8, 0.8});
+	OK(refused(&m, CT_EGEOM, "quatern_b, _c and _d are a vector 1.13137 long"),
+		"a quaternion that is no rotation is refused");
 	free(m.p);
 }
 
