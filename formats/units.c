@@ -18,6 +18,7 @@ struct look {
 	float lo, hi;
 	size_t n, lowest;           /* as low as lo */
 	size_t air, soft, opposite; /* below -900; in [900, 1150]; in [900, 1100] */
+	size_t dense;               /* above 4095 */
 };
 
 static struct look look_at(const struct ct_vol *v)
@@ -38,6 +39,7 @@ static struct look look_at(const struct ct_vol *v)
 		l.air += x < -900;
 		l.soft += x >= 900 && x <= 1150;
 		l.opposite += x >= 900 && x <= 1100;
+		l.dense += x > 4095;
 	}
 	return l;
 }
@@ -59,6 +61,8 @@ static const char *why_not(const struct look *l)
 		return ": they fill 8 or 16 bits, as grey values do";
 	if (l->lo == 0 && l->hi <= 1000 && l->lowest * 20 >= l->n)
 		return ": they begin at a background of 0, as grey values do";
+	if (l->dense * 2 > l->n)
+		return ": most are above 4095, as only metal is, or as if 8192 was added";
 	return NULL;
 }
 

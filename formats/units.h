@@ -22,6 +22,7 @@ int ct_units_note(struct ct_vol *v, enum ct_units units, struct ct_err *e);
 /* CT_EINPUT if the metadata say "other", or do not say, and the voxels that are numbers, not all
  * the same,
  *   lie in [-2, 10], or reach below -32768 or above 65535;
+ *   lie above 4095, more than half of them;
  *   are not below 0, one is above 1000, and a tenth lies in [900, 1150]: 1000 was added;
  *   go from below 0 to at most 1300, a tenth lies in [900, 1100], and fewer than a hundredth
  *   below -900: the sign was changed;

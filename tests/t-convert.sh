@@ -156,7 +156,7 @@ for v in 0 1 2 3 10 11 12 13 20 21 22 23 100 101 102 103 110 111 112 113 120 121
 done >a.raw
 make() { ct-convert -q --raw 4x3x2:i16:1,2,3 --rescale "$2,$3" a.raw "$1.nii"; } # NAME SLOPE INTERCEPT
 make unit 0.008 0; make plus 10 0; make both 0.016 -0.98; make hu 10 -1000; make crop 8 0; make bone 30 0; make one 1 0; make tissue 1 -60
-make far 1e7 -1e9; make negated -9 1012
+make far 1e7 -1e9; make negated -9 1012; make siemens 10 7168
 for k in 1 2 3 4 5 6; do printf '\000\000\000\000\000\000\205\000'; done >g.raw; ct-convert -q --raw 4x3x2:i16:1,2,3 g.raw grey.nii
 (printf '\000\377'; head -c 22 /dev/zero | tr '\000' '\144') >8.raw; ct-convert -q --raw 4x3x2:u8:1,2,3 8.raw bits.nii
 ct-phantom -q --size 16x16x16 --spacing 2 sphere p.nii; ct-phantom -q --size 8x8x8 --spacing 4 sphere lr.nii
@@ -178,6 +178,7 @@ no unit '--quantity' ct-project -q --views 2 unit.nii o.exr
 no unit '--range or --window' ct-metrics unit.nii unit.nii
 no plus '--range or --window' ct-metrics hu.nii plus.nii
 no far 'no CT reaches that far.*--units' $u far.nii o.nii
+no siemens 'most are above 4095, .* as if 8192 was added.*--units' $u siemens.nii o.nii
 no negated 'air is near 1000, as if their sign was changed.*--units' $u negated.nii o.nii
 no grey 'a background of 0, as grey values do.*--units' $u grey.nii o.nii
 no bits 'fill 8 or 16 bits, as grey values do.*--units' $u bits.nii o.nii
