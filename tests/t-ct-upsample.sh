@@ -220,7 +220,7 @@ has err 'axis 2: spread .* voxels, aliases with 50 %' 'of slices of which nothin
 up -x 3 --estimate P1.nii e.nii; says e.nii 3,3,3 1.27399354,1.27399354,1.27399354 sinc tv
 ! grep -q 'axis 0' err; ok $? 'a file that records its operator is not measured'
 ct-phantom -q --size 12x12x12 --spacing 3 constant flat.nii; bare flat.nii 12 3
-ct-upsample -q -x 3 --estimate bare-flat.nii e.nii -f; says e.nii 3,3,3 0,0,0 sinc bspline
+ct-upsample -q -x 3 --estimate bare-flat.nii e.nii -f; says e.nii - - - bspline
 
 # of options
 ct-upsample -q -f -m dc -x 3,2,1 --sigma 0.7 bare-P1.nii o.nii; says o.nii 3,2,1 0.7,0.7,0 sinc dc

@@ -188,7 +188,6 @@ void ct_refine_assumed(
 static int describe(
 	const struct ct_refine *r, struct ct_vol *out, const struct ct_vol *in, struct ct_err *e)
 {
-	const bool knows = r->scan.known || r->rule.said.estimate;
 	const bool noisy =
 		r->scan.noise > 0 && (r->rule.method == CT_REFINE_PRIOR || r->did.iterations > 0);
 	char assumed[CT_ASSUMED_WORDS], rest[CT_REST_WORDS];
@@ -205,9 +204,9 @@ static int describe(
 		return -1;
 	if (*rest && ct_meta_set(&out->meta, CT_META_DENOISED, rest, e))
 		return -1;
-	if (!knows && ct_meta_get(&in->meta, CT_META_UPSAMPLE)) /* of another refinement, before */
+	if (!r->scan.known) /* what is there is of another refinement, before */
 		ct_degrade_drop(&out->meta);
-	if (knows && ct_degrade_put(&out->meta, &by, e))
+	else if (ct_degrade_put(&out->meta, &by, e))
 		return -1;
 	if (r->adds && ct_meta_set(&out->meta, CT_META_UPSAMPLE, "prior", e))
 		return -1;
