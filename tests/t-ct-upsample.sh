@@ -150,6 +150,8 @@ ct-phantom -q --size 32x32x32 cube cube.nii && ct-convert -q --type f32 cube.nii
 ct-convert -q --raw 16x8x8:f32:8 cube.raw even.nii
 exits 3 'a scan whose edges do not say how it was made' ct-upsample --estimate -x 4 --std r.nii even.nii x.nii
 has err '^ct-upsample: even.nii: its edges do not show how it was made, which the predicted error needs: pass --sigma$' 'has no predicted error'
+exits 2 'an inversion whose estimate finds no blur is refused with status 2' ct-upsample -m tv --estimate -x 4 even.nii x.nii
+has err '^ct-upsample: even.nii: its edges do not show how it was made, which method tv needs: pass --sigma$' 'its error does not advise to estimate the blur again'
 exits 2 'or that does not say it itself' ct-upsample -x 4 --std r.nii even.nii x.nii
 has err '^ct-upsample: even.nii: holds no operator (how it was reduced): pass --sigma' 'the error of a scan without its operator names it'
 exits 3 'ct-sr refuses a scan whose operator is not known' ct-sr -Q draft --confidence r.nii even.nii x.nii

@@ -159,7 +159,16 @@ ct-fdk --mdoc-options >out; has out 'Needs \\-\\-method=sirt|tv\.' 'in the man p
 ct-phantom -q --size 16x16x16 --spacing 4 ellipsoids v.nii
 ct-project -q -n 2 --coarsen 4 --pixel mean v.nii mean.exr
 exits 2 'noise, where the operator is not known' ct-upsample -x 2 --noise 5 v.nii no.nii
-has err 'v.nii: --noise: needs --method=' '--noise without its method is refused by name'
+has err 'v.nii: --noise does nothing, as the file holds no operator .*: pass --sigma or --estimate' '--noise without its method is refused by name'
+for o in --decimate=mean --profile=box --slice-thickness=5; do for m in auto linear; do
+	exits 2 "$o alone is refused by $m where the blur is not known" ct-upsample -m $m -x 2 $o v.nii no.nii
+	has err 'v.nii: the sampling, or the profile of one axis .*: pass --sigma or --estimate' "the error of $o alone, with $m, says what else to pass"
+done; done
+for o in --profile=box --slice-thickness=5; do exits 0 "$o of one axis is all there is to say of its blur" ct-upsample -f -x 1,1,2 $o v.nii one.nii; done
+exits 2 'a seed is refused for a phantom that is always the same' ct-phantom -s 1 cube no.nii; has err '^ct-phantom: --seed: needs KIND=ellipsoids|shells' 'the error of a seed of a cube names the kinds'
+exits 2 'a seed is refused without a sampler that draws' ct-ddnm -s 1 --sampler none mean.exr no.exr; has err '^ct-ddnm: --seed: not with --sampler=once|none' 'the error of a seed without a sampler names the samplers'
+exits 2 'a series of a file that is not DICOM' ct-info --series 1 v.nii; has err '^ct-info: --series: v.nii is not DICOM' 'the error of a series of NIfTI names the file'
+exits 2 'a key of --expert without a value is refused' ct-sr --paper --expert views v.nii no.nii; has err "^ct-sr: --expert: 'views' has no value: views=N" 'the error of a key without a value shows how it is given'
 exits 2 'colours of a grey prior' ct-ddnm --expert channel-reduce=mean mean.exr no.exr
 has err 'channel-reduce: .* has no colours' 'colours of a grey prior are refused by name'
 if command -v ct-view >/dev/null; then

@@ -104,6 +104,10 @@ int ct_refine_choose(
 	double busy = 0;
 
 	inversion.start = method == CT_REFINE_PRIOR ? NULL : r->rule.start;
+	if (r->rule.said.estimate && !r->scan.known && inversion.method >= CT_UPSAMPLE_DC)
+		return ct_fail(e, CT_EUSAGE,
+			"its edges do not show how it was made, which method %s needs: pass --sigma",
+			ct_upsample_name(inversion.method));
 	if (ct_upsample_choose(&choice, &inversion, r->n, e))
 		return -1;
 	r->method = choice.method;

@@ -365,6 +365,11 @@ int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const
 	if ((prior || rule->error) && !r->scan.known && !rule->said.estimate)
 		return ct_fail(e, CT_EUSAGE,
 			"holds no operator (how it was reduced): pass --sigma or --estimate");
+	if (!r->scan.known && !rule->said.estimate &&
+		(rule->said.decimate >= 0 || ct_slice_profile_is_said(&rule->said.slice)))
+		return ct_fail(e, CT_EUSAGE,
+			"the sampling, or the profile of one axis of several, does nothing where the "
+			"blur of all is not known: pass --sigma or --estimate");
 	if (rule->error && ct_operator_is_cubic(&r->scan))
 		return ct_fail(e, CT_EINPUT,
 			"factors below %g are only interpolated (cubic) where the operator of the scan "

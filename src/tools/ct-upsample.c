@@ -14,6 +14,7 @@
 #include "tools/scan-read.h"
 
 #include <stdio.h>
+#include <string.h>
 
 #define PRESETS(X) X(FAST, "fast") X(BALANCED, "balanced")
 enum { PRESETS(CT_WORD_VALUE) };
@@ -152,11 +153,17 @@ static int check_modes(const struct ct_refine *r, const struct params *p, const 
 	struct ct_err *e)
 {
 	struct params now = *p;
+	struct ct_err why;
 
 	if (p->rule.method != CT_UPSAMPLE_AUTO || r->scan.known || p->estimate)
 		return 0;
 	now.rule.method = CT_UPSAMPLE_BSPLINE;
-	return ct_modes_check(&env->command->given, &now, e) ? ct_blame(e, p->in) : 0;
+	if (ct_modes_check(&env->command->given, &now, &why) == 0)
+		return 0;
+	return ct_fail(e, CT_EUSAGE,
+		"%s: %.*s does nothing, as the file holds no operator (how it was reduced) and is "
+		"only interpolated: pass --sigma or --estimate",
+		p->in, (int)strcspn(why.msg, ":"), why.msg);
 }
 
 static int write_all(
