@@ -80,6 +80,11 @@ exits 2 'a budget of 0 is refused' ct-field -b 0 lr.nii no.nii; has err 'budget'
 exits 2 'an unknown loss is refused' ct-field --loss l3 lr.nii no.nii
 exits 2 'a TV loss of points is refused' ct-field --samples points --loss tv:1 lr.nii no.nii
 exits 2 'a lattice of 10 points is refused' ct-field --samples cubes --expert count=10 lr.nii no.nii
+exits 2 'a count of samples is refused for points' ct-field --samples points --expert count=8 lr.nii no.nii; has err '^ct-field: --expert count: not with --samples points' 'the error of a count of points names both'
+exits 2 'a count of samples is refused for the operator' ct-field --expert count=8 lr.nii no.nii
+exits 2 'further samples are refused for points' ct-field --samples points --expert fine=8 lr.nii no.nii; has err '^ct-field: --expert fine: not with --samples points' 'the error of further samples names both'
+exits 2 'levels are refused for an encoding without grids' ct-field --encoding frequencies --expert levels=3 lr.nii no.nii; has err 'levels: not with --encoding frequencies' 'the error of levels names the encoding'
+exits 2 'a layer at the skip is refused for a network without one' ct-field --expert at-skip=concatenate lr.nii no.nii; has err 'at-skip: this network has no skip' 'the error of at-skip says why'
 exits 2 'a network of one number is refused' ct-field --network 8 lr.nii no.nii
 exits 2 'a network of too many weights is refused' ct-field --network 1000x100000 lr.nii no.nii
 exits 2 'more levels than the table has are refused' ct-field --expert levels=16 lr.nii no.nii

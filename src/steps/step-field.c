@@ -123,6 +123,23 @@ static void take_rule(
 	}
 }
 
+/* Keys of --expert that would do nothing, or harm. */
+static int check_experts(
+	const struct ct_step_field_rule *r, const struct ct_field_rule *how, struct ct_err *e)
+{
+	const enum ct_samples_kind kind = how->samples.kind;
+	const bool one = kind == CT_SAMPLES_POINTS || kind == CT_SAMPLES_PROFILE;
+
+	if ((r->count && one) || (r->fine && !how->samples.fine))
+		return ct_fail(e, CT_EUSAGE, "--expert %s: not with --samples %s",
+			r->count && one ? "count" : "fine", CT_WORD(CT_SAMPLES_LIST, kind));
+	if (r->levels && how->shape.encoding.kind == CT_ENCODING_FREQUENCIES)
+		return ct_fail(e, CT_EUSAGE, "--expert levels: not with --encoding frequencies");
+	return r->skip == CT_STEP_FIELD_CONCATENATE && !how->shape.network.skip
+		       ? ct_fail(e, CT_EUSAGE, "--expert at-skip: this network has no skip")
+		       : 0;
+}
+
 /* What the data have to be. */
 static int check_kind(const struct ct_step_field *p, bool stack, struct ct_err *e)
 {
@@ -156,7 +173,7 @@ int ct_step_field_plan(struct ct_step_field *p, const struct ct_step_field_rule 
 {
 	p->rule = *r;
 	take_rule(&p->how, r, d->rays);
-	if (check_kind(p, d->rays != NULL, e) ||
+	if (check_kind(p, d->rays != NULL, e) || check_experts(r, &p->how, e) ||
 		(d->rays ? plan_rays(p, d, e) : plan_volume(p, d, env, e)))
 		return -1;
 	take_experts(&p->how, r, side_of(p, d->lr));
