@@ -129,7 +129,7 @@ costs none '0 calls of a network'
 
 # none: what it begins with, which is no matter of a prior or of a seed
 exits 0 'the sampler none is taken' ct-ddnm -q --sampler none --init up.exr y.exr a.exr
-exits 0 'none, on 4 threads' ct-ddnm -q -t 4 -s 3 --sampler none y.exr b.exr
+exits 0 'none, on 4 threads' ct-ddnm -q -t 4 --sampler none y.exr b.exr
 exits 5 'an init of another geometry is refused' ct-ddnm -q --sampler none --init y.exr y.exr n.exr
 if command -v python3 >/dev/null; then
 	cp "$srcdir/tests/exr.py" .

@@ -232,6 +232,9 @@ against 2 up.nii '--factor 8' ct-nabgs -x 8 -b up.nii p.exr no.ply
 against 2 up.nii '--window' ct-nabgs -w -512:3071 -b up.nii p.exr no.ply
 against 2 up.nii '--window' ct-fuse -w -512:3071 up.nii lr.nii p.exr no.nii
 against 2 r.ply '--window' ct-compose -w -512:3071 up.nii r.ply no.nii
+against 2 r.ply '--expert gamma' ct-compose --expert gamma=.5 up.nii r.ply no.nii
+against 2 hr.nii '--expert gamma' ct-compose --expert gamma=.5 up.nii hr.nii no.nii
+against 2 p.exr '--pitch' ct-convert --projections auto --pitch 9 p.exr no.exr
 against 3 density.nii density ct-metrics hr.nii density.nii
 
 # what the file says is what is done

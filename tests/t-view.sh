@@ -227,7 +227,7 @@ if command -v ct-view >/dev/null; then
 		'--views 3 draws two stacks side by side'
 	exact sphere dark.exr '--size 20x20x20' -n 1 --det 8 --expert offset=9999,0; ct-view dark.exr dark.png
 	is 'set(sum(png.read("dark.png"), [])) == {(0, 0, 0)}' 'a constant stack is drawn in black'
-	ct-phantom -q --size 20x20x20 --spacing 4 -s 3 marks far0.nii && ct-convert -q --iso 8 far0.nii far.nii
+	ct-phantom -q --size 20x20x20 --spacing 4 marks far0.nii && ct-convert -q --iso 8 far0.nii far.nii
 	ct-view -z 2 -p axial far.nii v.nii zoom.png
 	is 'shows("zoom.png", 0, 44, [[x for x in row for _ in "ab"] for row in axial("v.nii", 10) for _ in "ab"], (-200, 300)) and len(png.read("zoom.png")) == 40' \
 		'--zoom enlarges the finest voxel of several volumes'

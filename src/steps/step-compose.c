@@ -143,7 +143,10 @@ int ct_step_compose_run(struct ct_vol *added, struct ct_step_compose_report *did
 	int rc;
 
 	if (!d->gauss || !ct_gauss_is_scene(d->gauss))
-		return compose(added, did, d, r, env, e);
+		return r->gamma > 0 ? ct_fail(e, CT_EUSAGE,
+					      "--expert gamma: %s is no pickle of another program",
+					      r->residual)
+				    : compose(added, did, d, r, env, e);
 	memcpy(affine, d->base->affine, sizeof affine);
 	own.gauss = &placed;
 	rc = ct_gauss_placed(&placed, d->gauss, r->gamma, d->base->n, affine, e) ||

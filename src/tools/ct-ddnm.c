@@ -220,6 +220,9 @@ static int settle(struct ddnm_job *j, struct ct_err *e)
 		return -1;
 	if (j->p->std && !j->std.data)
 		return ct_fail(e, CT_EUSAGE, "--std: needs --samples of 2 or more");
+	if (j->env->seed &&
+		(j->plan.s.how.rule == CT_SAMPLER_NONE || j->plan.s.how.rule == CT_SAMPLER_ONCE))
+		return ct_fail(e, CT_EUSAGE, "--seed: not with --sampler=once|none");
 	now.op = FIRST_OPERATOR + (int)j->plan.s.op;
 	now.rule.sampler = (int)j->plan.s.how.rule;
 	return ct_modes_check(&j->env->command->given, &now, e) ? ct_blame(e, j->p->in) : 0;

@@ -112,6 +112,8 @@ static int report(const struct params *p, const char *path, bool first, json_t *
 	says.factor = p->factor;
 	if (said_parse(&said, &says, CT_SAID_TIMES, e))
 		return -1;
+	if (p->series && form == NOT_DICOM)
+		return ct_fail(e, CT_EUSAGE, "--series: %s is not DICOM", path);
 	said.estimate = true;
 	if (!first && !env->command->json)
 		putchar('\n');

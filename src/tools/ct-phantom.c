@@ -117,6 +117,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 
 	if (ct_geometry_opts_window(window, p->window, NULL, e))
 		return -1;
+	if (env->seed && p->kind != CT_PH_ELLIPSOIDS && p->kind != CT_PH_SHELLS)
+		return ct_fail(e, CT_EUSAGE, "--seed: needs KIND=ellipsoids|shells");
 	if (grid_of(&v, p, e))
 		goto out;
 	ct_vol_spacing(&v, extent);

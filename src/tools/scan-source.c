@@ -221,6 +221,12 @@ static int read_exchange(struct scan_source *s, const struct convert *p, struct 
 	return 0;
 }
 
+/* --pitch is of files that state none. */
+static int no_pitch(const struct convert *p, struct ct_err *e)
+{
+	return p->pitch ? ct_fail(e, CT_EUSAGE, "--pitch: %s states its own pixel size", p->in) : 0;
+}
+
 static void rescale(float *x, size_t n, const struct convert *p)
 {
 	for (size_t i = 0; x && i < n; i++)
@@ -231,16 +237,18 @@ static int read_arrays(
 	struct scan_source *s, const struct convert *p, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_arrays a = {0};
+	bool htc;
 	int rc;
 
 	if (ct_arrays_read(&a, p->in, e))
 		return -1;
-	rc = ct_arrays_find(&a, "sinogram") || !ct_arrays_find(&a, "data")
-		     ? read_htc(s, &a, e)
-		     : read_exchange(s, p, &a, env, e);
+	htc = ct_arrays_find(&a, "sinogram") || !ct_arrays_find(&a, "data");
+	rc = htc ? read_htc(s, &a, e) : read_exchange(s, p, &a, env, e);
 	ct_arrays_free(&a);
 	if (rc)
 		return ct_blame(e, p->in);
+	if (htc && no_pitch(p, e))
+		return -1;
 	rescale(s->data, s->n[0] * s->n[1] * s->n[2], p);
 	rescale(s->flat, s->n[1] * s->n[2], p);
 	rescale(s->dark, s->n[1] * s->n[2], p);
@@ -250,7 +258,7 @@ static int read_arrays(
 /* One of our own. */
 static int read_stack(struct scan_source *s, const struct convert *p, struct ct_err *e)
 {
-	if (ct_stack_read(p->in, &s->stack, e))
+	if (no_pitch(p, e) || ct_stack_read(p->in, &s->stack, e))
 		return -1;
 	s->n[0] = s->stack.views;
 	s->n[1] = s->stack.h;
