@@ -51,9 +51,11 @@ exits 0 'an iterative method too' ct-fdk -m sirt --dry-run p.exr new.nii
 # short scans, wrong scans
 ct-project -n 90 --arc 180 v.nii half.exr
 exits 0 'projections of half a turn are reconstructed' ct-fdk half.exr half.nii
-has err 'short scan of 180' 'a warning tells that half a turn is a short scan'
+has err 'short scan of 180 .*(--parker, which weighs them, needs [0-9.]* degrees)$' 'a warning tells that half a turn is a short scan, and does not advise what would fail'
 exits 5 'but not with Parker weights' ct-fdk --parker half.exr new.nii
 has err 'Parker weights need' 'the error of --parker for half a turn says what it needs'
+exits 5 'the axis is not looked for in half a turn of a cone' ct-fdk --find-centre half.exr new.nii
+has err '^ct-fdk: half.exr: --find-centre: Parker weights need' 'the error of an axis that is not found names the option'
 ct-project -n 90 --arc 225 v.nii short.exr
 exits 0 'a short scan with them' ct-fdk --parker short.exr short.nii
 [ ! -s err ]; ok $? 'a short scan with Parker weights gives no warning'

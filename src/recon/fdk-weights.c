@@ -252,15 +252,18 @@ static double fan_of(const struct ct_fdk_weights *o, double radius)
 	return radius < o->radius ? fmin(fan, asin(radius / o->radius)) : fan;
 }
 
-static int use_parker(struct ct_fdk_weights *o, double radius, struct ct_err *e)
+bool ct_fdk_weights_suits(const struct ct_fdk_weights *o)
 {
-	double fan = fan_of(o, radius), rest = o->view[0].step / 2;
+	return o->arc + o->view[0].step / 2 >= o->parker;
+}
 
-	if (o->arc + rest < M_PI + 2 * fan)
+static int use_parker(struct ct_fdk_weights *o, struct ct_err *e)
+{
+	if (!ct_fdk_weights_suits(o))
 		return ct_fail(e, CT_EGEOM,
 			"Parker weights need %.4g degrees (180 and the fan of %.4g), and the views "
 			"span %.4g",
-			(M_PI + 2 * fan) * 180 / M_PI, 2 * fan * 180 / M_PI, o->arc * 180 / M_PI);
+			o->parker * 180 / M_PI, o->parker * 180 / M_PI - 180, o->arc * 180 / M_PI);
 	o->redundancy = CT_RAYS_PARKER;
 	o->delta = (o->arc - M_PI) / 2;
 	return 0;
@@ -318,7 +321,8 @@ static int weigh(struct ct_fdk_weights *o, double radius, bool parker, struct ct
 			"the views span %.4g degrees, and this method needs 180 and the fan; the "
 			"iterative ones accept any",
 			o->arc * 180 / M_PI);
-	return parker ? use_parker(o, radius, e) : 0;
+	o->parker = M_PI + 2 * fan_of(o, radius);
+	return parker ? use_parker(o, e) : 0;
 }
 
 int ct_fdk_weights_alloc(struct ct_fdk_weights *o, const struct ct_stack *scan, double radius,

@@ -47,6 +47,7 @@ struct ct_fdk_weights {
 	bool closed;
 	enum ct_redundancy redundancy;
 	double first;    /* open: angle where the arc begins, rad */
+	double parker;   /* open: arc that Parker's weights need, rad */
 	double delta;    /* Parker: half the fan that the arc makes short, rad */
 	double overlap;  /* offset: half of what both sides see, mm on the detector; */
 	size_t widen[2]; /* columns of zeros before and after the row that make it even: what the
@@ -61,6 +62,8 @@ struct ct_fdk_weights {
  * words for a scan that is refused, CT_ENOMEM. */
 int ct_fdk_weights_alloc(struct ct_fdk_weights *o, const struct ct_stack *scan, double radius,
 	bool parker, struct ct_err *e);
+/* Does an open scan span what Parker's weights need? */
+bool ct_fdk_weights_suits(const struct ct_fdk_weights *o);
 void ct_fdk_weights_free(struct ct_fdk_weights *o);
 /* weight[h][w]: what the pixels of a view are multiplied by before a ramp filter of unit pitch and
  * back-projection with 1/depth^2 (depth 1 at the centre) for the sum over views to be the density:

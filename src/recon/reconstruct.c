@@ -15,12 +15,17 @@ static void warn(const struct ct_fdk *f, const struct ct_env *env)
 {
 	size_t cut = ct_fdk_truncated(f);
 
-	if (!f->orbit.closed && f->orbit.redundancy == CT_RAYS_EVEN)
+	if (!f->orbit.closed && f->orbit.redundancy == CT_RAYS_EVEN &&
+		ct_fdk_weights_suits(&f->orbit))
 		ct_log(env, CT_WARN,
 			"a short scan of %.4g degrees: rays seen twice count twice (--parker "
-			"weighs "
-			"them)",
+			"weighs them)",
 			f->orbit.arc * 180 / M_PI);
+	else if (!f->orbit.closed && f->orbit.redundancy == CT_RAYS_EVEN)
+		ct_log(env, CT_WARN,
+			"a short scan of %.4g degrees: rays seen twice count twice (--parker, which "
+			"weighs them, needs %.4g degrees)",
+			f->orbit.arc * 180 / M_PI, f->orbit.parker * 180 / M_PI);
 	if (cut)
 		ct_log(env, CT_INFO, "%zu of %zu views do not see the whole grid", cut,
 			f->back.views);

@@ -159,7 +159,7 @@ static int centre(
 {
 	double columns;
 
-	if (ct_centre_find(&columns, s, env, e))
+	if (ct_centre_find(&columns, s, env, e) && ct_blame(e, "--find-centre"))
 		return ct_blame(e, p->in);
 	ct_centre_shift(s, columns);
 	ct_log(env, CT_INFO, "%s: the detector is moved by %.3f columns along u", p->in, columns);
@@ -176,7 +176,7 @@ static int harden(
 	for (const char *at = p->water; *at; at++)
 		n += *at == ',';
 	if (strcmp(p->water, "auto") == 0) {
-		if (ct_water_find(c, s, env, e))
+		if (ct_water_find(c, s, env, e) && ct_blame(e, "--water auto"))
 			return ct_blame(e, p->in);
 		ct_log(env, CT_INFO, "%s: --water %.6g,%.6g,%.6g,%.6g", p->in, c[0], c[1], c[2],
 			c[3]);

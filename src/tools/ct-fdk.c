@@ -89,7 +89,7 @@ static int centre(struct ct_stack *in, const char *name, const struct ct_env *en
 {
 	double columns;
 
-	if (ct_centre_find(&columns, in, env, e))
+	if (ct_centre_find(&columns, in, env, e) && ct_blame(e, "--find-centre"))
 		return ct_blame(e, name);
 	ct_centre_shift(in, columns);
 	ct_log(env, CT_INFO, "%s: the detector is moved by %.3f columns along u", name, columns);
