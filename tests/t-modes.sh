@@ -236,6 +236,7 @@ against 2 r.ply '--expert gamma' ct-compose --expert gamma=.5 up.nii r.ply no.ni
 against 2 hr.nii '--expert gamma' ct-compose --expert gamma=.5 up.nii hr.nii no.nii
 against 2 p.exr '--pitch' ct-convert --projections auto --pitch 9 p.exr no.exr
 against 3 density.nii density ct-metrics hr.nii density.nii
+against 3 hr.nii 'a predicted error is above 0 HU' ct-metrics --uncertainty hr.nii hr.nii up.nii
 
 # what the file says is what is done
 operator() { ct-ddnm -q --steps 1 "$@" - | ct-info - | awk '$1 == "operator" {print $2}'; }

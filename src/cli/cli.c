@@ -64,13 +64,16 @@ static int take(struct parser *s, const struct ct_opt *o, const char *value, str
 	return ct_table_set(o, o->common ? (void *)s->common : s->params, value, e);
 }
 
-/* The n letters at `key`, without a value if o is there. */
+/* The n letters at `key`; of o, without a value. */
 static int unknown_key(const struct ct_tool *t, const char *key, size_t n, const struct ct_opt *o,
 	struct ct_err *e)
 {
-	struct ct_words_guess g = {.word = key, .n = o ? 0 : n};
+	struct ct_words_guess g = {.word = key, .n = n};
 	char hint[CT_WORDS_HINT];
 
+	if (o)
+		return ct_fail(e, CT_EUSAGE, "--expert: '%s' has no value: %s=%s", o->name, o->name,
+			o->arg);
 	for (size_t k = 0; (o = ct_table_expert(t, k)); k++)
 		ct_words_guess(&g, o->name, strlen(o->name));
 	return ct_fail(e, CT_EUSAGE, "--expert: '%.*s' is not one of its keys; --help lists them%s",

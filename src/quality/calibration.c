@@ -60,7 +60,7 @@ static int check(const struct ct_vol *ref, const struct ct_vol *test, const stru
 		return -1;
 	for (size_t i = 0; i < ct_vol_count(std); i++) {
 		if (!(std->data[i] > 0 && isfinite(std->data[i])))
-			return ct_fail(e, CT_ENUMERIC,
+			return ct_fail(e, isfinite(std->data[i]) ? CT_EINPUT : CT_ENUMERIC,
 				"voxel (%zu,%zu,%zu) is %g, and a predicted error is above 0 HU",
 				i % std->n[0], i / std->n[0] % std->n[1], i / std->n[0] / std->n[1],
 				(double)std->data[i]);

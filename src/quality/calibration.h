@@ -21,7 +21,8 @@ struct ct_calibration {
 };
 
 /* Of test - ref, where mask, if not NULL, is not zero. std > 0. CT_EGEOM if they are not on one
- * grid, CT_ENUMERIC for a std that is not, CT_ENOMEM. Values of ref and test must be finite. */
+ * grid, CT_EINPUT for a std that is not, CT_ENUMERIC for NaN, CT_ENOMEM. Values of ref and test
+ * must be finite. */
 int ct_calibration(struct ct_calibration *c, const struct ct_vol *ref, const struct ct_vol *test,
 	const struct ct_vol *std, const struct ct_vol *mask, struct ct_err *e);
 

@@ -65,7 +65,7 @@ static const struct ct_opt opts[] = {
 		CT_IDLE),
 	CT_EXPERT(lr, "lr", "X", 0, 1,
 		"learning rate (default: 1e-4; of net=omni 5e-4; for slices 1e-3)"),
-	CT_EXPERT(ema, "ema", "X", 0, 0.9999999,
+	CT_EXPERT(ema, "ema", "X", 0, 0.999999,
 		"rate of the running average of the weights, which is the prior (default: 0.9999; "
 		"for slices and volumes 0.999)"),
 	CT_INPUT_IDLE(
