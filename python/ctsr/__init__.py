@@ -359,9 +359,9 @@ def superres(image, factor: Optional[Axes] = None, spacing: Optional[Axes] = Non
     sigma, decimate, noise   how the scan was made, if known: in new voxels, as in Operator, in HU
     profile, slice_thickness   of the slices: gaussian, box, triangle, trapezoid or the name of a file; mm
     method    in place of that of the quality: as in upsample
-    estimate  measure what is not known of that, as ct-sr does; False: such a scan is an error
+    estimate  measure what is not known of that, as ct-sr does; False: such a scan is an error, or with draft is interpolated
     prior     file of the slice prior; default: the installed one
-    memory    bytes that the call may use; 0: all
+    memory    bytes that the call may use; 0: what is free
     error     result.error is the predicted error, one standard deviation of each voxel, HU
     denoise   share of the noise to take off, 0 (the scan's own stays) to 1
     trust     take the estimate as measured: no bounds on what may be softness of the scan itself"""

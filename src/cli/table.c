@@ -31,9 +31,9 @@ static const struct {
 			  "print the time, memory and disk expected, and do nothing")},
 	{CT_IN_HU,
 		CT_CHOICE(units, 0, "units", CT_WORDS(CT_UNITS_LIST),
-			"unit of the values of a CT: auto is that of its file, and values that cannot "
-			"be HU are refused; hu is HU whatever the file says; other values are used as "
-			"they are",
+			"unit of the values of a CT: auto is that of its file, and what cannot be HU "
+			"is refused; hu is HU whatever the file says; other is no HU, refused where "
+			"HU are needed",
 			.common = true)},
 	{0, COMMON(threads, 't', "threads", "N", 4096,
 		    "use N threads; 0 asks CT_THREADS, OMP_NUM_THREADS, SLURM_CPUS_PER_TASK, then "

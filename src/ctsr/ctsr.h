@@ -180,7 +180,7 @@ CTSR_API int ctsr_degrade(ctsr_volume **out, const ctsr_volume *in, const ctsr_o
 /* ---------------------------------------------------------------------------- super-resolution */
 /* Interpolation, regularised inversion, and the inversion with a learned prior on top. */
 enum ctsr_method {
-	/* CTSR_TV; CTSR_HTV for aliased points and texture; CTSR_BSPLINE without an operator */
+	/* the mean of TV and HTV that suits the scan; CTSR_BSPLINE without an operator */
 	CTSR_AUTO = 0,
 	CTSR_LINEAR = 1,
 	CTSR_CUBIC = 2,
