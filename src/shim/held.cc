@@ -28,11 +28,11 @@
 namespace
 {
 
-[[noreturn]] void fail(const std::string &what)
+/* No fault of the archive. */
+[[noreturn]] void fail(const std::string &what, int why = errno)
 {
-	if (Lack::is(errno))
-		throw Lack(what);
-	throw std::runtime_error(what + ": " + std::strerror(errno));
+	errno = why;
+	throw Lack(what);
 }
 
 } // namespace
@@ -53,10 +53,10 @@ void Store::add(const void *data, size_t n)
 		const std::string folder = std::filesystem::temp_directory_path(bad).string();
 
 		if (bad)
-			throw std::runtime_error("no TMPDIR to unpack in: " + bad.message());
+			fail("no TMPDIR to unpack in", bad.value());
 		fd = open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
 		if (fd < 0)
-			fail(folder);
+			fail("TMPDIR " + folder);
 	}
 	if (ct_inflate_check(packed, end + n, &e))
 		throw std::runtime_error(e.msg);
@@ -64,7 +64,7 @@ void Store::add(const void *data, size_t n)
 		const ssize_t done = pwrite(fd, p, n, static_cast<off_t>(end));
 
 		if (done <= 0)
-			fail("unpacking");
+			fail("unpacking into TMPDIR");
 		p += done;
 		n -= static_cast<size_t>(done);
 		end += static_cast<uint64_t>(done);
@@ -94,8 +94,7 @@ void Held::hold(int store, uint64_t begin, uint64_t size)
 			const int why = errno;
 
 			close(fd); /* who throws here is not destroyed */
-			errno = why;
-			fail("memory");
+			fail("memory", why);
 		}
 		size -= static_cast<uint64_t>(n);
 	}
