@@ -9,24 +9,6 @@ static const struct ct_format *const formats[] = {&ct_format_nifti, &ct_format_m
 	&ct_format_nrrd, &ct_format_exr, &ct_format_ply, &ct_format_r2, &ct_format_safetensors,
 	&ct_format_pytorch, NULL};
 
-size_t ct_any_head(unsigned char head[static CT_SNIFF], const char *path)
-{
-	struct stat st;
-	FILE *f = stat(path, &st) == 0 && S_ISREG(st.st_mode) ? fopen(path, "rb") : NULL;
-	const size_t n = f ? fread(head, 1, CT_SNIFF, f) : 0;
-
-	if (f)
-		fclose(f);
-	return n;
-}
-
-enum ct_kind ct_any_kind(const char *path)
-{
-	unsigned char head[CT_SNIFF];
-
-	return ct_signature_kind(head, ct_any_head(head, path));
-}
-
 bool ct_any_is_stack(const char *path)
 {
 	unsigned char head[CT_SNIFF];
@@ -35,7 +17,7 @@ bool ct_any_is_stack(const char *path)
 
 	if (strcmp(path, "-") == 0)
 		return true;
-	n = ct_any_head(head, path);
+	n = ct_signature_read(head, path);
 	if (n)
 		return ct_signature_has("EXR", head, n);
 	return stat(path, &st) != 0 || !S_ISREG(st.st_mode) || st.st_size > 0; /* no empty file */
@@ -44,7 +26,7 @@ bool ct_any_is_stack(const char *path)
 int ct_any_check_picture(const char *path, struct ct_err *e)
 {
 	unsigned char head[CT_SNIFF];
-	const struct ct_signature *s = ct_signature_next(NULL, head, ct_any_head(head, path));
+	const struct ct_signature *s = ct_signature_next(NULL, head, ct_signature_read(head, path));
 
 	return !s || s->kind == CT_KIND_PICTURE
 		       ? 0

@@ -83,10 +83,6 @@ int ct_format_read_first(const struct ct_format *const list[static 2], const cha
 int ct_format_write(const struct ct_format *const *list, const char *path, const struct ct_any *a,
 	const struct ct_format_how *how, const struct ct_env *env, struct ct_err *e);
 
-/* Of a regular file, by its first bytes; unknown of what is none or cannot be read. */
-enum ct_kind ct_any_kind(const char *path);
-/* The first bytes of a regular file, how many; 0 of what is none or cannot be read. */
-size_t ct_any_head(unsigned char head[static CT_SNIFF], const char *path);
 /* Does the reader of stacks get it? By its first bytes. It also gets "-", what is no regular file,
  * and what cannot be opened, to say why. */
 bool ct_any_is_stack(const char *path);

@@ -2,7 +2,9 @@
 #include "config.h"
 #include "formats/signature.h"
 
+#include <stdio.h>
 #include <string.h>
+#include <sys/stat.h>
 
 /* A header of JSON, of a length that its first eight bytes say. */
 static bool is_json(const unsigned char *data, size_t n, size_t at)
@@ -121,4 +123,22 @@ enum ct_kind ct_signature_kind(const unsigned char *data, size_t n)
 	const struct ct_signature *s = ct_signature_next(NULL, data, n);
 
 	return s ? s->kind : CT_KIND_UNKNOWN;
+}
+
+size_t ct_signature_read(unsigned char head[static CT_SNIFF], const char *path)
+{
+	struct stat st;
+	FILE *f = stat(path, &st) == 0 && S_ISREG(st.st_mode) ? fopen(path, "rb") : NULL;
+	const size_t n = f ? fread(head, 1, CT_SNIFF, f) : 0;
+
+	if (f)
+		fclose(f);
+	return n;
+}
+
+enum ct_kind ct_signature_of(const char *path)
+{
+	unsigned char head[CT_SNIFF];
+
+	return ct_signature_kind(head, ct_signature_read(head, path));
 }

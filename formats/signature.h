@@ -45,5 +45,9 @@ const struct ct_signature *ct_signature_next(
 bool ct_signature_has(const char *format, const unsigned char *data, size_t n);
 /* Of the first one. */
 enum ct_kind ct_signature_kind(const unsigned char *data, size_t n);
+/* Of a regular file, by its first bytes; unknown of what is none or cannot be read. */
+enum ct_kind ct_signature_of(const char *path);
+/* The first bytes of a regular file, how many; 0 of what is none or cannot be read. */
+size_t ct_signature_read(unsigned char head[static CT_SNIFF], const char *path);
 
 #endif

@@ -62,7 +62,8 @@ static void volume(const struct ct_env *env)
 	OK(ct_keep_vol("gone/o.mha", &v, env, &err) == -1 && kept("tmp/kept.*.o.mha") &&
 			ct_any_read(found.gl_pathv[0], &any, &err) == 0 &&
 			memcmp(any.vol.data, v.data, 60 * sizeof *v.data) == 0 &&
-			ct_any_head(head, found.gl_pathv[0]) && memcmp(head, "ObjectType", 10) == 0,
+			ct_signature_read(head, found.gl_pathv[0]) &&
+			memcmp(head, "ObjectType", 10) == 0,
 		"a MetaImage that cannot be written is kept as MetaImage: %s", err.msg);
 	ct_any_free(&any);
 	unlink(found.gl_pathv[0]);

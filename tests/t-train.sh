@@ -324,7 +324,7 @@ exits 0 'without patience others may be looked at' judged all -n 13 --resume --v
 # slices: the best, of this factor, with what the error is and what else OUT is to hold
 mkdir scans
 for k in 1 2; do ct-phantom -q -s $k --size 40x40x40 ellipsoids scans/$k.nii; done
-ct-phantom -q -s 9 --size 40x40x40 marks held.nii
+ct-phantom -q --size 40x40x40 marks held.nii
 slices() { # slices OUT ARGS...
 	out=$1; shift
 	ct-train --kind slices --expert=cubes=2,cube=24,width=24,components=20,noise=0,depth=1,validate-every=1 --validate held.nii \

@@ -3,11 +3,11 @@
 #include "cli/files.h"
 #include "cli/modes.h"
 #include "cli/table.h"
-#include "formats/any.h"
 #include "formats/beside.h"
 #include "formats/headed.h"
 #include "formats/io.h"
 #include "formats/out-folder.h"
+#include "formats/signature.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -246,7 +246,7 @@ static int check_output(
 		return ct_out_folder_check(w->path, w->opt->dicom, env, e);
 	if (apart(opts, w->params, w->path, w, e))
 		return -1;
-	if (!dicom && strcmp(w->path, "-") != 0 && ct_any_kind(w->path) == CT_KIND_DICOM)
+	if (!dicom && strcmp(w->path, "-") != 0 && ct_signature_of(w->path) == CT_KIND_DICOM)
 		return ct_fail(e, CT_EOUTPUT,
 			"%s: is DICOM, and is replaced only by DICOM: remove it first, or name "
 			"another file",

@@ -37,7 +37,7 @@ enum dicom_form dicom_form_of(const char *path)
 		return NOT_DICOM;
 	if (S_ISDIR(st.st_mode))
 		return FOLDER;
-	n = ct_any_head(head, path);
+	n = ct_signature_read(head, path);
 	if (ct_signature_kind(head, n) == CT_KIND_DICOM ||
 		(n >= 8 && (head[0] == 2 || head[0] == 8) && !head[1] && !head[3]) ||
 		(n >= 8 && head[0] == 0 && head[1] == 8 && !head[2] && isupper(head[4]) &&

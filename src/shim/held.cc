@@ -91,7 +91,7 @@ void Held::hold(int store, uint64_t begin, uint64_t size)
 		const ssize_t n = sendfile(fd, store, &from, std::min<uint64_t>(size, 1 << 30));
 
 		if (n <= 0) {
-			const int why = errno;
+			const int why = n < 0 ? errno : EIO;
 
 			close(fd); /* who throws here is not destroyed */
 			fail("memory", why);

@@ -74,7 +74,7 @@ static struct ct_dicom_in dicom_in(const struct convert *p, size_t n)
 
 bool convert_is_picture(const char *path)
 {
-	return strcmp(path, "-") != 0 && ct_any_kind(path) == CT_KIND_PICTURE;
+	return strcmp(path, "-") != 0 && ct_signature_of(path) == CT_KIND_PICTURE;
 }
 
 static int read_other(const struct convert *p, struct ct_vol *v, struct ct_err *e)

@@ -146,7 +146,7 @@ static int read_all(struct field_job *j, struct ct_err *e)
 
 	if (parse_rule(&r, p, e))
 		return -1;
-	stack = strcmp(r.in, "-") == 0 ? asks : ct_any_kind(r.in) == CT_KIND_STACK;
+	stack = strcmp(r.in, "-") == 0 ? asks : ct_signature_of(r.in) == CT_KIND_STACK;
 	if (stack ? ct_stack_read(r.in, &j->rays, e) : ct_vol_read_hu(r.in, &j->lr, j->env, e))
 		return -1;
 	if (stack && ct_geometry_opts_grid(&r.voxels, &j->like, p->grid, e))

@@ -324,7 +324,7 @@ static int read_rays(
 /* A stream is what the others are. */
 static bool is_rays(const char *path)
 {
-	return path && ct_any_kind(path) == CT_KIND_STACK;
+	return path && ct_signature_of(path) == CT_KIND_STACK;
 }
 
 /* In the order in which errors are reported. */

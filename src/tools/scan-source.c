@@ -321,7 +321,7 @@ static int read_pictures(
 static bool is_arrays(const char *path)
 {
 	unsigned char head[CT_SNIFF];
-	const size_t n = ct_any_head(head, path);
+	const size_t n = ct_signature_read(head, path);
 
 	return ct_signature_has("MATLAB", head, n) || ct_signature_has("HDF5", head, n);
 }
@@ -336,7 +336,7 @@ int scan_source_read(
 			"%s: is no picture: only of pictures several files make a stack", p->in);
 	if (p->raw)
 		return read_raw(s, p, env, e);
-	if (strcmp(p->in, "-") != 0 && ct_any_kind(p->in) == CT_KIND_STACK)
+	if (strcmp(p->in, "-") != 0 && ct_signature_of(p->in) == CT_KIND_STACK)
 		return read_stack(s, p, e);
 	return strcmp(p->in, "-") != 0 && is_arrays(p->in)
 		       ? read_arrays(s, p, env, e)
