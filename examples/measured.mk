@@ -6,7 +6,7 @@
 #   make -f examples/measured.mk HTC=kex/data/HTC2022/TestData TOOTH=tomopy/source/tomopy/data/tooth.h5
 #
 # Four minutes of CPU time. With `challenge` at the end: OUT/scores, a line of each of the 21 phantoms of the challenge, with
-# the arc of its level, 90 to 30 degrees, and a picture of three; 17 minutes of CPU time more.
+# the arc of its level, 90 to 30 degrees, and a picture of three; 16 minutes of CPU time more.
 #
 # In OUT/table: of each phantom the correlation of ct-fdk with the FBP of the organisers on their grid, in the circle
 # of 250 pixels; then of arcs of VIEWS views (every half degree) the score of the challenge, Matthews' coefficient
