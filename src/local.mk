@@ -119,7 +119,7 @@ libct_a_SOURCES += src/core/number.c src/core/number.h
 libct_a_SOURCES += src/core/words.c src/core/words.h
 libct_a_SOURCES += src/core/memory.c src/core/memory.h
 libct_a_SOURCES += src/core/stream.c src/core/stream.h
-libct_a_SOURCES += src/core/cost.h src/core/vec3.h src/core/order.h
+libct_a_SOURCES += src/core/vec3.h src/core/order.h
 libct_a_SOURCES += src/core/fourier.c src/core/fourier.h
 SIMD_SOURCES += src/core/fourier-kernels.c
 
@@ -300,10 +300,10 @@ SIMD_SOURCES += src/arssr/arssr-kernels.c src/arssr/arssr-kernels.h
 # src/refine
 # A CT on a finer grid: what is known of it, which method, how much memory, what it costs; and the call.
 libct_a_SOURCES += src/refine/rest.c src/refine/rest.h
+libct_a_SOURCES += src/refine/as-hu.c src/refine/as-hu.h
 libct_a_SOURCES += src/refine/damp.c src/refine/damp.h
 libct_a_SOURCES += src/refine/slabs.c src/refine/slabs.h
 libct_a_SOURCES += src/refine/rehearsal.c src/refine/rehearsal.h
-libct_a_SOURCES += src/refine/texture.c
 libct_a_SOURCES += src/refine/refine.c src/refine/choose.c src/refine/run.c src/refine/refine-cost.c src/refine/refine-say.c src/refine/refine.h
 
 # src/series

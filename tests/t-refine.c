@@ -431,6 +431,69 @@ static void noises(const struct ct_vol *lo, const struct ct_vol *noisy)
 	}
 }
 
+/* The values of `of` times `by`, of no unit that is known, and so is their noise. */
+static void make_other(struct ct_vol *to, const struct ct_vol *of, double by, double noise)
+{
+	*to = (struct ct_vol){0};
+	must(ct_vol_like(to, of, &err) || ct_meta_copy(&to->meta, &of->meta, &err) ||
+		ct_meta_set(&to->meta, CT_META_QUANTITY, CT_QUANTITY_OTHER, &err) ||
+		ct_meta_setf(&to->meta, &err, CT_META_NOISE, "%.9g", by * noise));
+	for (size_t i = 0; i < ct_vol_count(of); i++)
+		to->data[i] = (float)by * of->data[i];
+}
+
+/* Is b what a is, times `by`? */
+static bool is_times(const struct ct_vol *b, const struct ct_vol *a, float by)
+{
+	bool is = ct_vol_count(a) > 0 && ct_vol_count(a) == ct_vol_count(b);
+
+	for (size_t i = 0; is && i < ct_vol_count(a); i++)
+		is = b->data[i] == by * a->data[i];
+	return is;
+}
+
+/* Of values of another unit the result is another by that unit, to the bit if it is a power of two.
+ */
+static void other_units(const struct ct_vol *noisy)
+{
+	static const int methods[] = {CT_UPSAMPLE_AUTO, CT_REFINE_PRIOR};
+	const double by = 0x1p-10;
+	double noise = 0;
+
+	for (size_t k = 0; k < sizeof methods / sizeof *methods; k++) {
+		struct call hu = {.lo = noisy, .rule = rule_of(methods[k])}, one, other;
+		const char *name = CT_WORD(CT_REFINE_LIST, methods[k]);
+		struct ct_vol large, little;
+
+		make_other(&large, noisy, 1, 20);
+		make_other(&little, noisy, by, 20);
+		hu.rule.said.noise = (double)NAN;
+		hu.rule.error = methods[k] == CT_REFINE_PRIOR;
+		one = other = hu;
+		one.lo = &large;
+		other.lo = &little;
+		call(&hu);
+		call(&one);
+		call(&other);
+		OK(hu.rc == 0 && hu.did.as.times == 1 && hu.did.as.plus == 0,
+			"%s: values in HU stay as they are", name);
+		OK(one.rc == 0 && other.rc == 0 && is_times(&other.out, &one.out, (float)by),
+			"%s: of values 1024 times as small the result is as many times smaller",
+			name);
+		OK(ct_meta_numbers(&other.out.meta, CT_META_NOISE, 1, &noise, &err) == 0 &&
+				fabs(noise - by * 20) < 1e-9,
+			"%s: the noise of the result is in the unit of its values", name);
+		if (hu.rule.error)
+			OK(is_times(&other.error, &one.error, (float)by),
+				"the predicted error is in the unit of the values");
+		ct_vol_free(&large);
+		ct_vol_free(&little);
+		end(&hu);
+		end(&one);
+		end(&other);
+	}
+}
+
 int main(void)
 {
 	struct ct_vol lo, mute, noisy;
@@ -451,6 +514,7 @@ int main(void)
 	ct_degrade_noise(noisy.data, ct_vol_count(&noisy), 20, 3, NULL);
 	slabs(&noisy, 20);
 	noises(&lo, &noisy);
+	other_units(&noisy);
 	ct_vol_free(&noisy);
 	ct_vol_free(&lo);
 	ct_vol_free(&mute);

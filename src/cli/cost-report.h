@@ -3,7 +3,6 @@
  */
 #ifndef CT_CLI_COST_REPORT_H
 #define CT_CLI_COST_REPORT_H
-#include "core/cost.h"
 #include "core/env.h"
 
 #include <jansson.h>

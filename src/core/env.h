@@ -62,4 +62,13 @@ bool ct_stopping(const struct ct_env *env);
 /* -1 with CT_ESTOP if so, else 0. */
 int ct_check_stop(const struct ct_env *env, struct ct_err *e);
 
+/* What a run is expected to take. */
+struct ct_cost {
+	char work[200]; /* what takes the time, in words; empty: nothing to say */
+	double seconds; /* on the threads of the run */
+	double memory;  /* bytes, at the most */
+	double disk;    /* bytes of the outputs, at the most */
+	double state;   /* bytes beside them until the run is done; 0 if it keeps none */
+};
+
 #endif

@@ -30,7 +30,6 @@
  */
 #ifndef CT_FIELD_FIELD_FIT_H
 #define CT_FIELD_FIELD_FIT_H
-#include "core/cost.h"
 #include "core/env.h"
 #include "core/stack.h"
 #include "core/tensors.h"

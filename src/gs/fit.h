@@ -25,7 +25,6 @@
  */
 #ifndef CT_GS_FIT_H
 #define CT_GS_FIT_H
-#include "core/cost.h"
 #include "core/env.h"
 #include "core/gauss.h"
 #include "core/stack.h"

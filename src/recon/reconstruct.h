@@ -2,7 +2,6 @@
  * will cost. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_RECON_RECONSTRUCT_H
 #define CT_RECON_RECONSTRUCT_H
-#include "core/cost.h"
 #include "core/env.h"
 #include "core/stack.h"
 #include "core/vol.h"

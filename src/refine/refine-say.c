@@ -75,6 +75,10 @@ void ct_refine_say(const struct ct_refine *r, const struct ct_vol *in, const str
 	double mm[3];
 
 	ct_vol_spacing(in, mm);
+	*words = '\0';
+	ct_as_hu_words(words, sizeof words, &r->as);
+	if (*words)
+		ct_log(env, CT_TOLD, "%s", words);
 	ct_assumed_words(words, is, mm);
 	if (*words)
 		ct_log(env, CT_TOLD, "assumed: %s; %s", words,

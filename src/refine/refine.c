@@ -19,6 +19,12 @@ static bool iterates(int method)
 	       method == CT_UPSAMPLE_TV || method == CT_UPSAMPLE_HTV;
 }
 
+/* Methods that know no HU. */
+static bool interpolates(int method)
+{
+	return method >= CT_UPSAMPLE_LINEAR && method < CT_UPSAMPLE_DC;
+}
+
 struct ct_inversion ct_refine_inversion(const struct ct_refine *r)
 {
 	const struct ct_refine_rule *p = &r->rule;
@@ -84,9 +90,10 @@ static int need_of(double *bytes, const struct ct_refine *r, const size_t n[3], 
 static double volumes_of(const struct ct_refine *r, const struct ct_vol *in)
 {
 	const struct ct_refine_rule *p = &r->rule;
+	const double given = ct_as_hu_maps(&r->as) ? 2 : 1; /* as they are, and in HU */
 
-	return 4 * ((double)ct_vol_count(in) +
-			   (1 + (p->start ? 1 : 0) + (p->error ? 1 : 0)) * voxels(r->n));
+	return 4 * (given * (double)ct_vol_count(in) +
+			   (1 + (p->start ? given : 0) + (p->error ? 1 : 0)) * voxels(r->n));
 }
 
 /* Share of the CT that the widest of m slabs is, with what is about it. */
@@ -344,25 +351,18 @@ static int plan(
 	return ct_flat_texture(&r->texture, in, e);
 }
 
-int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const struct ct_vol *in,
-	const struct ct_env *env, struct ct_err *e)
+static int plan_all(
+	struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
 {
-	const bool prior = rule->method == CT_REFINE_PRIOR;
+	const struct ct_refine_rule *rule = &r->rule;
 	const struct ct_vol *use;
 	struct ct_vol mid = {0};
 	int rc;
 
-	*r = (struct ct_refine){.rule = *rule,
-		.inverts = !prior || !rule->start,
-		.loss = (double)NAN,
-		.share = 1,
-		.residual = (double)NAN,
-		.first = {1, 1, 1},
-		.rest.share = rule->denoise};
-	if (ct_meta_need_hu(&in->meta, true, e) ||
-		ct_operator_find(&r->scan, &rule->said, iterates(rule->method), in, env, e))
+	if (ct_operator_find(&r->scan, &rule->said, iterates(rule->method), in, env, e))
 		return -1;
-	if ((prior || rule->error) && !r->scan.known && !rule->said.estimate)
+	if ((rule->method == CT_REFINE_PRIOR || rule->error) && !r->scan.known &&
+		!rule->said.estimate)
 		return ct_fail(e, CT_EUSAGE,
 			"holds no operator (how it was reduced): pass --sigma or --estimate");
 	if (!r->scan.known && !rule->said.estimate &&
@@ -382,6 +382,30 @@ int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const
 	split_factor(r, in);
 	rc = ct_refine_first(&mid, &use, r, in, env, e) || plan(r, use, env, e) ? -1 : 0;
 	ct_vol_free(&mid);
+	return rc;
+}
+
+int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const struct ct_vol *in,
+	const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_vol *use;
+	struct ct_vol own = {0};
+	int rc;
+
+	*r = (struct ct_refine){.rule = *rule,
+		.as = interpolates(rule->method) ? (struct ct_as_hu){.times = 1} : ct_as_hu_of(in),
+		.inverts = rule->method != CT_REFINE_PRIOR || !rule->start,
+		.loss = (double)NAN,
+		.share = 1,
+		.residual = (double)NAN,
+		.first = {1, 1, 1},
+		.rest.share = rule->denoise};
+	r->rule.said.noise *= r->as.times;
+	rc = ct_meta_need_hu(&in->meta, true, e) || ct_as_hu(&own, &use, &r->as, in, e) ||
+			     plan_all(r, use, env, e)
+		     ? -1
+		     : 0;
+	ct_vol_free(&own);
 	return rc;
 }
 

@@ -9,6 +9,9 @@
  * CT is refined first and tells both how many iterations to make, and how far a noisy CT may be
  * departed from in each (inverse/pilot.h).
  *
+ * A CT of values that are no HU is worked on as if they were (as-hu.h): all in HU below is then in
+ * these, but for the voxels of the result and of its predicted error, and the noise of its header.
+ *
  * Reentrant; nothing is kept between calls.
  * SPDX-License-Identifier: Apache-2.0
  */
@@ -16,6 +19,7 @@
 #define CT_REFINE_REFINE_H
 #include "arssr/arssr-volume.h"
 #include "estimate/assumed.h"
+#include "refine/as-hu.h"
 #include "refine/damp.h"
 #include "refine/rest.h"
 #include "estimate/operator.h"
@@ -58,7 +62,8 @@ struct ct_refine_rule {
 	}
 
 struct ct_refine {
-	struct ct_refine_rule rule;
+	struct ct_refine_rule rule; /* its noise in HU (as-hu.h) */
+	struct ct_as_hu as;
 	struct ct_operator scan;
 	enum ct_upsample method; /* of the inversion, or interpolation */
 	bool inverts;            /* not so if the prior adds to what is given */
@@ -127,7 +132,7 @@ void ct_refine_assumed(char to[static CT_ASSUMED_WORDS], const struct ct_refine 
 /* For refine.c: what auto takes, what TV loses of the scan, whether it is texture. */
 int ct_refine_choose(
 	struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e);
-/* For refine-cost.c, texture.c: cells of slices across the three axes that are textured once v is
+/* For refine-cost.c: cells of slices across the three axes that are textured once v is
  * refined by `factor`, nearly: those about which v, in a square of w x w cells of the slice, has a
  * deviation of more than CT_PATCH_FLAT. Of a large scan from some of them. Pure. */
 double ct_refine_cells(const struct ct_vol *v, const double factor[3], size_t w);

@@ -182,6 +182,7 @@ void ct_refine_assumed(
 {
 	ct_assumed_words(to, &r->scan, spacing);
 	ct_damped_words(to, CT_ASSUMED_WORDS, &r->damped);
+	ct_as_hu_words(to, CT_ASSUMED_WORDS, &r->as);
 }
 
 /* What the result says of itself. */
@@ -341,7 +342,7 @@ static int say_error(struct ct_rehearsal *its, const struct ct_refine *r, const 
 	return 0;
 }
 
-int ct_refine_run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
+static int run_rehearsed(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
 {
 	const bool inverts = r->inverts && r->scan.known && r->method >= CT_UPSAMPLE_DC;
@@ -369,5 +370,33 @@ int ct_refine_run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	for (size_t i = 0; rc == 0 && error && i < ct_vol_count(error); i++)
 		error->data[i] =
 			(float)hypot(ct_rehearsal_error(&its, (double)error->data[i]), grain);
+	return rc;
+}
+
+/* What the voxels of the predicted error are in the unit of the CT. */
+static void back(struct ct_vol *error, double times)
+{
+	for (size_t i = 0; i < ct_vol_count(error); i++)
+		error->data[i] = (float)((double)error->data[i] / times);
+}
+
+int ct_refine_run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
+	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
+{
+	const struct ct_vol *given = r->rule.start, *start = NULL, *use;
+	struct ct_vol own = {0}, other = {0};
+	int rc = -1;
+
+	if (ct_as_hu(&own, &use, &r->as, in, e) ||
+		(given && ct_as_hu(&other, &start, &r->as, given, e)))
+		goto out;
+	r->rule.start = start;
+	rc = run_rehearsed(r, out, error, use, env, e) || ct_as_hu_back(out, &r->as, e) ? -1 : 0;
+	if (rc == 0 && error && ct_as_hu_maps(&r->as))
+		back(error, r->as.times);
+	r->rule.start = given;
+out:
+	ct_vol_free(&own);
+	ct_vol_free(&other);
 	return rc;
 }

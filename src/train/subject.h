@@ -5,7 +5,6 @@
 #ifndef CT_TRAIN_SUBJECT_H
 #define CT_TRAIN_SUBJECT_H
 #include "arssr/arssr-train.h"
-#include "core/cost.h"
 #include "core/env.h"
 #include "core/meta.h"
 #include "core/tensors.h"
