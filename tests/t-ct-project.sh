@@ -35,6 +35,11 @@ has err 'far.nii: lies beside the scan' 'the error of a base beside the scan nam
 exits 5 'ct-fdk refuses a grid beside the scan with status 5' ct-fdk -m sirt --grid far.nii m.exr new.nii
 has err 'far.nii: ' 'the error of a grid beside the scan names the grid'
 [ ! -e new.exr ] && [ ! -e new.nii ] && [ ! -e new.ply ]; ok $? 'a grid or base beside the scan leaves no output'
+ct-phantom -q --size 16x16x1 --spacing 1 constant slice.nii
+exits 0 'ct-project accepts a slice that lies between the rows' ct-project -n 3 slice.nii missed.exr
+has err 'warning: slice.nii: all projections are 0' 'ct-project warns of a slice that no ray meets'
+exits 0 'ct-project of a fan projects a single slice' ct-project -n 3 --beam fan slice.nii seen.exr
+[ ! -s err ]; ok $? 'ct-project does not warn of a slice that rays meet'
 # geometry
 exits 5 'a source inside the volume is refused with status 5' ct-project --expert dso=60 m.nii new.exr
 has err '60 mm' 'the error of a source inside the volume gives its distance'

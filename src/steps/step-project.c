@@ -64,11 +64,21 @@ void ct_step_project_pass_view(
 	ct_measurement_forward(&s->op, out, s->fine, s->scratch);
 }
 
+/* A volume that is thinner than a pixel can lie between the rays. */
+static bool all_zero(const float *x, size_t n)
+{
+	while (n && x[n - 1] == 0)
+		n--;
+	return n == 0;
+}
+
 /* All views into p->out. */
 static int make_views(const struct ct_step_project *p, const struct ct_env *env, struct ct_err *e)
 {
 	const size_t n = p->out->views, pixels = p->out->h * p->out->w, total = p->mu ? 2 * n : n;
 	struct ct_step_project_pass s;
+	struct ct_err beside;
+	bool empty = true;
 	int rc = -1;
 
 	if (ct_step_project_pass_open(&s, p, e))
@@ -86,8 +96,16 @@ static int make_views(const struct ct_step_project *p, const struct ct_env *env,
 		if (i >= n)
 			ct_photons_add(pixels, ct_stack_view(p->out, k), s.noise, p->unit, &p->how,
 				k * pixels);
+		else
+			empty = empty && all_zero(ct_stack_view(p->out, k), pixels);
 	}
 	ct_progress(env, "views", total, total);
+	if (empty && !all_zero(p->v->data, ct_vol_count(p->v)) &&
+		ct_geometry_seen(p->rays, p->v, &beside) == 0)
+		ct_log(env, CT_WARN,
+			"%s: all projections are 0: its rays pass by, since pixels are larger than "
+			"it is thick; expected more pixels, or a fan for one slice",
+			p->rule.name);
 	rc = 0;
 out:
 	ct_step_project_pass_close(&s);
