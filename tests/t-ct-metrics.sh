@@ -23,7 +23,7 @@ save(np.where(np.arange(n[2]) < 9, b, np.nan), 'nan.nii')
 save(b, 'moved.nii', np.diag([1., 1, 3, 1]))
 save(b[:, :, 1:], 'short.nii')
 save(a[:6, :6], 'tiny.nii')
-save((x > 20) & (z > 3), 'mask.nii')
+save((x > 20) & (z > 3), 'mask.nii'); save(0*x, 'no-mask.nii')
 save(np.where(a == -1000, -1024, b), 'noisy.nii')
 PY
 exits 0 'ct-metrics compares two volumes with --ssim all' ct-metrics --ssim all --json ref.nii test.nii
@@ -32,6 +32,7 @@ exits 0 'ct-metrics compares two volumes within a mask' ct-metrics --ssim all --
 mv out mask.json
 ct-convert -q --crop 0:9,0:9,0:9 mask.nii small-mask.nii
 exits 5 'a mask of another grid' ct-metrics --mask small-mask.nii ref.nii test.nii; has err '^ct-metrics: small-mask.nii: grids differ' 'the error of a mask of another grid names the mask'
+exits 3 'an empty mask is refused' ct-metrics --mask no-mask.nii ref.nii test.nii; has err '^ct-metrics: no-mask.nii: the mask is empty' 'the error of an empty mask names the mask'
 exits 0 'ct-metrics compares two volumes with --mask padding' ct-metrics --ssim none --json --mask padding noisy.nii test.nii
 "$PY" - >log 2>&1 <<'PY'; ok $? 'the padding of REF does not count'
 import json

@@ -59,13 +59,22 @@ static int mask_padding(
 	return rc;
 }
 
+static int check_some(const struct ct_vol *mask, struct ct_err *e)
+{
+	for (size_t i = 0, n = ct_vol_count(mask); i < n; i++)
+		if (mask->data[i] != 0)
+			return 0;
+	return ct_fail(e, CT_EINPUT, "the mask is empty: it is 0 everywhere");
+}
+
 static int check_mask(struct ct_step_compare *p, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_vol *mask = p->of->mask;
 
 	if (p->rule.padding)
 		return mask_padding(&p->mask, p->of->ref, env, e) ? ct_blame(e, p->rule.ref) : 0;
-	return mask && (ct_vol_check_finite(mask, e) || ct_vol_same_grid(p->of->ref, mask, e))
+	return mask && (ct_vol_check_finite(mask, e) || ct_vol_same_grid(p->of->ref, mask, e) ||
+			       check_some(mask, e))
 		       ? ct_blame(e, p->rule.mask)
 		       : 0;
 }
