@@ -369,6 +369,9 @@ static void t_hfen(void)
 	memset(ref.data, 0, count * sizeof *ref.data);
 	test.data[count / 2] = 1;
 	OK(isnan(hfen(NULL)), "there is nothing to be relative to");
+	for (size_t i = 0; i < count; i++)
+		ref.data[i] = 40;
+	OK(isnan(hfen(NULL)), "nor in a constant");
 	for (int a = 0; a < 3; a++) {
 		memset(ref.data, 0, count * sizeof *ref.data);
 		cosine(&ref, a, 8, 100);

@@ -71,16 +71,19 @@ int ct_hfen(double *out, const struct ct_vol *ref, const struct ct_vol *test,
 	const size_t n = ct_vol_count(ref);
 	double of_ref, of_error;
 	float *work, *error;
+	bool flat = true; /* L of a constant is 0 but for what is cut off of L */
 	int rc = -1;
 
 	if (ct_alloc(&work, 2 * n, sizeof *work, e))
 		return -1;
 	error = work + n;
-	for (size_t i = 0; i < n; i++)
+	for (size_t i = 0; i < n; i++) {
 		error[i] = test->data[i] - ref->data[i];
+		flat = flat && ref->data[i] == ref->data[0];
+	}
 	if (norm(&of_ref, ref->data, ref->n, work, mask, env, e) == 0 &&
 		norm(&of_error, error, ref->n, work, mask, env, e) == 0) {
-		*out = of_ref > 0 ? of_error / of_ref : (double)NAN;
+		*out = of_ref > 0 && !flat ? of_error / of_ref : (double)NAN;
 		rc = 0;
 	}
 	free(work);

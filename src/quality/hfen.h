@@ -15,9 +15,9 @@
 
 #define CT_HFEN_SIGMA 1.5
 
-/* Norms over the voxels where mask (NULL: everywhere) is not zero; NaN if that of ref is 0. Volumes
- * on one grid, finite. Memory: four volumes. CT_ENOMEM, CT_ESTOP. The result does not depend on the
- * number of threads. */
+/* Norms over the voxels where mask (NULL: everywhere) is not zero; NaN if that of ref is 0 or ref
+ * is constant. Volumes on one grid, finite. Memory: four volumes. CT_ENOMEM, CT_ESTOP. The result
+ * does not depend on the number of threads. */
 int ct_hfen(double *out, const struct ct_vol *ref, const struct ct_vol *test,
 	const struct ct_vol *mask, const struct ct_env *env, struct ct_err *e);
 
