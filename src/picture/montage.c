@@ -259,7 +259,7 @@ bool ct_montage_slice_overlap(const struct ct_montage_slice *a, const struct ct_
 	return true;
 }
 
-static size_t side(const struct ct_montage_slice *s, int i, double mm)
+size_t ct_montage_slice_pixels(const struct ct_montage_slice *s, int i, double mm)
 {
 	double n = s->data ? rint((double)s->n[i] * s->mm[i] / mm) : 0;
 
@@ -273,7 +273,8 @@ static size_t band(const struct ct_montage *m, int i, size_t r)
 	size_t most = 0;
 
 	for (size_t k = 0; k < n; k++) {
-		size_t d = side(&m->tile[i ? k * m->cols + r : r * m->cols + k].slice, i, m->mm);
+		const size_t at = i ? k * m->cols + r : r * m->cols + k;
+		const size_t d = ct_montage_slice_pixels(&m->tile[at].slice, i, m->mm);
 
 		most = d > most ? d : most;
 	}
@@ -338,7 +339,8 @@ static bool shown(double *v, const struct ct_montage_tile *t, double y, double x
 
 static void draw(unsigned char *rgb, size_t w, const struct ct_montage_tile *t, double mm)
 {
-	const size_t th = side(&t->slice, 0, mm), tw = side(&t->slice, 1, mm);
+	const size_t th = ct_montage_slice_pixels(&t->slice, 0, mm),
+		     tw = ct_montage_slice_pixels(&t->slice, 1, mm);
 	const enum ct_colour_map map = t->minus.data ? t->error : CT_COLOUR_GREY;
 	double v;
 

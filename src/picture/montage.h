@@ -74,6 +74,9 @@ void ct_montage_slice_view(struct ct_montage_slice *s, const struct ct_stack *p,
 /* Range of the finite values: range[0] > range[1] if there are none. Call with {INFINITY,
  * -INFINITY}, or with the range so far. */
 void ct_montage_slice_range(double range[static 2], const struct ct_montage_slice *s);
+/* Its rows (i = 0) or columns (i = 1) of pixels, at mm a pixel: 0 of an empty place, else 1 or
+ * more. */
+size_t ct_montage_slice_pixels(const struct ct_montage_slice *s, int i, double mm);
 /* Do the two share at least half of the height and width of the smaller one? */
 bool ct_montage_slice_overlap(const struct ct_montage_slice *a, const struct ct_montage_slice *b);
 

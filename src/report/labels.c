@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PAD = 4, BAR = 12, LINES = 5, LETTERS = 256 };
+enum { PAD = 4, BAR = 12, LINES = 5, LETTERS = 256, LETTER = 5 };
 static const unsigned char white[3] = {255, 255, 255};
 
 /* Where what is written begins, and the pixels that it may take: the clip of the canvas. In SVG it
@@ -206,6 +206,16 @@ static void put_scale(const struct ct_labels *l, const struct ct_canvas *c, doub
 	put_text(l, c, y - s * (CT_TEXT_H + 1), x, text, true);
 }
 
+/* A caption, without the first words if it has no room for all: a place is never cut. */
+static const char *caption_of(const char *s, size_t room)
+{
+	while (s && ct_canvas_text_width(s) > room + CT_TEXT_W - LETTER) {
+		s = strchr(s, ' ');
+		s = s ? s + 1 : NULL;
+	}
+	return s && strcmp(s, "mm") != 0 ? s : "";
+}
+
 /* On and around the sheet, mw pixels wide. */
 static void put_all(const struct ct_labels *l, const struct ct_canvas *all, size_t mw)
 {
@@ -215,17 +225,21 @@ static void put_all(const struct ct_labels *l, const struct ct_canvas *all, size
 
 	put_bars(l, all, mw);
 	for (size_t i = 0; i < m->rows * m->cols; i++) {
-		size_t at[2], size[2];
+		const struct ct_montage_slice *slice = &m->tile[i].slice;
+		size_t at[2], size[2], room;
 
 		ct_montage_place(at, size, m, i / m->cols, i % m->cols);
 		at[0] += l->top;
+		room = size[1] / l->scale;
 		for (int k = 0; k < 2; k++) {
 			c.clip[2 * k] = (ptrdiff_t)at[k];
 			c.clip[2 * k + 1] = (ptrdiff_t)(at[k] + size[k]);
+			size[k] = ct_montage_slice_pixels(slice, k, m->mm);
 		}
-		if (m->tile[i].slice.data) {
+		if (slice->data) {
 			put_text(l, &c, c.clip[0] + (ptrdiff_t)l->scale,
-				c.clip[2] + 2 * (ptrdiff_t)l->scale, s->note[i].caption, true);
+				c.clip[2] + 2 * (ptrdiff_t)l->scale,
+				caption_of(s->note[i].caption, room > 2 ? room - 2 : 0), true);
 			if (s->note[i].side)
 				put_sides(l, &c, s->note[i].side, at, size);
 		}
