@@ -164,15 +164,18 @@ has err '^ct-sr: warning: five-lr.nii: ' 'a warning names it' && has five.html '
 exits 2 'a factor that a stream contradicts is refused with status 2' sh -c 'ct-sr -f -x 3 - up.nii <scan.nii'
 has err '^ct-sr: -: the factor 3,3,3 contradicts the file' 'the error names the stream'
 # the same for a program
-exits 0 'the result as JSON' ct-sr -q -f --json --report five.html -x 2 scan.nii up.nii
-[ ! -s err ] && "${PY:-python3}" - <<'END'
-import json
+exits 0 'the result as JSON' ct-sr -f --json --report five.html -x 2 scan.nii up.nii
+"${PY:-python3}" - <<'END'
+import json, re
 r = json.load(open('out'))
+assert r['spacing-mm'] == [2, 2, 2], r
+line = open('err').read()
+assert re.search(r'; %s, %d iterations ' % (re.escape(r['method']), r['iterations']), line), (r['method'], line)
 assert r['operator']['factor'] == [2, 2, 2] and r['operator']['from'] == 'from the file' and len(r['size']) == 3, r
 assert r['noise']['hu'] >= 0 and r['residual-rms-hu'] >= 0 and r['seconds'] > 0 and r['iterations'] > 0, r
 assert r['files'] == {'in': 'scan.nii', 'out': 'up.nii', 'report': 'five.html'}, r
 END
-ok $? '--json prints operator, noise, residual, seconds and files'
+ok $? '--json prints spacing, operator, noise, method, residual, seconds and files'
 exits 2 '--json with OUT on standard output is refused' ct-sr --json scan.nii -
 has err '^ct-sr: --json: OUT is standard output: name a file$' 'that error says what to do'
 for o in report sidecar; do

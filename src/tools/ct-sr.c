@@ -254,7 +254,7 @@ static int write_report(struct files *f, double seconds, const struct ct_env *en
 		page.std = (struct ct_page_volume){basename(f->p->confidence), f->error};
 	rc = ct_page_measure(&page, &own, e) || page_file_write(f->p->report, &page, &own, e) ? -1
 											      : 0;
-	f->in = f->out = f->error = (struct ct_vol){0}; /* the page frees them */
+	page.lr.vol = page.hr.vol = page.std.vol = (struct ct_vol){0}; /* ours */
 	ct_page_free(&page);
 	return rc;
 }

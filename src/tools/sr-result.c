@@ -63,7 +63,7 @@ int sr_result_json(const struct sr_result *did, const struct sr *p, struct ct_er
 	const struct ct_refine *r = did->plan;
 	json_t *o = ahead_plan(r, did->in);
 
-	if (json_object_set_new(o, "method", json_string(ct_upsample_name(r->did.method))) ||
+	if (json_object_set_new(o, "method", json_string(ct_refine_name(r, true))) ||
 		json_object_set_new(o, "iterations", json_integer((json_int_t)r->did.iterations)) ||
 		json_object_set_new(o, "prior-passes",
 			json_integer(r->adds ? r->restore.passes == 2 ? 2 : 1 : 0)) ||
