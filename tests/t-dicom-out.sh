@@ -418,6 +418,11 @@ ct-phantom -q --size 24x24x24 marks ring.nii && ct-degrade -q -x 2 ring.nii ring
 least() { ct-info "$1" | sed -n 's/^min *//p'; }
 awk "BEGIN {exit !($(least rings.nii) < -1025 && $(least rung.nii) >= $(least ring2.nii) - .5)}"
 ok $? "nothing below the scan is written as DICOM ($(least rings.nii), $(least rung.nii), $(least ring2.nii))"
+ct-degrade -q -x 2 --decimate mean --sigma .8 ring.nii soft.nii && ct-sr -Q draft --report soft.html soft.nii soft/ 2>said && ct-convert -q soft softly.nii
+was=$(sed -n 's/.*; data residual \([0-9.]*\) HU RMS; .*/\1/p' said) is=$(ct-metrics --consistency soft.nii softly.nii | sed -n 's/^residual-rms-hu //p')
+awk "BEGIN {exit !($was > 1 && $was > .9 * $is && $was < 1.1 * $is)}"; ok $? "the data residual that ct-sr tells is that of the DICOM it wrote ($was, $is)"
+grep -q "^ct-sr: DICOM: .* below the least of the scan, -1024 HU, and are raised to it: the data residual becomes $was HU RMS\$" said; ok $? 'ct-sr says that it raised what was below the scan'
+grep -q '<li>The result does not agree with the scan: .* At 95 % of the voxels it is below [0-9.]* HU[.]</li>' soft.html; ok $? 'the page says how many voxels disagree with the scan'
 by() { ct-sr -x 4 --paper --expert views=3,iterations=3,gaussians=50 "$@"; } # by ARGS...: by way of projections
 exits 0 'ct-sr --paper --keep writes a DICOM folder' by -q --keep work template kept/
 by -q template sr4/ 2>err

@@ -10,6 +10,7 @@
 #include "formats/format.h"
 #include "formats/headed.h"
 #include "formats/units.h"
+#include "quality/data-residual.h"
 #include "dicom/dicom.h"
 #include "dicom/form.h"
 #include "dicom/sidecar.h"
@@ -172,15 +173,39 @@ static int rule_of(struct ct_refine_rule *r, const struct files *f, struct ct_er
 }
 
 /* Nothing is less dense than air: what rings below is lifted to it, or to the least value of the
- * scan. */
-static void lift(struct ct_vol *v, const struct ct_vol *scan)
+ * scan. The result says how far it then is from the scan. */
+static int lift(struct ct_refine *r, struct ct_vol *v, const struct ct_vol *scan,
+	const struct ct_env *env, struct ct_err *e)
 {
+	const size_t n = ct_vol_count(v);
+	struct ct_data_residual is;
+	struct ct_degrade by;
+	struct ct_vol map = {0};
+	struct ct_err why;
 	float least = -1024;
+	size_t low = 0;
+	int rc = 0;
 
 	for (size_t i = 0; i < ct_vol_count(scan); i++)
 		least = fminf(least, scan->data[i]);
-	for (size_t i = 0; i < ct_vol_count(v); i++)
+	for (size_t i = 0; i < n; i++) {
+		low += v->data[i] < least - 1;
 		v->data[i] = fmaxf(v->data[i], least);
+	}
+	if (isnan(r->residual) || ct_degrade_get(&v->meta, &by, &why))
+		return 0;
+	rc = ct_data_residual(&is, &map, scan, v, &by, env, e);
+	ct_vol_free(&map);
+	if (rc)
+		return -1;
+	if (is.rms > SR_TOLERANCE)
+		ct_log(env, CT_TOLD,
+			"DICOM: %.2g %% of the voxels were more than 1 HU below the least of the "
+			"scan, %.4g HU, and are raised to it: the data residual becomes %.2g HU "
+			"RMS",
+			100 * (double)low / (double)n, (double)least, is.rms);
+	r->residual = is.rms;
+	return 0;
 }
 
 static int write_dicom(struct files *f, const struct ct_env *env, struct ct_err *e)
@@ -195,7 +220,6 @@ static int write_dicom(struct files *f, const struct ct_env *env, struct ct_err 
 		.series = p->series,
 		.deid = p->deid};
 
-	lift(&f->out, &f->in);
 	return ct_vol_check_grid(&f->out, e) ? ct_blame(e, p->in)
 					     : ct_dicom_write(p->out, &f->out, &out, env, e);
 }
@@ -289,7 +313,8 @@ static int refine(struct files *f, const struct ct_env *env, struct ct_err *e)
 	if (ct_refine_run(&r, &f->out, f->p->confidence ? &f->error : NULL, &f->in, &own, e))
 		return ct_blame(e, f->p->in);
 	part = (struct ct_env_part){.env = env, .from = part.to, .to = f->p->report ? WRITES : 1};
-	if (write_out(f, &own, e) ||
+	if ((ct_files_is_dicom(f->p->out) && lift(&r, &f->out, &f->in, env, e)) ||
+		write_out(f, &own, e) ||
 		(f->about && (sidecar_refined(f->about, &f->out, e) ||
 				     sidecar_write(f->p->sidecar, f->about, &f->out, env, e))))
 		return -1;
