@@ -423,6 +423,7 @@ was=$(sed -n 's/.*; data residual \([0-9.]*\) HU RMS; .*/\1/p' said) is=$(ct-met
 awk "BEGIN {exit !($was > 1 && $was > .9 * $is && $was < 1.1 * $is)}"; ok $? "the data residual that ct-sr tells is that of the DICOM it wrote ($was, $is)"
 grep -q "^ct-sr: DICOM: .* below the least of the scan, -1024 HU, and are raised to it: the data residual becomes $was HU RMS\$" said; ok $? 'ct-sr says that it raised what was below the scan'
 grep -q '<li>The result does not agree with the scan: .* At 95 % of the voxels it is below [0-9.]* HU[.]</li>' soft.html; ok $? 'the page says how many voxels disagree with the scan'
+grep -q '<li>ct-sr: soft/: of no patient' soft.html; ok $? 'a warning on the page keeps the name of a folder that ends in a slash'
 by() { ct-sr -x 4 --paper --expert views=3,iterations=3,gaussians=50 "$@"; } # by ARGS...: by way of projections
 exits 0 'ct-sr --paper --keep writes a DICOM folder' by -q --keep work template kept/
 by -q template sr4/ 2>err

@@ -37,10 +37,18 @@ void ct_page_write_words(FILE *f, const char *fmt, ...)
  * at ".", or whose last part has a dot. */
 static size_t folder_of(const char *s, size_t n, bool first)
 {
-	const size_t blank = strcspn(s, " ,;'\n"), word = blank < n ? blank : n;
-	const char *slash = memrchr(s, '/', word);
-	const bool is = slash && (first || *s == '/' || *s == '.' ||
-					 memchr(slash, '.', word - (size_t)(slash - s)));
+	size_t word = strcspn(s, " ,;'\n");
+	const char *slash;
+	bool is;
+
+	while (n > 0 && s[n - 1] == '/')
+		n--; /* of a folder its own name stays */
+	word = word < n ? word : n;
+	while (word > 0 && s[word - 1] == '/')
+		word--;
+	slash = memrchr(s, '/', word);
+	is = slash &&
+	     (first || *s == '/' || *s == '.' || memchr(slash, '.', word - (size_t)(slash - s)));
 
 	if (is && first)
 		slash = memrchr(s, '/', n);
