@@ -44,6 +44,21 @@ if [ -s std.nii ]; then
 	grep '"row">PSNR' r.html | grep -qF "$(cat want)"; ok $? 'the page gives the PSNR of ct-metrics'
 	has r.html '"row">bone, above 200 HU</th><td>[0-9.]* %</td><td>200 HU</td><td>100.0 %</td>' 'the page gives the predicted error of bone'
 	has r.html '"row">soft tissue, to 200 HU</th><td>[0-9.]* %</td><td>7 HU</td><td>0.0 %</td>' 'the page gives the predicted error of soft tissue'
+	"$PY" - <<'END'
+import nibabel, numpy
+v = numpy.random.default_rng(1).normal(40, 5, (40, 40, 24))
+x, y = numpy.indices(v.shape[:2]) - 19.5
+v[numpy.hypot(x, y) > 17] = -2000
+nibabel.save(nibabel.Nifti1Image(v.astype('float32'), numpy.diag([2, 2, 2, 1])), 'padded.nii')
+END
+	"$PY" -c 'import nibabel, numpy
+v = numpy.full((40, 40, 1), -1000, "float32"); v[12:28, 12:28] = 900
+nibabel.save(nibabel.Nifti1Image(v, numpy.eye(4)), "slice.nii")'
+	ct-upsample -q -x 2,2,1 -m cubic slice.nii slicehr.nii; ct-report -q slice.nii slicehr.nii slice.html
+	has slice.html '<li>The result has too few voxels along an axis to measure how sharp it is' 'the page of one slice does not say that it is smooth'
+	ct-upsample -q -x 2 -m cubic padded.nii padhr.nii; ct-report -q padded.nii padhr.nii padded.html
+	has padded.html '"row">Noise</th><td>[45][0-9.]* HU' 'the page tells the noise of a scan of which nothing else is known'
+	has padded.html '<li>The result is smooth: too few edges' 'the border of padding is no edge whose sharpness the page tells'
 	exits 3 'a negative predicted error is refused with status 3' ct-report --uncertainty neg.nii lr.nii hr.nii no.html
 	has err 'neg.nii: holds -[0-9.]* HU, which no predicted error is' 'the error of a negative predicted error names the file'
 else

@@ -333,6 +333,11 @@ static void test_spread(void)
 				: 10 + b % 2;
 	ct_edge_spread(&f, e, 96, 1);
 	NEAR(f.rise, 8, 1e-9, "plateaus are the outer quarters");
+	for (int b = 0; b < 96; b++)
+		e[b] = b < 50 ? 2 : 1 + 1e-3 * b;
+	ct_edge_spread(&f, e, 96, 1);
+	OK(isnan(f.rise) && isnan(f.mtf50) && isnan(f.mtf10),
+		"a profile that falls has no figures");
 }
 
 /* Surfaces. Voxels of v get the value of f at their place, mm. */

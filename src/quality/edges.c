@@ -301,6 +301,9 @@ void ct_edge_spread(struct ct_edge_figures *f, const double *spread, size_t n, d
 		low += spread[k] / (double)(n / 4);
 		high += spread[n - 1 - k] / (double)(n / 4);
 	}
+	*f = (struct ct_edge_figures){(double)NAN, (double)NAN, (double)NAN};
+	if (!(high > low))
+		return;
 	while (b + 2 < n && spread[b] <= low + 0.1 * (high - low))
 		b++;
 	while (b > 0 && spread[b] > low + 0.1 * (high - low))
@@ -309,9 +312,8 @@ void ct_edge_spread(struct ct_edge_figures *f, const double *spread, size_t n, d
 	while (b + 2 < n && spread[b + 1] < low + 0.9 * (high - low))
 		b++;
 	at[1] = crossing(spread, b, low + 0.9 * (high - low));
-	f->rise = (at[1] - at[0]) * width;
-	f->mtf50 = falls_below(spread, n, width, 0.5);
-	f->mtf10 = falls_below(spread, n, width, 0.1);
+	*f = (struct ct_edge_figures){(at[1] - at[0]) * width, falls_below(spread, n, width, 0.5),
+		falls_below(spread, n, width, 0.1)};
 }
 
 /* Add the batches up in their order and make the figures. */

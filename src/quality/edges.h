@@ -53,7 +53,7 @@ struct ct_edges {
  * cylinder: 110 KB where voxels are cubes, more where they are thin. */
 int ct_edges(struct ct_edges *o, const struct ct_vol *ref, const struct ct_vol *test,
 	const struct ct_vol *mask, const struct ct_env *env, struct ct_err *e);
-/* The figures of an edge spread function: n bins of `width` mm, rising. */
+/* The figures of an edge spread function: n bins of `width` mm, rising; NaN if it does not. */
 void ct_edge_spread(struct ct_edge_figures *f, const double *spread, size_t n, double width);
 
 #endif

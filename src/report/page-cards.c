@@ -272,7 +272,8 @@ static void put_edges(FILE *f, const struct ct_page *p)
 	put_curve(f, "mean profile of edges", lines, 2, -reach, reach, reach > 10 ? 5 : 2,
 		"mm from the edge");
 	fprintf(f, TABLE(TH("%zu edges of 300 HU or more") TH("before") TH("after")), o->count);
-	PAIR(f, "10 to 90 %% of the step", "%.2f mm", o->test.rise, o->ref.rise);
+	if (!isnan(o->test.rise))
+		PAIR(f, "10 to 90 %% of the step", "%.2f mm", o->test.rise, o->ref.rise);
 	if (!isnan(o->test.mtf10) && !isnan(o->ref.mtf10))
 		PAIR(f, "MTF falls to 10 %%", "%.3f /mm", o->test.mtf10, o->ref.mtf10);
 	fputs(TABLE_END, f);

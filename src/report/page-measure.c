@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "inverse/upsample.h"
+#include "operator/padding.h"
 #include "report/page.h"
 
 #include <assert.h>
@@ -62,7 +63,7 @@ static int know(struct ct_page *p, struct ct_err *e)
 		return ct_blame(e, p->hr.name);
 	if (p->noise == 0 && ct_meta_noise(&p->lr.vol.meta, &p->noise, e) < 0)
 		return ct_blame(e, p->lr.name);
-	if (p->noise == 0 && p->known && !p->told && ct_noise_measure(&p->texture, &p->lr.vol, e))
+	if (p->noise == 0 && !p->told && ct_noise_measure(&p->texture, &p->lr.vol, e))
 		return ct_blame(e, p->lr.name);
 	for (int a = 0; a < 3; a++)
 		if (!(p->by.factor[a] >= 1 && p->by.factor[a] <= 64))
@@ -114,13 +115,42 @@ static int certify(struct ct_page *p, const struct ct_env *env, struct ct_err *e
 	return rc;
 }
 
+/* 1 where the result is no padding of the scan, nor near it: its border is no edge of the patient.
+ * Without padding it stays empty. */
+static int mask_padding(struct ct_vol *mask, const struct ct_page *p, struct ct_err *e)
+{
+	const struct ct_vol *lr = &p->lr.vol;
+	struct ct_padding pad;
+	int rc;
+
+	if (ct_padding_find(&pad, lr->data, lr->n, e))
+		return -1;
+	if (!pad.is)
+		return 0;
+	if (ct_padding_widen(&pad, lr->n, CT_DATA_RESIDUAL_RIM, e))
+		return -1;
+	rc = ct_vol_like(mask, &p->hr.vol, e);
+	for (size_t i = 0; rc == 0 && i < ct_vol_count(mask); i++)
+		mask->data[i] = 1;
+	if (rc == 0)
+		ct_padding_put(mask->data, mask->n, &pad, lr->n, p->by.factor, 0);
+	ct_padding_free(&pad);
+	return rc;
+}
+
 /* Sharpness; of a volume that is too small for it there are no edges. */
 static int sharpness(struct ct_page *p, const struct ct_env *env, struct ct_err *e)
 {
+	struct ct_vol mask = {0};
 	struct ct_err why;
-	const int rc = ct_edges(&p->edges, &p->hr.vol, &p->before, NULL, env, &why);
+	int rc;
 
-	if (rc == 0 || why.code == CT_EGEOM)
+	if (mask_padding(&mask, p, e))
+		return ct_blame(e, p->lr.name);
+	rc = ct_edges(&p->edges, &p->hr.vol, &p->before, mask.data ? &mask : NULL, env, &why);
+	ct_vol_free(&mask);
+	p->small = rc && why.code == CT_EGEOM;
+	if (rc == 0 || p->small)
 		return 0;
 	*e = why;
 	return ct_blame(e, p->hr.name);
@@ -256,7 +286,10 @@ static int warn_found(struct ct_page *p)
 		bad |= warn(p,
 			"The operator of the scan is not known: whether the result agrees with "
 			"the scan cannot be checked.");
-	if (p->edges.count == 0 || isnan(p->edges.ref.rise))
+	if (p->small)
+		bad |= warn(p, "The result has too few voxels along an axis to measure how sharp "
+			       "it is.");
+	else if (p->edges.count == 0 || isnan(p->edges.ref.rise))
 		bad |= warn(p,
 			"The result is smooth: too few edges of 300 HU or more to measure how "
 			"sharp it is.");

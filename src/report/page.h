@@ -53,10 +53,11 @@ struct ct_page {
 	bool known;                        /* the operator, not only its factor */
 	bool told;                         /* the header of the scan names it */
 	double noise;                      /* HU, 0 if nothing tells of any */
-	struct ct_noise texture;           /* of the scan, if ct-sr had to measure it */
+	struct ct_noise texture;           /* of the scan, if no header tells its noise */
 	struct ct_profile seen[3];         /* of the scan, along axes that were refined */
 	struct ct_data_residual agrees;    /* if known */
 	struct ct_edges edges;             /* if of 12 or more */
+	bool small;                        /* too small for edges */
 	struct ct_metrics was, is;         /* with truth: of before and of hr */
 	struct ct_calibration calibration; /* with truth and std */
 	size_t histogram[2]
