@@ -486,6 +486,8 @@ for bad in a a,b,c ''; do exits 2 "--names '$bad' of two files" ct-view -l --nam
 has err "^ct-view: --names: expected 2 names, one for each file, not ''$" 'the error of an empty --names says how many'
 ct-phantom -q --size 40x8x80 --spacing 2 marks tall.nii; ct-view -l -p coronal -z 4 tall.nii tall.png
 is 'pic("tall.png").shape[0] == 14 + 320' 'letters as high as the shorter side wants'
+ct-phantom -q --size 41x41x41 --spacing .7 marks odd.nii; ct-view -l -p axial -z 4 odd.nii odd.png # its affine is of float32
+is 'says(pic("odd.png"), "axial z 0 mm", 15, 2)' 'the middle of a centred volume is at 0 mm'
 ct-phantom -q --size 24x40x24 --spacing 2 marks flat.nii; ct-view -l -z 4 flat.nii flat.png; ct-view -l flat.nii few.png
 is '(lambda p: all(says(p, t, 14 + y, x) for t, y, x in (("A", 12, 45), ("P", 150, 45), ("R", 75, 2), ("L", 75, 89), ("S", 176, 45), ("A", 307, 2), ("P", 307, 153))))(pic("flat.png"))' \
 	'the sides stand on the edges of a slice narrower than its column'

@@ -10,6 +10,7 @@
 #include <strings.h>
 
 enum { GAP = 4 }; /* pixels between tiles */
+#define TINY 1e-4 /* voxels */
 
 static size_t planes(const struct ct_sheet_rule *r)
 {
@@ -35,8 +36,11 @@ static void caption(char text[static 64], const struct ct_vol *v, enum ct_montag
 {
 	static const char across[] = "zyx";
 	const char *plane = CT_WORD(CT_MONTAGE_PLANE_LIST, p);
-	const double at = ct_montage_centre(v, p, mm);
+	double at = ct_montage_centre(v, p, mm), spacing[3];
 
+	ct_vol_spacing(v, spacing);
+	if (fabs(at) < TINY * fmin(fmin(spacing[0], spacing[1]), spacing[2]))
+		at = 0; /* an affine of float32 misses it by 1e-7 mm */
 	if (r->slab == CT_MIP_NONE)
 		snprintf(text, 64, "%s %c %.4g mm", plane, across[p], at);
 	else if (r->thickness > 0)
