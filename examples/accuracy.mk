@@ -18,6 +18,7 @@ METHODS = linear cubic bspline sinc dc tv htv auto ct-sr
 WINDOW = -1024:3071
 OUT = accuracy
 TIME = /usr/bin/time
+SETTINGS = CUBE WINDOW
 include $(dir $(lastword $(MAKEFILE_LIST)))scan.mk
 
 CASES = $(foreach n,$(NAMES),$(foreach p,$(PROTOCOLS),$(foreach f,$(FACTORS),$(n)/$(p)x$(f))))
@@ -59,5 +60,4 @@ endef
 $(foreach c,$(CASES),$(foreach m,$(sort $(METHODS) cubic),$(eval $(call refine,$(c),$(m)))))
 
 .PHONY: all $(OUT)/table
-.DELETE_ON_ERROR:
 .SECONDARY:

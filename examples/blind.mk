@@ -21,6 +21,7 @@ WINDOW = -1024:3071
 OUT = blind
 PYTHON = python3
 HERE := $(dir $(lastword $(MAKEFILE_LIST)))
+SETTINGS = CUBE QUALITY WINDOW
 include $(dir $(lastword $(MAKEFILE_LIST)))scan.mk
 
 comma = ,
@@ -82,5 +83,4 @@ $(OUT)/$(1)/$(2)/$(3).csv: $(OUT)/$(1)/$(2)/$(if $(filter known,$(3)),lr,bare).n
 endef
 $(foreach n,$(NAMES),$(foreach c,$(CASES),$(foreach r,$(RUNS),$(eval $(call refine,$(n),$(c),$(r))))))
 
-.PHONY: all
-.DELETE_ON_ERROR:
+.PHONY: all $(OUT)/blind.csv

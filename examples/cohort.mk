@@ -25,16 +25,20 @@ TIME = /usr/bin/time
 export SCANS TRUTH OUT OPTIONS
 .ONESHELL:
 here := $(dir $(lastword $(MAKEFILE_LIST)))
+QUOTED = yes
 include $(here)scan.mk
-list = for f in "$$SCANS"/*.nii "$$SCANS"/*.nii.gz "$$SCANS"/*/; do [ ! -e "$$f" ] || printf '%s\n' "$${f%/}"; done
+.SHELLFLAGS = -o pipefail -c
+# OUT and TRUTH may lie among the scans.
+list = for f in "$$SCANS"/*.nii "$$SCANS"/*.nii.gz "$$SCANS"/*/; do \
+	[ ! -e "$$f" ] || [ "$$f" -ef "$$OUT" ] || [ "$$f" -ef "$$TRUTH" ] || printf '%s\n' "$${f%/}"; done
 stem = name=$${scan\#\#*/}; name=$${name%.gz}; name=$${name%.nii}; to=$$OUT/$$name
-JOBS := $(addprefix scan-,$(shell SCANS='$(SCANS)'; $(list) | awk '{print NR}'))
+JOBS := $(addprefix scan-,$(shell SCANS=$(call quoted,$(SCANS)); OUT=$(call quoted,$(OUT)); TRUTH=$(call quoted,$(TRUTH)); $(list) | awk '{print NR}'))
 
 all: options $(JOBS)
 	@$(list) | while IFS= read -r scan; do
 		$(stem)
 		cat "$$to.row" 2>/dev/null || printf '%s\tfailed\n' "$$name"
-	done | sort -u >"$$OUT/rows"
+	done | sort -u >"$$OUT/rows" || exit
 	for as in csv md svg; do
 		awk -v as=$$as -f $(here)cohort.awk "$$OUT/rows" >"$$OUT/part" && mv "$$OUT/part" "$$OUT/cohort.$$as" || exit
 	done
@@ -49,7 +53,7 @@ options:
 		echo "$$TRUTH: no folder: TRUTH is one of .nii or .nii.gz with the names of SCANS" >&2
 		exit 2
 	fi
-	twice=$$($(list) | while IFS= read -r scan; do $(stem); printf '%s\n' "$$name"; done | sort | uniq -d | head -n 1)
+	twice=$$($(list) | while IFS= read -r scan; do $(stem); printf '%s\n' "$$name" $(if $(CONFIDENCE),"$$name.std"); done | sort | uniq -d | head -n 1)
 	if [ -n "$$twice" ]; then
 		echo "$$SCANS: two scans are called $$twice: give each another name, since OUT/NAME.nii.gz is of one" >&2
 		exit 2
@@ -60,25 +64,27 @@ options:
 $(JOBS): scan-%: options
 	@scan=$$($(list) | sed -n '$*p')
 	$(stem)
-	[ -s "$$to.row" ] && [ -e "$$to.nii.gz" ] && ! [ "$$scan" -nt "$$to.nii.gz" ] && ! [ "$$OUT/options" -nt "$$to.nii.gz" ] && exit
+	truth=
+	for f in "$$TRUTH/$$name.nii" "$$TRUTH/$$name.nii.gz"; do [ -z "$$TRUTH" ] || [ ! -e "$$f" ] || truth=$$f; done
+	[ -s "$$to.row" ] && [ -e "$$to.nii.gz" ] && [ -z "$$(find -L "$$scan" -newer "$$to.nii.gz" 2>&1)" ] &&
+		! [ "$$truth" -nt "$$to.row" ] && ! [ "$$OUT/options" -nt "$$to.nii.gz" ] && exit
 	rm -f "$$to.row" "$$to.nii.gz"
 	$(TIME) -o "$$to.time" -f '%e %M' ct-sr -f -t $(THREADS) $(OPTIONS) \
 		$(if $(CONFIDENCE),"--confidence=$$to.std.nii.gz") $(if $(REPORT),"--report=$$to.html") \
-		"$$scan" "$$to.nii.gz" >"$$to.log" 2>&1 || {
+		"$$scan" "$$to.nii.gz" >"$$to.log" 2>&1 && [ -e "$$to.nii.gz" ] || {
 		rm -f "$$to.time"
 		echo "$$scan: $$(tail -n 2 "$$to.log" | head -n 1)" >&2
 		exit 0
 	}
 	factor=$$(sed -n 's/^ct-sr: [0-9x]* to [0-9x]*, \([0-9.,]*\) times.*/\1/p' "$$to.log")
 	: >"$$to.figures"
-	for truth in "$$TRUTH/$$name.nii" "$$TRUTH/$$name.nii.gz"; do
-		[ -n "$$TRUTH" ] && [ -e "$$truth" ] || continue
+	if [ -n "$$truth" ]; then
 		ct-metrics "$$truth" "$$to.nii.gz" | awk '{print "result", $$0}' >>"$$to.figures"
 		ct-upsample -q -f -t $(THREADS) -m cubic -x "$$factor" "$$scan" "$$to.cubic.nii" &&
 			ct-metrics "$$truth" "$$to.cubic.nii" | awk '{print "cubic", $$0}' >>"$$to.figures"
 		rm -f "$$to.cubic.nii"
-	done
-	awk -v name="$$name" -v took="$$(tail -n 1 "$$to.time")" '$$2 == "psnr" {psnr[$$1] = $$3}
+	fi
+	name=$$name awk -v took="$$(tail -n 1 "$$to.time")" '$$2 == "psnr" {psnr[$$1] = $$3}
 		$$1 == "result" && $$2 == "ssim-r2" {ssim = $$3}
 		/^ct-sr: [0-9x]+ to / {
 			size = $$4; factor = $$5; sub(",$$", "", size); gsub(",", "x", factor)
@@ -87,7 +93,7 @@ $(JOBS): scan-%: options
 		}
 		END {
 			split(took, t, " "); OFS = "\t"
-			print name, size, factor, sprintf("%.1f", t[1]), sprintf("%.0f", t[2] / 1024), psnr["cubic"], psnr["result"], ssim,
+			print ENVIRON["name"], size, factor, sprintf("%.1f", t[1]), sprintf("%.0f", t[2] / 1024), psnr["cubic"], psnr["result"], ssim,
 				"result" in psnr && psnr["result"] != "" ? "" : residual
 		}' "$$to.log" "$$to.figures" >"$$to.part" && mv "$$to.part" "$$to.row"
 	rm -f "$$to.time" "$$to.figures"

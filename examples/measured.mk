@@ -28,6 +28,7 @@ OUT = measured
 PYTHON = python3
 HERE := $(dir $(lastword $(MAKEFILE_LIST)))
 SCORE = $(PYTHON) $(HERE)measured.py
+SETTINGS = TV VIEWS JOINT
 include $(HERE)scan.mk
 
 all: $(OUT)/table $(foreach p,$(PHANTOMS),$(OUT)/$(p)-arcs.png $(OUT)/$(p)-joint.png)
@@ -58,19 +59,19 @@ challenge: $(OUT)/scores $(OUT)/challenge.png
 $(OUT)/challenge.png: $(foreach p,$(SHOWN),$(OUT)/$(p)-all.nii $(OUT)/$(p)-limited.nii)
 	@rm -f $@ && $(draw) -w 0:.045 $^
 $(OUT)/%-all.nii: $(OUT)/%-full.exr $(OUT)/grid256.nii
-	ct-fdk -q --quantity density --grid $(OUT)/grid256.nii $< $@
+	ct-fdk -q -f --quantity density --grid $(OUT)/grid256.nii $< $@
 $(OUT)/scores: $(foreach p,$(DISCS),$(OUT)/$(p)-full.nii $(OUT)/$(p)-limited.nii)
 	@for p in $(DISCS); do seg=$(HTC)/htc2022_$${p}_recon_fbp_seg; \
-		set -- $$p $$($(SCORE) correlate $(HTC)/htc2022_$${p}_recon_fbp.mat $(OUT)/$$p-full.nii) \
-			$$($(SCORE) segment $$seg.mat $${seg}_limited.mat $(OUT)/$$p-limited.nii); \
-		echo $$1 $$3 $$6 $$8; done | awk '{n[$$1 + 0]++; r[$$1 + 0] += $$2; a[$$1 + 0] += $$3; b[$$1 + 0] += $$4; print} \
+		r=$$($(SCORE) correlate $(HTC)/htc2022_$${p}_recon_fbp.mat $(OUT)/$$p-full.nii); \
+		s=$$($(SCORE) segment $$seg.mat $${seg}_limited.mat $(OUT)/$$p-limited.nii); \
+		set -- $$p $$r $$s; echo $$1 $$3 $$6 $$8; done | awk '{n[$$1 + 0]++; r[$$1 + 0] += $$2; a[$$1 + 0] += $$3; b[$$1 + 0] += $$4; print} \
 		END {for (l = 1; l in n; l++) printf "level %d: %.5f %.4f %.4f\n", l, r[l] / n[l], a[l] / n[l], b[l] / n[l]}' >$@.part
 	@mv $@.part $@
 $(OUT)/%-limited.exr:
 	@mkdir -p $(OUT)
 	ct-convert -q -f --projections auto --mu-water .046 $(HTC)/htc2022_$*_limited.mat $@
 $(OUT)/%-limited.nii: $(OUT)/%-limited.exr $(OUT)/grid256.nii
-	ct-fdk -q -m tv -n 200 --nonnegative --tv $(TV) --quantity density --grid $(OUT)/grid256.nii $< $@
+	ct-fdk -q -f -m tv -n 200 --nonnegative --tv $(TV) --quantity density --grid $(OUT)/grid256.nii $< $@
 
 $(OUT)/grid%.nii:
 	@mkdir -p $(OUT) && head -c $$(($* * $*)) /dev/zero >$@.raw
@@ -79,21 +80,21 @@ $(OUT)/grid%.nii:
 # Density is attenuation in 1/mm; the plastic stands for water.
 $(OUT)/%.exr:
 	@mkdir -p $(OUT)
-	ct-convert -q --projections auto --mu-water .046 \
+	ct-convert -q -f --projections auto --mu-water .046 \
 		$(if $(filter full,$(lastword $(subst -, ,$*))),,--views 0:$(lastword $(subst -, ,$*))) \
 		$(HTC)/htc2022_$(firstword $(subst -, ,$*))_full.mat $@
 $(OUT)/%-water.exr:
 	@mkdir -p $(OUT)
 	ct-convert -v -f --projections auto --water auto --mu-water .046 $(HTC)/htc2022_$*_full.mat $@
 $(OUT)/%-water.nii: $(OUT)/%-water.exr $(OUT)/grid512.nii
-	ct-fdk -q --quantity density --grid $(OUT)/grid512.nii $< $@
+	ct-fdk -q -f --quantity density --grid $(OUT)/grid512.nii $< $@
 $(OUT)/%-full.nii: $(OUT)/%-full.exr $(OUT)/grid512.nii
-	ct-fdk -q --quantity density --grid $(OUT)/grid512.nii $< $@
+	ct-fdk -q -f --quantity density --grid $(OUT)/grid512.nii $< $@
 define arc
 $(OUT)/%-tv-$(1).nii: $(OUT)/%-$(1).exr $(OUT)/grid256.nii
-	ct-fdk -q -m tv -n 200 --nonnegative --tv $(TV) --quantity density --grid $(OUT)/grid256.nii $$< $$@
+	ct-fdk -q -f -m tv -n 200 --nonnegative --tv $(TV) --quantity density --grid $(OUT)/grid256.nii $$< $$@
 $(OUT)/%-cgls-$(1).nii: $(OUT)/%-$(1).exr $(OUT)/grid256.nii
-	ct-fdk -q -m cgls -n 15 --quantity density --grid $(OUT)/grid256.nii $$< $$@
+	ct-fdk -q -f -m cgls -n 15 --quantity density --grid $(OUT)/grid256.nii $$< $$@
 endef
 $(foreach n,$(VIEWS),$(eval $(call arc,$(n))))
 # 90 views beside a coarser CT, in HU.
@@ -104,22 +105,23 @@ $(OUT)/cone.json:
 $(OUT)/%-joint.exr: $(OUT)/cone.json
 	ct-convert -q -f --projections integral --scanner $< --mu-water .046 --views 0:720:8 $(HTC)/htc2022_$*_full.mat $@
 $(OUT)/%-joint-truth.nii: $(OUT)/%-full.exr $(OUT)/grid256.nii
-	ct-fdk -q --grid $(OUT)/grid256.nii $< $@
+	ct-fdk -q -f --grid $(OUT)/grid256.nii $< $@
 $(OUT)/%-joint-lr.nii: $(OUT)/%-joint-truth.nii
-	ct-degrade -q -x 8,8,1 $< $@
+	ct-degrade -q -f -x 8,8,1 $< $@
 $(OUT)/%-joint-up.nii: $(OUT)/%-joint-lr.nii
-	ct-upsample -q $< $@
+	ct-upsample -q -f $< $@
 $(OUT)/%-joint-fdk.nii: $(OUT)/%-joint.exr $(OUT)/grid256.nii
-	ct-fdk -q --grid $(OUT)/grid256.nii $< $@
+	ct-fdk -q -f --grid $(OUT)/grid256.nii $< $@
 $(OUT)/%-joint-tv.nii: $(OUT)/%-joint.exr $(OUT)/grid256.nii
-	ct-fdk -q -m tv -n 200 --nonnegative --tv $(TV) --grid $(OUT)/grid256.nii $< $@
+	ct-fdk -q -f -m tv -n 200 --nonnegative --tv $(TV) --grid $(OUT)/grid256.nii $< $@
 $(OUT)/%-joint-fuse.nii: $(OUT)/%-joint-up.nii $(OUT)/%-joint-lr.nii $(OUT)/%-joint.exr
-	ct-fuse -q --resume $^ $@
+	ct-fuse -q -f --resume $^ $@
 $(OUT)/%-joint-nabgs.nii: $(OUT)/%-joint-up.nii $(OUT)/%-joint-lr.nii $(OUT)/%-joint.exr
-	ct-nabgs -q --resume -n 3000 -g 4000 -b $< --lr $(word 2,$^) $(word 3,$^) $(@:nii=ply)
-	ct-compose $< $(@:nii=ply) $@
+	ct-nabgs -q -f --resume -n 3000 -g 4000 -b $< --lr $(word 2,$^) $(word 3,$^) $(@:nii=ply)
+	ct-compose -f $< $(@:nii=ply) $@
 $(OUT)/tooth.nii: $(TOOTH)
 	@mkdir -p $(OUT)
 	ct-convert -q -f --projections auto $< $(OUT)/tooth.exr
-	ct-fdk -v --find-centre --quantity density $(OUT)/tooth.exr $@
+	ct-fdk -v -f --find-centre --quantity density $(OUT)/tooth.exr $@
+.PHONY: all challenge $(OUT)/table $(OUT)/scores
 .SECONDARY:

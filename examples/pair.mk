@@ -34,7 +34,7 @@ all: $(OUT)/pair.md
 renew = @cmp -s $@.part $@ && rm $@.part || mv $@.part $@
 $(OUT)/inputs: always
 	@for f in "$$THICK" "$$THIN"; do [ -e "$$f" ] || { echo "pair.mk: '$$f': no file or folder: THICK and THIN are two series of one scan" >&2; exit 2; }; done
-	@{ ct-sr --version && printf '%s\n' "$$OPTIONS" && ls -lL "$$THICK" "$$THIN"; } >$@.part
+	@{ ct-sr --version && printf '%s\n' "$$OPTIONS" && ls -lLR --full-time "$$THICK" "$$THIN"; } >$@.part
 	$(renew)
 $(OUT)/asked: $(OUT)/inputs always
 	@echo '$(SURFACES) $(WINDOW)' >$@.part
@@ -58,7 +58,7 @@ $(OUT)/std-fine.nii: $(OUT)/sr-fine.nii
 	@touch $@
 # Empty, with the reason beside it, where the pair does not let it be measured.
 $(OUT)/profile.txt: $(OUT)/thick.nii $(OUT)/thin.nii
-	@if ct-info $< | grep -q '^  factor '; then echo 'pair.mk: THICK says how it was made: no profile was measured' >$(OUT)/profile.log; : >$@; \
+	@if ct-info $< | grep '^  factor ' >/dev/null; then echo 'pair.mk: THICK says how it was made: no profile was measured' >$(OUT)/profile.log; : >$@; \
 	else ct-profile -f $^ $@ 2>$(OUT)/profile.log || : >$@; fi
 $(OUT)/profile-fine.nii: $(OUT)/thick.nii $(OUT)/profile.txt
 	@$(fit) ct-sr -q -f $(OPTIONS) -x "1,1,$$factor" --profile=$(OUT)/profile.txt $< $@
@@ -100,4 +100,3 @@ $(OUT)/pair.md: $(call figures,cubic sr) $(OUT)/noise.json $(if $(filter yes,$(P
 
 always:
 .PHONY: all always
-.DELETE_ON_ERROR:

@@ -45,6 +45,8 @@ TABLE3 = fdk:21.88:.5375:19.39:.4337 naf:24.23:.8559:21.66:.7982 sax-nerf:24.81:
 	r2-gs:24.89:.8839:21.25:.8056 softplus:24.71:.8790:21.61:.8022 relu:24.62:.8784:21.57:.8021 \
 	sine:25.19:.8475:21.26:.7208 paper:25.42:.8957:21.96:.8172
 TIME = /usr/bin/time
+weights := $(realpath $(WEIGHTS))
+SETTINGS = CUBE VIEWS STEPS ITERATIONS GAUSSIANS BUDGET NETWORK weights BIRD WINDOW CLIP
 include $(dir $(lastword $(MAKEFILE_LIST)))scan.mk
 
 method = $(firstword $(subst :, ,$(1)))
@@ -144,5 +146,4 @@ $(OUT)/%.row: $(OUT)/%.nii
 	@awk '$$1 == "psnr" {p = $$2} $$1 ~ /^ssim/ {s = $$2} END {print p, s, $$1, $$2}' $@.part >$@ && rm $@.part
 
 .PHONY: all $(OUT)/tables
-.DELETE_ON_ERROR:
 .SECONDARY:

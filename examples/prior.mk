@@ -19,7 +19,11 @@ CASES = P1:4:0 P3:4:0 P1:4:15 P1:8:0
 RESTORE =
 OUT = prior
 TIME = /usr/bin/time
+SETTINGS = PRIOR CUBE CLIP WINDOW RESTORE
 include $(dir $(lastword $(MAKEFILE_LIST)))scan.mk
+ifeq ($(wildcard $(PRIOR)),)
+$(error PRIOR=$(PRIOR): no file of this name: PRIOR is what ct-train --kind=slices made)
+endif
 
 sampled = $(if $(filter mean,$(1)),--sigma 0 --decimate mean,-p $(1))
 part = $(word $(2),$(subst :, ,$(1)))
@@ -32,7 +36,7 @@ $(OUT)/table: $(DIRS:%=$(OUT)/%/row)
 	@{ printf '%-36s %-12s %13s %13s %13s %12s %12s %13s %17s %20s %7s\n' scan case cubic solver prior \
 		'over cubic' 'over solver' false 'rise, mm' 'deep, HU' seconds; \
 	for d in $(DIRS); do \
-		awk -v n="$${d%/*}" -v c="$${d#*/}" '{printf "%-36s %-12s %6.2f %.4f %6.2f %.4f %6.2f %.4f %+5.2f %+.3f %+5.2f %+.3f %4d %4d %3d %5.2f %5.2f %5.2f %6s %6s %6s %7.1f\n", \
+		awk -v n="$${d%/*}" -v c="$${d#*/}" '{printf "%-36s %-12s %6.2f %.4f %6.2f %.4f %6.2f %.4f %+5.2f %+.3f %+5.2f %+.3f %4d %4d %3d %5s %5s %5s %6s %6s %6s %7.1f\n", \
 			n, c, $$1, $$2, $$6, $$7, $$11, $$12, $$11 - $$1, $$12 - $$2, $$11 - $$6, $$12 - $$7, \
 			$$3, $$8, $$13, $$4, $$9, $$14, $$5, $$10, $$15, $$16}' $(OUT)/$$d/row; \
 	done; } >$@
@@ -47,13 +51,12 @@ $(OUT)/$(1)/$(subst :,-,$(2))/row: $(OUT)/$(1)/$(subst :,-,$(2))/lr.nii $(PRIOR)
 	$(TIME) -o $$(@D)/time -f %e ct-upsample -m prior -q -f -p $(PRIOR) $(RESTORE) $$< $$(@D)/prior.nii
 	@for m in cubic solver prior; do \
 		ct-metrics -w $(WINDOW) --structures --expert blob-sigma=1.5 --edges --tissues $(OUT)/$(1)/hr.nii $$(@D)/$$$$m.nii | awk '{is[$$$$1] = $$$$2} \
-			END {d = is["deep-smooth-rmse-hu"]; print is["psnr"], is["ssim-r2"], is["structures-false"], \
-			is["edge-rise-test-mm"] + 0, d ~ /nan/ ? "-" : sprintf("%.2f", d)}'; \
+			END {d = is["deep-smooth-rmse-hu"]; e = is["edge-rise-test-mm"]; print is["psnr"], is["ssim-r2"], is["structures-false"], \
+			e ~ /^[0-9]/ ? sprintf("%.2f", e) : "-", d ~ /nan/ ? "-" : sprintf("%.2f", d)}'; \
 	done | cat - $$(@D)/time | tr '\n' ' ' >$$@.part
 	@mv $$@.part $$@
 endef
 $(foreach n,$(NAMES),$(foreach c,$(CASES),$(eval $(call reduce,$(n),$(c)))))
 
 .PHONY: all $(OUT)/table
-.DELETE_ON_ERROR:
 .SECONDARY:

@@ -24,6 +24,7 @@ HERE := $(dir $(lastword $(MAKEFILE_LIST)))
 METHODS = zoom zoom-3 cubic ct-sr
 CLIP = -512:100000
 cut = --crop=$$$$($(PYTHON) $(HERE)release.py cut $$< $(MOST) 8)
+SETTINGS = MOST
 include $(HERE)scan.mk
 
 ROWS = $(foreach n,$(NAMES),$(foreach f,$(FACTORS),$(foreach m,$(METHODS),$(OUT)/$(n)/$(f)x/$(m).row)))
@@ -60,5 +61,4 @@ $(OUT)/%.row: $(OUT)/%.nii
 	@awk '$$1 == "psnr" {p = $$2} $$1 ~ /^ssim/ {s = $$2} END {print p, s}' $@.part >$@ && rm $@.part
 
 .PHONY: all $(OUT)/table
-.DELETE_ON_ERROR:
 .SECONDARY:

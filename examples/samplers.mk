@@ -21,6 +21,7 @@ WINDOW = -512:3071
 SAMPLERS = none ddnm ddnm+ simple ddim ddpm dpm-solver++ gdp bird-chain bird none-near ddnm-near
 OUT = samplers
 TIME = /usr/bin/time
+SETTINGS = CUBE FACTOR PROTOCOL VIEWS PIXEL WINDOW $(sort $(filter OPTIONS_%,$(.VARIABLES)))
 include $(dir $(lastword $(MAKEFILE_LIST)))scan.mk
 
 ROWS = $(foreach s,$(SAMPLERS),$(foreach n,$(NAMES),$(OUT)/$(n)/$(s).row))
@@ -29,6 +30,7 @@ all: $(OUT)/table
 	@cat $<
 
 .SECONDARY:
+.PHONY: all $(OUT)/table
 $(OUT)/table: $(ROWS)
 	@printf '%-36s %-14s %6s %7s %7s %6s %6s %8s\n' scan sampler PSNR SSIM error calls back seconds >$@
 	@for n in $(NAMES); do for s in $(SAMPLERS); do \

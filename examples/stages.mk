@@ -25,6 +25,7 @@ ROWS = cubic:none:none cubic:published:published cubic:truth:published auto:none
 	auto:truth:gaussians auto:truth:voxels prior:none:none prior:ddnm:gaussians prior:truth:gaussians
 DDNM =
 OUT = stages
+SETTINGS = CUBE VIEWS WINDOW ITERATIONS GAUSSIANS DDNM
 include $(dir $(lastword $(MAKEFILE_LIST)))scan.mk
 
 CASES = $(foreach n,$(NAMES),$(foreach f,$(FACTORS),$(foreach p,$(PROTOCOLS),$(OUT)/$(n)/$(f)x-$(p))))
@@ -62,11 +63,11 @@ $(1)/$(2)-none.exr: $(1)/$(2).nii
 $(1)/$(2)-ddnm.exr: $(1)/$(2)-none.exr
 	ct-ddnm -q -f $$(DDNM) $$< $$@
 $(1)/$(2)-truth.exr: $(1)/truth.exr
-	cp $$< $$@
+	cp $$< $$@.part && mv $$@.part $$@
 $(1)/$(2)-published.exr: $(1)/lr.exr
 	ct-ddnm -q -f --sigma-y=0.0015 $$< $$@
 $(1)/$(2)-%-none.nii: $(1)/$(2).nii $(1)/$(2)-%.exr
-	cp $$< $$@
+	cp $$< $$@.part && mv $$@.part $$@
 $(1)/$(2)-%-gaussians.nii: $(1)/$(2).nii $(1)/$(2)-%.exr
 	$$(fit) -b $$< --lr $(1)/lr.nii $(1)/$(2)-$$*.exr $$@.ply
 	ct-compose -q -f --consistent $(1)/lr.nii $$< $$@.ply $$@
@@ -93,6 +94,5 @@ $(1)/$(3).row: $(1)/$(3).nii $(1)/truth.exr
 endef
 $(foreach n,$(NAMES),$(foreach f,$(FACTORS),$(foreach p,$(PROTOCOLS),$(eval $(call case,$(OUT)/$(n)/$(f)x-$(p),$(f),$(p))))))
 
-.PHONY: all
-.DELETE_ON_ERROR:
+.PHONY: all $(OUT)/table
 .SECONDARY:

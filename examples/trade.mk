@@ -32,6 +32,7 @@ OUT = trade
 TIME = /usr/bin/time
 PYTHON = python3
 HERE := $(dir $(lastword $(MAKEFILE_LIST)))
+SETTINGS = CUBE FACTOR WINDOW BLOBS SURFACES
 include $(dir $(lastword $(MAKEFILE_LIST)))scan.mk
 
 parts = $(subst :, ,$(1))
@@ -79,7 +80,7 @@ refined = $(if $(call said,steps,$(1)),$(with_steps),$(run) $(4) $(2) $(3))
 define refine
 $(OUT)/$(1)/$(2)/$(call plain,$(3)).csv: $(OUT)/$(1)/$(2)/lr.nii
 	$(addprefix CT_THREADS=,$(call said,threads,$(3))) $(TIME) -o $$(@:.csv=.time) -f '%U %S %e %M' \
-		sh -ec '$(call refined,$(3),$$<,$$(@:.csv=.nii),-q -f -x $(call factor,$(2)))'
+		$(SHELL) $(.SHELLFLAGS) '$(call refined,$(3),$$<,$$(@:.csv=.nii),-q -f -x $(call factor,$(2)))'
 	@ct-metrics --harm --surface=$(SURFACES) --csv --expert blob-sigma=$(BLOBS) -w $(WINDOW) $(OUT)/$(1)/hr.nii $$(@:.csv=.nii) >$$(@:.csv=.metrics)
 	@{ printf 'scan,case,run,cpu-s,seconds,peak-mib,'; head -n 1 $$(@:.csv=.metrics); \
 		awk '{printf "$(1),$(2),$(3),%.2f,%.2f,%.1f,", $$$$1 + $$$$2, $$$$3, $$$$4 / 1024}' $$(@:.csv=.time); \
@@ -88,5 +89,4 @@ $(OUT)/$(1)/$(2)/$(call plain,$(3)).csv: $(OUT)/$(1)/$(2)/lr.nii
 endef
 $(foreach n,$(NAMES),$(foreach c,$(CASES),$(foreach r,$(GRID),$(eval $(call refine,$(n),$(c),$(r))))))
 
-.PHONY: all
-.DELETE_ON_ERROR:
+.PHONY: all $(OUT)/trade.csv

@@ -75,6 +75,26 @@ exits 2 'cohort.mk refuses two scans of one name' run SCANS=alike OUT=none
 has err '^alike: two scans are called a: give each another name' 'cohort.mk names the scans of one name'
 run SCANS=one TRUTH= OUT=late >out && run SCANS=one OUT=late >out
 has late/cohort.csv "^\"a\",.*,$p,[0-9.]*,[0-9.]*,\$" 'a cohort without truths is compared once TRUTH names them'
+touch -d '1 hour ago' one/a.nii late/* && cp c.nii truth/a.nii
+exits 0 'cohort.mk runs again with another truth' run SCANS=one OUT=late
+! grep -q "^\"a\",.*,$p," late/cohort.csv; ok $? 'a truth that was changed is compared anew'
+exits 0 'cohort.mk runs with OPTIONS that make no result' run SCANS=one OUT=dry OPTIONS='-x 1,1,4 --dry-run'
+has dry/cohort.csv '^"a",failed' 'a scan of which ct-sr made no result is in the table as failed'
+mkdir "it's" && cp one/a.nii "it's" && cp -r truths\ here "it's/truth" && cp "it's/truth/d e.nii" "it's/truth/a.nii"
+(cd "it's" && ln -sf ../time time && run SCANS=. OUT=cohort && run SCANS=. OUT=cohort) >out 2>err
+ok $? 'the folder of the scans may hold those of the truths and results'
+[ "$(cut -d, -f1 "it's/cohort/cohort.csv" | tr '\n' ' ')" = 'scan "a" mean deviation ' ]; ok $? 'the folders of truths and results are no scans'
+exits 0 'cohort.mk accepts a folder with a quote in its name' run SCANS="it's" TRUTH="it's/truth" OUT="it's/cohort"
+mkdir pair && cp one/a.nii pair/a.nii && cp one/a.nii pair/a.std.nii
+exits 2 'a scan whose name a predicted error takes is refused' run SCANS=pair OUT=none CONFIDENCE=yes
+if with_dicom; then
+	mkdir in && cp -r scans/c in/c && run SCANS=in OUT=slices OPTIONS='-x 1,1,4 -Q draft' >out
+	touch -d '1 hour ago' in/c in/c/* slices/* && touch "$(find in/c -name '*.dcm' | head -n 1)" && touch stamp
+	touch -d '1 hour ago' in/c && run SCANS=in OUT=slices OPTIONS='-x 1,1,4 -Q draft' >out
+	[ slices/c.nii.gz -nt in/c ] && ! [ stamp -nt slices/c.nii.gz ]; ok $? 'a slice of a series that was changed makes the result anew'
+else
+	skip 'a slice of a series that was changed makes the result anew' 'built without vtk-dicom'
+fi
 
 # OUT is a folder of one makefile, which writes over no file of others.
 part folders
@@ -92,12 +112,60 @@ made() { MAKEFLAGS= make -s -f "$@"; }
 exits 0 'an empty folder becomes that of the makefile' made a.mk OUT=empty
 exits 0 'a makefile accepts the folder that it made' made a.mk OUT=empty
 exits 2 'the folder of another makefile is refused' made b.mk OUT=empty
-exits 0 'a new folder of the makefile may have blanks and quotes' made a.mk OUT="it's new/one"
+exits 0 'a new folder of the makefile may have blanks and quotes' made a.mk QUOTED=yes OUT="it's new/one"
 [ "$(cat "it's new/one/made-by")" = a.mk ]; ok $? 'made-by names the makefile that a folder is of'
 exits 2 'two VOLUMES of one name are refused' made a.mk OUT=new VOLUMES='one/a.nii two/a.nii.gz'
 has err 'VOLUMES=one/a.nii two/a.nii.gz has two files of one name' 'the error of VOLUMES of one name lists them'
 exits 2 'an OUT that is a file is refused' made a.mk OUT=file
 exits 2 'an OUT without a name is refused' made a.mk OUT=
+exits 2 'an OUT with a blank is refused' made a.mk OUT='my table'
+has err 'OUT=my table is a name that make does not take' 'the error of an OUT with a blank says that make does not take it'
+
+# What is in OUT follows from VOLUMES and settings.
+ct-phantom -q --size 16x16x16 --spacing 3 ellipsoids v.nii && cp v.nii 'v(1).nii' && mkdir dcm || exit 99
+exits 2 'no VOLUMES at all are refused' made "$srcdir/examples/accuracy.mk" OUT=acc
+has err 'VOLUMES=: name scans' 'the error of no VOLUMES says what to name'
+exits 2 'a volume that is not there is refused' made "$srcdir/examples/accuracy.mk" OUT=acc VOLUMES='v.nii no.nii'
+has err ': no.nii: no file or folder of this name' 'the error names the volume that is not there'
+exits 2 'a volume with a bracket in its name is refused' made "$srcdir/examples/accuracy.mk" OUT=acc VOLUMES='v(1).nii'
+has err ': v(1).nii is a name that make does not take' 'the error names the volume with a bracket'
+printf 'all:\n\t@echo $(NAMES)\nVOLUMES =\ninclude %s/examples/scan.mk\n' "$srcdir" >names.mk
+exits 0 'a volume may be a folder with a slash behind it' made names.mk OUT=names VOLUMES='dcm/ v.nii'
+has out '^dcm v$' 'a folder with a slash behind it has its name'
+acc() { made "$srcdir/examples/accuracy.mk" ${time:+TIME=../time} VOLUMES=v.nii CUBE=16 METHODS='cubic linear' PROTOCOLS=P1 FACTORS=4 OUT=acc "$@"; }
+broken() { (PATH=$PWD/bin:$PATH; acc); }
+mkdir bin && printf '#!/bin/sh\nexit 5\n' >bin/ct-metrics && chmod +x bin/ct-metrics
+exits 2 'a step of a pipe that fails ends a makefile' broken
+[ -e acc/v/P1x4/lr.nii ] && [ ! -e acc/v/P1x4/cubic.row ]; ok $? 'a step of a pipe that fails leaves no row of the table'
+exits 0 'the same makefile goes on once the step works' acc
+exits 2 'other settings in the same folder are refused' acc CUBE=8
+has err 'OUT=acc was made with ct-sr .* CUBE=16 .*, not ct-sr .* CUBE=8 ' 'the error of other settings names both'
+exits 0 'asis.mk makes rows of two factors' made "$srcdir/examples/asis.mk" VOLUMES=v.nii CUBE=8 FACTORS='2 3'
+exits 0 'asis.mk makes rows of one factor' made "$srcdir/examples/asis.mk" VOLUMES=v.nii CUBE=8 FACTORS=2
+has out '^1 rows' 'a table of fewer rows is made of these alone'
+for s in leave-one-out.sh cranium.sh; do
+	exits 1 "a folder with files of others is refused by $s" sh "$srcdir/examples/$s" mine mine
+	has err "$s: .*mine holds files of others" "the folder of others is named by $s"
+done
+[ "$(ls -A mine)" = table ]; ok $? 'a folder that a script refused keeps its files as they were'
+mkdir -p void && exits 1 'leave-one-out.sh refuses a folder without a CT' sh "$srcdir/examples/leave-one-out.sh" void loo
+has err 'void: no volume in HU' 'leave-one-out.sh names the folder without a CT'
+
+# The Snakefile, on this machine.
+if command -v snakemake >/dev/null; then
+	mkdir snake && ct-phantom -q --size 16x16x16 --spacing 3 ellipsoids 'snake/a b.nii' || exit 99
+	snake() { HOME=$PWD snakemake -s "$srcdir/examples/cluster/Snakefile" --profile "$srcdir/examples/cluster/local" --config scans=snake "$@"; }
+	exits 0 'the Snakefile refines a folder of scans' snake out=s options='-Q draft -x 2'
+	exits 0 'the Snakefile runs with other options' snake out=s options='-Q draft -x 1,1,2'
+	ct-info 's/a b.nii.gz' | grep -q '^size  *16 16 32'; ok $? 'other options of the Snakefile make the results anew'
+	mkdir theirs && echo mine >'theirs/a b.nii.gz' && touch -d '1 hour ago' 'theirs/a b.nii.gz'
+	exits 1 'a folder with files of others is refused by the Snakefile' snake out=theirs
+	has err 'theirs holds files that are not of this Snakefile' 'the folder of others is named by the Snakefile'
+	[ "$(cat theirs/*)" = mine ]; ok $? 'the Snakefile leaves the file of others as it was'
+	exits 1 'the Snakefile refuses a folder without a scan' snake scans=dcm out=s2
+else
+	skip 'the Snakefile refines a folder of scans' 'no snakemake'
+fi
 
 # The pipeline of README.md and of ct-pipeline(7) is what ct-sr --paper runs, and is run here as it stands
 # there, on a small phantom with fewer views, Gaussians and iterations.
@@ -145,7 +213,7 @@ ok $? "a draft of a noise-free scan stays in its range at each factor: $(tail -n
 asis VOLUMES=loud-bare.nii FACTORS='1.02 1.2 1.3 2'
 ok $? "a draft of a noisy scan stays in its range at each factor: $(tail -n 1 table)"
 wrong
-asis VOLUMES=made-bare.nii CUBE=32 QUALITY='fast balanced' FACTORS='1.05 1.3 2'
+asis VOLUMES=made-bare.nii OUT=o2 CUBE=32 QUALITY='fast balanced' FACTORS='1.05 1.3 2'
 ok $? "fast and balanced results stay in the range of the scan: $(tail -n 1 table)"
 wrong
 [ "$(grep -c '^made' table)" -eq 6 ]; ok $? 'the table has one row for each factor and preset'
@@ -217,9 +285,9 @@ ok $? 'blind.csv has a line for each case and method in order'
 ct-info --json o/v/g40n-4/lr.nii | tr -d ' \n' | grep -q '"factor":"1,1,4".*"sigma":"0,0,1.6","decimate":"point"'
 ok $? 'case g40n-4 blurs with a Gaussian of 40 % of the thickness'
 ct-info o/v/g40n-4/lr.nii | grep -q '^  noise  *15$'; ok $? 'case g40n-4 adds noise of 15 HU'
-exits 0 'blind.mk makes single scans averaged over cells' make -s -f "$srcdir/examples/blind.mk" CUBE=48 OUT=o VOLUMES=v.nii CASES='mean-2 meann-2' o/v/mean-2/lr.nii o/v/meann-2/lr.nii
-! ct-info o/v/mean-2/lr.nii | grep -q '^  noise  *15$'; ok $? 'case mean-2 adds no noise to the scan'
-ct-info o/v/meann-2/lr.nii | grep -q '^  noise  *15$'; ok $? 'case meann-2 adds noise of 15 HU'
+exits 0 'blind.mk makes single scans averaged over cells' make -s -f "$srcdir/examples/blind.mk" CUBE=48 OUT=m VOLUMES=v.nii CASES='mean-2 meann-2' m/v/mean-2/lr.nii m/v/meann-2/lr.nii
+! ct-info m/v/mean-2/lr.nii | grep -q '^  noise  *15$'; ok $? 'case mean-2 adds no noise to the scan'
+ct-info m/v/meann-2/lr.nii | grep -q '^  noise  *15$'; ok $? 'case meann-2 adds noise of 15 HU'
 ct-info o/v/g40n-4/bare.nii >info
 ! grep -qE '^  (factor|sigma|decimate|noise|history)' info
 ok $? 'the bare copy records neither factor nor blur, noise or history'
@@ -227,21 +295,21 @@ ct-metrics --ssim none o/v/g40n-4/lr.nii o/v/g40n-4/bare.nii | awk '$1 == "max-h
 ok $? 'the bare copy has the voxels of the scan, rounded to whole HU'
 # scans whose slices were interpolated before: softer along z by themselves
 ct-phantom -q --size 60x60x60 --spacing 1.5 --window=-512:3071 ellipsoids w.nii || exit 99
-exits 0 'blind.mk makes scans that were interpolated along z' make -s -f "$srcdir/examples/blind.mk" VOLUMES=w.nii CUBE=60 CASES='mean-2-i15 mean-2-i25' QUALITY=draft OUT=o
+exits 0 'blind.mk makes scans that were interpolated along z' make -s -f "$srcdir/examples/blind.mk" VOLUMES=w.nii CUBE=60 CASES='mean-2-i15 mean-2-i25' QUALITY=draft OUT=i
 awk -F, 'NR == 1 {for (i = 1; i <= NF; i++) if ($i == "psnr") c = i} {p[$2 $3] = $c}
-	END {exit !(p["mean-2-i15blind"] > p["mean-2-i15cubic"] && p["mean-2-i25blind"] > p["mean-2-i25cubic"])}' o/blind.csv
+	END {exit !(p["mean-2-i15blind"] > p["mean-2-i15cubic"] && p["mean-2-i25blind"] > p["mean-2-i25cubic"])}' i/blind.csv
 ok $? 'slices that were interpolated are refined better than by cubic interpolation'
 # such slices are undone with care, unless the measured blur is trusted
-bare=o/w/mean-2-i25/bare.nii
-psnr() { ct-metrics --csv --ssim none o/w/hr-i25.nii "$1" | tail -n 1 | cut -d, -f5; }
+bare=i/w/mean-2-i25/bare.nii
+psnr() { ct-metrics --csv --ssim none i/w/hr-i25.nii "$1" | tail -n 1 | cut -d, -f5; }
 exits 0 'ct-sr refines slices that were interpolated' ct-sr -f -x 1,1,2 "$bare" careful.nii
 has err '^ct-sr: slices may be soft by themselves: less blur is undone, without the network; --trust does not$' 'the log says that soft slices are undone with care'
 exits 0 'ct-sr refines soft slices as measured' ct-sr -f --trust -Q draft -x 1,1,2 "$bare" trusted.nii
 ! grep -q 'soft by themselves' err; ok $? 'with --trust the log says nothing of care'
 awk "BEGIN {exit !($(psnr careful.nii) > $(psnr trusted.nii) + 1)}"; ok $? 'care is more accurate than trust by 1 dB'
-exits 0 'ct-sr refines soft slices whose operator is known' ct-sr -f o/w/mean-2-i25/lr.nii known.nii
+exits 0 'ct-sr refines soft slices whose operator is known' ct-sr -f i/w/mean-2-i25/lr.nii known.nii
 has err '^ct-sr: slices are softer than they were made: undone without the network; --trust does not$' 'the log says that slices of a known operator are soft'
-exits 0 'ct-sr adds the network to soft slices that it trusts' ct-sr -f --trust o/w/mean-2-i25/lr.nii trusted.nii
+exits 0 'ct-sr adds the network to soft slices that it trusts' ct-sr -f --trust i/w/mean-2-i25/lr.nii trusted.nii
 has err 'then the prior' 'with --trust the prior adds to slices of a known operator'
 awk "BEGIN {exit !($(psnr known.nii) > $(psnr trusted.nii))}"; ok $? 'soft slices of a known operator are more accurate without the network'
 exits 2 'ct-sr refuses --trust beside --sigma' ct-sr --trust --sigma 1 "$bare" no.nii
