@@ -8,11 +8,18 @@ set -e
 top=$(cd "$(dirname "$0")/.." && pwd)
 work=${1:-$top/build/cranium}
 [ $# -eq 0 ] || shift
+mkdir -p "$work"
+work=$(cd "$work" && pwd)
+[ -n "$(ls -A "$work")" ] || echo cranium.sh >"$work/made-by"
+[ "$(cat "$work/made-by" 2>/dev/null)" = cranium.sh ] || {
+	echo "cranium.sh: $work holds files of others: name a folder that is new or empty" >&2
+	exit 1
+}
 "$top/scripts/install-deps.sh" build
 say() { echo "== $*"; }
 
 say 'building'
-mkdir -p "$top/build" "$work"
+mkdir -p "$top/build"
 cd "$top"
 [ -x configure ] || ./bootstrap >/dev/null 2>&1
 cd build
@@ -27,10 +34,12 @@ if [ ! -f matrix.dat ]; then
 	inv=/usr/share/doc/invesalius-examples/examples/Cranium.inv3
 	if [ ! -f "$inv" ]; then # minimal systems may leave out /usr/share/doc: unpack it here
 		$as_root apt-get update -qq
-		(apt-get download -qq invesalius-examples && dpkg-deb -x invesalius-examples_*.deb deb) >/dev/null 2>&1
+		(apt-get download -qq invesalius-examples && dpkg-deb -x invesalius-examples_*.deb deb) >fetch.log 2>&1 || { cat fetch.log >&2; exit 1; }
 		inv=deb$inv
 	fi
-	tar -xzf "$inv" --wildcards --strip-components=1 '*/main.plist' '*/matrix.dat'
+	mkdir -p part
+	tar -xzf "$inv" -C part --wildcards --strip-components=1 '*/main.plist' '*/matrix.dat'
+	mv part/main.plist . && mv part/matrix.dat .
 fi
 # InVesalius keeps rows from back to front (LAS); the plist has shape (slices, rows, columns) and spacing (mm)
 values() { sed -n "/<key>$1</,/<\/array>/s/.*<$2>\(.*\)<.*/\1/p" main.plist; }
