@@ -69,6 +69,8 @@ missing ct-metrics none.nii none.nii
 missing ct-report none.nii none.nii new.html
 missing ct-info none.nii
 missing ct-profile none.nii none.nii new.txt
+exits 3 'a phantom too large for any memory is refused' ct-phantom --size 100000x100000x100000 sphere huge.nii
+has err '^ct-phantom: --size: array of' 'the error of a phantom that is too large names its option'
 
 # The level of the processor changes no byte of the results, but what goes through the product of
 # matrices at v2, which has no fused multiply-add (src/core/simd.h).

@@ -51,7 +51,7 @@ static int grid_of(struct ct_vol *v, const struct params *p, struct ct_err *e)
 		if (!(mm[a] > 0))
 			return ct_fail(e, CT_EUSAGE, "--spacing: '%s' is not positive", p->spacing);
 	if (ct_vol_alloc(v, n, e))
-		return -1;
+		return ct_blame(e, "--size");
 	for (int a = 0; a < 3; a++) {
 		v->affine[a][a] = mm[a];
 		v->affine[a][3] = -mm[a] * ((double)n[a] - 1) / 2;
