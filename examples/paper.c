@@ -8,6 +8,8 @@
 #include <ctsr.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
 
 struct run {
 	ctsr_volume *in, *base, *out;
@@ -20,6 +22,15 @@ struct run {
 static size_t number(int argc, char **argv, int i, size_t unless)
 {
 	return i < argc ? strtoul(argv[i], NULL, 10) : unless;
+}
+
+/* Are IN and OUT there, and numbers where numbers stand? */
+static int well_put(int argc, char **argv)
+{
+	for (int i = 3; i < argc; i++)
+		if (i != 4 && (!*argv[i] || argv[i][strspn(argv[i], "0123456789")]))
+			return 0;
+	return argc >= 3 && argc <= 9 && (argc < 4 || number(argc, argv, 3, 0) > 0);
 }
 
 static int progress(void *user, const char *what, size_t done, size_t total)
@@ -46,7 +57,7 @@ static int paper(struct run *r, int argc, char **argv)
 	scan.views = number(argc, argv, 5, scan.views);
 	ctsr_ddnm_options_init(&ddnm, sizeof ddnm);
 	ddnm.factor = factor;
-	ddnm.prior_file = argc > 4 ? argv[4] : NULL;
+	ddnm.prior_file = argc > 4 && *argv[4] ? argv[4] : NULL;
 	ddnm.steps = number(argc, argv, 6, 0);
 	ctsr_upsample_options_init(&up, sizeof up);
 	up.method = CTSR_LINEAR;
@@ -63,15 +74,25 @@ static int paper(struct run *r, int argc, char **argv)
 int main(int argc, char **argv)
 {
 	struct run r = {.in = NULL};
-	const int rc = argc < 3 ? -1 : paper(&r, argc, argv);
+	int rc;
 
+	if (!well_put(argc, argv)) {
+		fprintf(stderr,
+			"usage: paper IN OUT.nii [FACTOR [PRIOR [VIEWS STEPS GAUSSIANS ITERATIONS]]]\n");
+		return CTSR_USAGE;
+	}
+	if (access(argv[2], F_OK) == 0) { /* said now, not when all is done */
+		fprintf(stderr, "%s: exists\n", argv[2]);
+		return CTSR_OUTPUT;
+	}
+	rc = paper(&r, argc, argv);
 	if (rc)
-		fprintf(stderr, "%s\n", argc < 3 ? "paper IN OUT.nii [FACTOR]" : r.e.message);
+		fprintf(stderr, "\n%s\n", r.e.message);
 	ctsr_volume_free(r.in);
 	ctsr_volume_free(r.base);
 	ctsr_volume_free(r.out);
 	ctsr_projections_free(r.low);
 	ctsr_projections_free(r.high);
 	ctsr_gaussians_free(r.added);
-	return !rc ? 0 : argc < 3 ? 2 : r.e.code;
+	return rc ? r.e.code : 0;
 }

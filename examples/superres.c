@@ -10,6 +10,7 @@
 #include <ctsr.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <unistd.h>
 
 static int progress(void *user, const char *what, size_t done, size_t total)
 {
@@ -20,6 +21,8 @@ static int progress(void *user, const char *what, size_t done, size_t total)
 
 int main(int argc, char **argv)
 {
+	char *end = "";
+	double factor = 0;
 	ctsr_volume *in = NULL, *out = NULL;
 	ctsr_superres_report report = {.size = sizeof report};
 	ctsr_superres_options o;
@@ -27,13 +30,19 @@ int main(int argc, char **argv)
 	ctsr_error e;
 	int rc;
 
-	if (argc < 4) {
+	if (argc > 3)
+		factor = strtod(argv[3], &end);
+	if (argc < 4 || argc > 5 || *end || !(factor > 0)) {
 		fprintf(stderr, "usage: superres IN OUT FACTOR [PRIOR]\n");
 		return CTSR_USAGE;
 	}
+	if (access(argv[2], F_OK) == 0) { /* said now, not when all is done */
+		fprintf(stderr, "%s: exists\n", argv[2]);
+		return CTSR_OUTPUT;
+	}
 	c.progress = progress;
 	ctsr_superres_options_init(&o, sizeof o);
-	o.factor[0] = o.factor[1] = o.factor[2] = strtod(argv[3], NULL);
+	o.factor[0] = o.factor[1] = o.factor[2] = factor;
 	o.method = argc > 4 ? CTSR_PRIOR : CTSR_TV;
 	o.prior_file = argc > 4 ? argv[4] : NULL;
 	rc = ctsr_volume_read(&in, argv[1], ctsr_formats_all(), &e) ||

@@ -3,6 +3,7 @@
 """A thick series made thin, and a picture of both: superres.py IN OUT.nii.gz PICTURE.png [PRIOR]
 
 IN is NIfTI, NRRD, MetaImage or a folder of DICOM. (Debian: python3-numpy, python3-matplotlib)"""
+import os
 import sys
 
 import ctsr
@@ -12,6 +13,9 @@ import matplotlib.pyplot as plt
 
 if not 4 <= len(sys.argv) <= 5:
     sys.exit('usage: ' + __doc__.split('\n')[0].split(': ')[1])
+for path in sys.argv[2:4]:
+    if os.path.exists(path):
+        sys.exit(path + ': exists')  # said now, not when all is done
 before = ctsr.read(sys.argv[1])
 after = ctsr.superres(before, error=True, prior=(sys.argv[4:] or [None])[0],
                       progress=lambda what, done, total: print('\r%s %d/%d ' % (what, done, total), end='', file=sys.stderr))

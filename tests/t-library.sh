@@ -66,6 +66,7 @@ exits 3 'a file that is not there is status 3' ./shared none.nii x.nii 2
 has err 'none.nii' 'the error of the program names a file that is not there'
 cp lo.nii was.nii; exits 4 'files that exist stay' ./shared hi.nii lo.nii 2; cmp -s lo.nii was.nii; ok $? 'a file that exists is not changed by the program'
 exits 2 'a factor that is none is status 2' ./shared lo.nii x.nii 5000
+exits 2 'a factor that is no number is status 2' ./shared lo.nii x.nii 2x
 
 # A program that names NIfTI alone holds no other reader.
 cat >alone.c <<'END'

@@ -200,7 +200,11 @@ exits 75 'the paper is cancelled by its progress' c paper small.nii no.nii $some
 ct-project -q -n 4 lr.nii p.exr && ct-ddnm -q -x 2 -n 2 -p "$prior" p.exr p4.exr && ct-upsample -q -x 2 -m linear lr.nii p.nii &&
 	ct-nabgs -q -g 100 -n 10 -b p.nii p4.exr p.ply && ct-compose -q p.nii p.ply paper-a.nii; ok $? 'the commands of the paper'
 exits 0 'the example in C' "$builddir/examples/paper" lr.nii paper-b.nii 2 "$prior" 4 2 100 10
+exits 4 'the example in C refuses an OUT that exists' "$builddir/examples/paper" lr.nii paper-b.nii 2 "$prior" 4 2 100 10
+exits 2 'the example in C refuses a factor that is no number' "$builddir/examples/paper" lr.nii no.nii 2x "$prior" 4 2 100 10
 exits 0 'examples/paper.py makes the paper of a scan' "$PY" "$srcdir/examples/paper.py" lr.nii paper-c.nii 2 "$prior" 4 2 100 10
+exits 1 'paper.py refuses an OUT that exists' "$PY" "$srcdir/examples/paper.py" lr.nii paper-c.nii 2
+has err '^paper-c.nii: exists' 'paper.py names the OUT that exists'
 exits 1 'paper.py without arguments fails with status 1' "$PY" "$srcdir/examples/paper.py"
 has err '^usage: paper.py IN OUT.nii' 'paper.py without arguments prints its usage'
 exits 0 'make the same CT' py same paper-a.nii paper-b.nii paper-c.nii

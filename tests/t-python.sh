@@ -163,6 +163,7 @@ if "$PY" -c 'import matplotlib' 2>/dev/null; then
 	exits 0 'the output of examples/superres.py is a CT' ct-info thin.nii.gz
 	[ -s look.png ]
 	ok $? 'examples/superres.py writes a picture'
+	exits 1 'examples/superres.py refuses a picture that exists' env PYTHONPATH="$srcdir/python" "$PY" "$srcdir/examples/superres.py" thick.nii new.nii.gz look.png
 else
 	skip 'examples/superres.py refines a scan' 'no matplotlib'
 fi
