@@ -72,6 +72,21 @@ static void by_usr1(void)
 	told(SIGUSR1);
 }
 
+static void by_hup(void)
+{
+	signal(SIGHUP, SIG_DFL); /* whatever the tests run under */
+	told(SIGHUP);
+}
+
+static void by_nohup(void)
+{
+	signal(SIGHUP, SIG_IGN);
+	catch ();
+	kill(getpid(), SIGHUP);
+	ct_clock_sleep(0.3);
+	_exit(0);
+}
+
 /* Waits for what does not come. */
 static void waits(void)
 {
@@ -148,15 +163,17 @@ static void starts(void)
 {
 	sigset_t blocked;
 
+	signal(SIGHUP, SIG_DFL);
 	catch ();
 	pthread_sigmask(SIG_BLOCK, NULL, &blocked);
 	if (!sigismember(&blocked, SIGINT) || !sigismember(&blocked, SIGTERM) ||
-		!sigismember(&blocked, SIGUSR1) || sigismember(&blocked, SIGHUP))
+		!sigismember(&blocked, SIGUSR1) || !sigismember(&blocked, SIGHUP) ||
+		sigismember(&blocked, SIGALRM))
 		_exit(1);
 	ct_stop_uncatch();
 	pthread_sigmask(SIG_BLOCK, NULL, &blocked);
 	_exit(sigismember(&blocked, SIGINT) || sigismember(&blocked, SIGTERM) ||
-		sigismember(&blocked, SIGUSR1));
+		sigismember(&blocked, SIGUSR1) || sigismember(&blocked, SIGHUP));
 }
 
 /* How it should end, at what time, in seconds of the clock after 0, and with how much work. */
@@ -169,6 +186,8 @@ static const struct plan {
 	{"SIGINT", by_int, CT_ESTOP, 0, 0, 0.5},
 	{"SIGTERM", by_term, CT_ESTOP, 0, 0, 0.5},
 	{"SIGUSR1", by_usr1, CT_ESTOP, 0, 0, 0.5},
+	{"SIGHUP", by_hup, CT_ESTOP, 0, 0, 0.5},
+	{"SIGHUP under nohup is ignored", by_nohup, 0, 0, 0, 0.5},
 	{"one that waits ends soon", waits, CT_ESTOP, 0.9, 0, 0.5},
 	{"one that begins to wait", works_then_waits, CT_ESTOP, 1.1, 0.2, 0.7},
 	{"one that works on ends soon", works, CT_ESTOP, 0.9, 0.95, 3},

@@ -52,21 +52,23 @@ static void wait_for_end(void)
 	}
 }
 
+static const int caught[] = {SIGINT, SIGTERM, SIGUSR1, SIGHUP};
+enum { CAUGHT = sizeof caught / sizeof *caught };
+static int n_caught = CAUGHT;
+
 static void signals(sigset_t *s)
 {
 	sigemptyset(s);
-	sigaddset(s, SIGINT);
-	sigaddset(s, SIGTERM);
-	sigaddset(s, SIGUSR1);
+	for (int i = 0; i < n_caught; i++)
+		sigaddset(s, caught[i]);
 }
 
 static void on_each(void (*handler)(int))
 {
 	const struct sigaction action = {.sa_handler = handler, .sa_flags = SA_RESTART};
 
-	sigaction(SIGINT, &action, NULL);
-	sigaction(SIGTERM, &action, NULL);
-	sigaction(SIGUSR1, &action, NULL);
+	for (int i = 0; i < n_caught; i++)
+		sigaction(caught[i], &action, NULL);
 }
 
 static void take(int sig)
@@ -96,10 +98,13 @@ static void *watch(void *unused)
 
 int ct_stop_catch(const char *tool, struct ct_err *e)
 {
+	struct sigaction hangup;
 	pthread_t thread;
 	sigset_t s;
 
 	program = tool;
+	if (sigaction(SIGHUP, NULL, &hangup) == 0 && hangup.sa_handler == SIG_IGN)
+		n_caught = CAUGHT - 1; /* nohup */
 	signals(&s);
 	if (sem_init(&came, 0, 0) != 0)
 		return ct_fail(e, CT_EFAIL, "cannot make a semaphore");

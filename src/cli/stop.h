@@ -1,4 +1,5 @@
-/* stop.h: what SIGINT, SIGTERM and SIGUSR1 do: end the program, soon and with status 75.
+/* stop.h: what SIGINT, SIGTERM, SIGUSR1 and SIGHUP do: end the program, soon and with status 75.
+ * SIGHUP is what a terminal sends that is closed; under nohup it stays ignored.
  *
  * A program that has nothing to save ends at once, wherever it is; its temporary files are gone.
  * One that keeps a state holds: the signal raises a flag (env->stop), and the run ends by itself,
