@@ -22,6 +22,9 @@ ct-compose --floor=-9999 up.nii r.nii raw.nii && ct-degrade -x 4 raw.nii back.ni
 ok $? 'and reduces to LR within 0.001 HU'
 exits 2 'JSON behind a volume' ct-fuse --json --residual-out=- up.nii lr.nii p.exr j.nii
 has err '^ct-fuse: --json: --residual-out is standard output: name a file' 'the error of JSON behind a volume asks for a file'
+{ ct-fuse -q -n 1 --residual-out=piped.nii up.nii lr.nii p.exr -; echo $? >rc; } 2>err | true
+[ "$(cat rc)" -gt 0 ] && [ ! -e piped.nii ] && ! ls -A | grep -q ctsr-tmp
+ok $? "a reader that went away leaves no temporary files: $(cat rc)"
 ct-fuse -n 1 --residual-out=one-r.nii up.nii lr.nii p.exr one.nii >out
 exits 0 'the residual to standard output' ct-fuse -n 1 --residual-out=- up.nii lr.nii p.exr one-out.nii
 [ "$(wc -c <out)" -eq "$(wc -c <one-r.nii)" ]; ok $? 'has no report behind it'

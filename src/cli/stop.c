@@ -21,7 +21,7 @@
 #define IDLE 0.02 /* of a second's CPU time: less is waiting */
 
 static volatile sig_atomic_t asked;
-static atomic_int held, deferred;
+static atomic_int held, deferred, piped;
 static const char *program;
 static sem_t came;
 
@@ -31,6 +31,13 @@ static void end_now(void)
 	dprintf(STDERR_FILENO, "%s%s: stopped on request\n",
 		isatty(STDERR_FILENO) ? "\r\033[K" : "", program);
 	_exit(CT_ESTOP);
+}
+
+static void end_of_pipe(void)
+{
+	ct_temp_remove_all();
+	signal(SIGPIPE, SIG_DFL);
+	raise(SIGPIPE);
 }
 
 /* The run ends by itself, or is ended. */
@@ -80,6 +87,22 @@ static void take(int sig)
 	errno = was;
 }
 
+/* The thread that wrote is not to call it an error. */
+static void take_pipe(int sig)
+{
+	piped = 1;
+	take(sig);
+	while (!held)
+		pause();
+}
+
+static bool ignored(int sig)
+{
+	struct sigaction now;
+
+	return sigaction(sig, NULL, &now) == 0 && now.sa_handler == SIG_IGN;
+}
+
 static void *watch(void *unused)
 {
 	sigset_t s;
@@ -89,6 +112,8 @@ static void *watch(void *unused)
 	pthread_sigmask(SIG_UNBLOCK, &s, NULL);
 	while (sem_wait(&came) != 0)
 		;
+	if (!held && piped)
+		end_of_pipe();
 	if (!held)
 		end_now();
 	__atomic_store_n(&asked, 1, __ATOMIC_RELAXED);
@@ -98,17 +123,19 @@ static void *watch(void *unused)
 
 int ct_stop_catch(const char *tool, struct ct_err *e)
 {
-	struct sigaction hangup;
+	const struct sigaction pipe_closed = {.sa_handler = take_pipe, .sa_flags = SA_RESTART};
 	pthread_t thread;
 	sigset_t s;
 
 	program = tool;
-	if (sigaction(SIGHUP, NULL, &hangup) == 0 && hangup.sa_handler == SIG_IGN)
+	if (ignored(SIGHUP))
 		n_caught = CAUGHT - 1; /* nohup */
 	signals(&s);
 	if (sem_init(&came, 0, 0) != 0)
 		return ct_fail(e, CT_EFAIL, "cannot make a semaphore");
 	on_each(take);
+	if (!ignored(SIGPIPE))
+		sigaction(SIGPIPE, &pipe_closed, NULL);
 	signal(SIGXFSZ, SIG_IGN); /* a file at its limit is an error of the write */
 	pthread_sigmask(SIG_BLOCK, &s, NULL);
 	if (pthread_create(&thread, NULL, watch, NULL) != 0)

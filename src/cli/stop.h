@@ -1,5 +1,7 @@
 /* stop.h: what SIGINT, SIGTERM, SIGUSR1 and SIGHUP do: end the program, soon and with status 75.
- * SIGHUP is what a terminal sends that is closed; under nohup it stays ignored.
+ * SIGHUP is what a terminal sends that is closed; under nohup it stays ignored. SIGPIPE, of a pipe
+ * whose reader is gone, ends a program with that signal, when its temporary files are gone too, and
+ * one that keeps a state as the others do.
  *
  * A program that has nothing to save ends at once, wherever it is; its temporary files are gone.
  * One that keeps a state holds: the signal raises a flag (env->stop), and the run ends by itself,
