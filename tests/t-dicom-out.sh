@@ -138,6 +138,10 @@ fi
 SOURCE_DATE_EPOCH=86399 ct-convert -q v.nii dated/; ct-convert -q v.nii dated.dcm
 grep -aq '19700101' dated/ctsr0001.dcm && grep -aq 235959 dated/ctsr0001.dcm
 ok $? 'SOURCE_DATE_EPOCH is the date in the files'
+for t in x 253402300800 -1; do
+	exits 2 "SOURCE_DATE_EPOCH=$t is refused with status 2" env SOURCE_DATE_EPOCH=$t ct-convert -q v.nii none.dcm
+	has err "SOURCE_DATE_EPOCH is '$t'" "the error of SOURCE_DATE_EPOCH=$t gives its value"
+done
 ! grep -aq "$(date +%Y%m)" first/ctsr0001.dcm dated.dcm
 ok $? 'without SOURCE_DATE_EPOCH the date of today is not in the files'
 

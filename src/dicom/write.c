@@ -92,20 +92,26 @@ static int check_values(
 	return rc;
 }
 
-/* YYYYMMDDHHMMSS of SOURCE_DATE_EPOCH; empty without it. */
-static void date_of_source(char out[20])
+/* YYYYMMDDHHMMSS of SOURCE_DATE_EPOCH; empty without it. CT_EUSAGE. */
+static int date_of_source(char out[20], struct ct_err *e)
 {
 	const char *epoch = getenv("SOURCE_DATE_EPOCH");
-	long long seconds = 0;
+	const long long last = 253402300799; /* of the year 9999 */
+	long long seconds;
 	struct tm tm;
 	time_t t;
 
 	*out = '\0';
-	if (!epoch || !ct_number_whole(&seconds, epoch, 0, INT64_MAX))
-		return;
+	if (!epoch || !*epoch)
+		return 0;
+	if (!ct_number_whole(&seconds, epoch, 0, last))
+		return ct_fail(e, CT_EUSAGE,
+			"SOURCE_DATE_EPOCH is '%.40s': expected seconds since 1970, up to %lld",
+			epoch, last);
 	t = (time_t)seconds;
 	if (gmtime_r(&t, &tm))
 		strftime(out, 20, "%Y%m%d%H%M%S", &tm);
+	return 0;
 }
 
 /* Pictures from k to end, into one file; messages call it `name`. */
@@ -186,7 +192,8 @@ int dicom_write(const char *path, const struct ct_vol *v, const struct ct_dicom_
 	char date[20];
 	int rc = -1, none;
 
-	date_of_source(date);
+	if (date_of_source(date, e))
+		return -1;
 	im.date = *date ? date : NULL;
 	none = find_template(&from, o, e);
 	if (none > 0)
