@@ -319,6 +319,11 @@ static size_t next_wave(struct job *j, const bool *done, size_t *at)
 	return n;
 }
 
+/* Samples that begin with one view also agree in what the network does to every view. With g itself
+ * nine of ten stacks of patients and phantoms became worse, by up to 1.2 dB, with its cube by .08
+ * at most (doc/samplers.md). */
+#define BELIEF 3
+
 /* What the mean of the samples adds to a refined view, as far as they agree; var: the sum of their
  * variances. */
 static void believe(const struct job *j, size_t view, double var)
@@ -329,7 +334,7 @@ static void believe(const struct job *j, size_t view, double var)
 
 	for (size_t i = 0; i < j->pixels; i++)
 		e += ((double)mean[i] - (double)from[i]) * ((double)mean[i] - (double)from[i]);
-	g = e > 0 ? e / (e + var) : 0;
+	g = e > 0 ? pow(e / (e + var), BELIEF) : 0;
 	for (size_t i = 0; i < j->pixels; i++)
 		mean[i] = (float)((double)from[i] + g * ((double)mean[i] - (double)from[i]));
 }

@@ -14,7 +14,7 @@
  *
  * Views that are fine already, of a refined CT: a chain begins from them, and is held to what the
  * operator makes of them, so that their low frequencies stay. Of what the mean of K samples adds to
- * a view only a part g counts,
+ * a view only a part g^3 counts,
  *   g = e^2 / (e^2 + s^2),   e^2 = max(0, mean (mean of samples - view)^2 - s^2 / K),
  * s^2 the mean variance of the samples: samples that agree are believed, and those of a prior that
  * knows little add little.
