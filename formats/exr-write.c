@@ -303,7 +303,7 @@ static int build(struct file *f, const char *path, const struct ct_stack *s,
 	init.write_fn = put;
 	r = exr_start_write(&c, path, EXR_WRITE_FILE_DIRECTLY, &init);
 	TRY(put_header(c, s));
-	for (size_t k = 0; k < s->views && r == EXR_ERR_SUCCESS; k++) {
+	for (size_t k = 0; k < s->views && r == EXR_ERR_SUCCESS && !ct_stopping(env); k++) {
 		ct_progress(env, "writing", k, s->views);
 		p.from = ct_stack_view(s, k);
 		p.also = s->deviation ? s->deviation + k * s->h * s->w : NULL;
@@ -314,6 +314,8 @@ static int build(struct file *f, const char *path, const struct ct_stack *s,
 	else if (c) /* the first error is the one to tell */
 		exr_finish(&c);
 	packer_free(&p);
+	if (ct_stopping(env)) /* it is not whole */
+		return ct_check_stop(env, e);
 	if (r == EXR_ERR_SUCCESS)
 		return 0;
 	if (!f->starved)

@@ -387,12 +387,22 @@ static void test_cancel(void)
 	const ctsr_superres_options o = tv();
 	ctsr_volume *lo = low(32), *out;
 	ctsr_context c = {.size = sizeof c};
+	ctsr_projections *p;
+	ctsr_geometry geo;
 	int calls = 0;
 
 	c.progress = cancel;
 	c.user = &calls;
 	OK(failed(ctsr_superres(&out, NULL, NULL, lo, &o, &c, &e), CTSR_CANCELLED) && !out,
 		"cancelled by the callback");
+	must(ctsr_geometry_init(&geo, sizeof geo, lo, &e));
+	geo.views = 3;
+	must(ctsr_project(&p, lo, &geo, NULL, &e));
+	calls = 0;
+	OK(failed(ctsr_projections_write(p, "cancelled.exr", &c, &e), CTSR_CANCELLED) &&
+			access("cancelled.exr", F_OK) != 0,
+		"projections whose writing is cancelled at the last view leave no file");
+	ctsr_projections_free(p);
 	ctsr_volume_free(lo);
 }
 
