@@ -512,6 +512,8 @@ static void test_numbers(void)
 	ctsr_superres_options o = tv();
 	ctsr_operator by = by_two();
 	ctsr_context c = {.size = 3};
+	ctsr_metrics m = {.size = sizeof m};
+	const double wide[] = {-1e200, 1e200};
 	ctsr_geometry geo;
 	ctsr_projections *p;
 	int ok = 1;
@@ -538,6 +540,8 @@ static void test_numbers(void)
 	by.noise = -1;
 	ok &= failed(ctsr_degrade(&out, v, &by, NULL, &e), CTSR_USAGE);
 	OK(ok, "operators out of range");
+	OK(failed(ctsr_compare(&m, v, v, NULL, wide, NULL, &e), CTSR_USAGE),
+		"a window that float32 does not hold: %s", e.message);
 	by = by_two();
 	OK(failed(ctsr_degrade(&out, v, &by, &c, &e), CTSR_USAGE), "a context without a size");
 	must(ctsr_geometry_init(&geo, sizeof geo, v, &e));

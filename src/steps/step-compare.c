@@ -3,6 +3,7 @@
 #include "core/mem.h"
 #include "operator/padding.h"
 #include "steps/step-compare.h"
+#include "xray/window.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -101,6 +102,9 @@ static int plan_ref(struct ct_step_compare *p, const struct ct_env *env, struct 
 
 	if (check_quantity(p, e) || check_mask(p, env, e))
 		return -1;
+	if (!isnan(r->window[0]) && !ct_window_is(r->window))
+		return ct_fail(e, CT_EUSAGE, "window %g:%g: float32 does not hold it", r->window[0],
+			r->window[1]);
 	m->window = !(r->range > 0);
 	m->range = r->range;
 	m->lo = isnan(r->window[0]) ? published[0] : r->window[0];
