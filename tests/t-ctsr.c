@@ -470,7 +470,7 @@ static void test_threads(const char *srcdir)
 
 static void test_nulls(void)
 {
-	ctsr_volume *v = ball(8), *out;
+	ctsr_volume *v = ball(8), *out, *other;
 	ctsr_projections *p;
 	ctsr_gaussians *g;
 	const size_t none[3] = {0, 1, 1}, huge[3] = {SIZE_MAX / 2, 4, 4};
@@ -498,6 +498,11 @@ static void test_nulls(void)
 			failed(ctsr_check_consistency(NULL, v, v, NULL, NULL, &e), CTSR_USAGE),
 		"and of all else");
 	OK(ctsr_superres(&out, NULL, NULL, NULL, NULL, NULL, NULL) == -1, "an error need not be");
+	other = v;
+	OK(failed(ctsr_superres(NULL, &other, NULL, v, NULL, NULL, &e), CTSR_USAGE) && !other,
+		"nowhere to put the first result: the second is NULL");
+	OK(failed(ctsr_superres(&out, &out, NULL, v, NULL, NULL, &e), CTSR_USAGE) && !out,
+		"two results in one place are refused: %s", e.message);
 	ctsr_projections_free(NULL);
 	ctsr_gaussians_free(NULL);
 	OK(!ctsr_volume_data(NULL, NULL, NULL) && !ctsr_volume_get(NULL, "a") &&
@@ -512,11 +517,12 @@ static void test_numbers(void)
 	ctsr_superres_options o = tv();
 	ctsr_operator by = by_two();
 	ctsr_context c = {.size = 3};
+	ctsr_superres_report report = {.size = 0};
 	ctsr_metrics m = {.size = sizeof m};
 	const double wide[] = {-1e200, 1e200};
 	ctsr_geometry geo;
 	ctsr_projections *p;
-	int ok = 1;
+	int ok = 1, calls = 0;
 
 	for (int a = 0; a < 3; a++)
 		o.factor[a] = 1e30;
@@ -529,9 +535,15 @@ static void test_numbers(void)
 	o.spacing[0] = -1;
 	ok &= failed(ctsr_superres(&out, NULL, NULL, v, &o, NULL, &e), CTSR_USAGE);
 	o = tv();
+	o.sigma[1] = o.sigma[2] = 1;
+	ok &= failed(ctsr_superres(&out, NULL, NULL, v, &o, NULL, &e), CTSR_USAGE);
+	o.sigma[0] = 1;
+	o.sigma[2] = (double)NAN;
+	ok &= failed(ctsr_superres(&out, NULL, NULL, v, &o, NULL, &e), CTSR_USAGE);
+	o = tv();
 	o.method = 99;
 	ok &= failed(ctsr_superres(&out, NULL, NULL, v, &o, NULL, &e), CTSR_USAGE);
-	OK(ok, "factors, spacings and methods out of range");
+	OK(ok, "factors, spacings, blurs and methods out of range");
 	by.factor[1] = (double)NAN;
 	ok = failed(ctsr_degrade(&out, v, &by, NULL, &e), CTSR_USAGE);
 	by.factor[1] = 1000;
@@ -539,9 +551,22 @@ static void test_numbers(void)
 	by = by_two();
 	by.noise = -1;
 	ok &= failed(ctsr_degrade(&out, v, &by, NULL, &e), CTSR_USAGE);
+	by = by_two();
+	by.clip[0] = (double)NAN;
+	by.clip[1] = 100;
+	ok &= failed(ctsr_degrade(&out, v, &by, NULL, &e), CTSR_USAGE);
+	by.clip[0] = -(double)INFINITY;
+	ok &= failed(ctsr_degrade(&out, v, &by, NULL, &e), CTSR_USAGE);
 	OK(ok, "operators out of range");
 	OK(failed(ctsr_compare(&m, v, v, NULL, wide, NULL, &e), CTSR_USAGE),
 		"a window that float32 does not hold: %s", e.message);
+	o = tv();
+	c.size = sizeof c;
+	c.progress = cancel;
+	c.user = &calls;
+	OK(failed(ctsr_superres(&out, NULL, &report, v, &o, &c, &e), CTSR_USAGE) && calls == 0,
+		"a report without a size is refused before the work");
+	c.size = 3;
 	by = by_two();
 	OK(failed(ctsr_degrade(&out, v, &by, &c, &e), CTSR_USAGE), "a context without a size");
 	must(ctsr_geometry_init(&geo, sizeof geo, v, &e));

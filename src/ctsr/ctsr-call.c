@@ -42,6 +42,8 @@ int ctsr_call_makes(struct ctsr_call *k, void *at, size_t size, void (*drop)(voi
 {
 	if (ctsr_call_given(k, at))
 		return -1;
+	if (k->makes && k->made[0].at == at)
+		return ct_fail(&k->err, CT_EUSAGE, "%s: two results in one place", k->name);
 	memcpy(at, &none, sizeof none);
 	k->made[k->makes].at = at;
 	k->made[k->makes++].drop = drop;
@@ -82,15 +84,26 @@ int ctsr_take_window(struct ct_window_rule *r, const double asked[2], struct ct_
 	return 0;
 }
 
+int ctsr_check_report(const void *theirs, struct ct_err *e)
+{
+	size_t n = sizeof n;
+
+	if (theirs)
+		memcpy(&n, theirs, sizeof n);
+	return n >= sizeof n && n <= 1 << 16
+		       ? 0
+		       : ct_fail(e, CT_EUSAGE, "a report of %zu bytes: set its size to sizeof", n);
+}
+
 int ctsr_give_report(void *theirs, void *mine, size_t size, struct ct_err *e)
 {
 	size_t n;
 
 	if (!theirs)
 		return 0;
+	if (ctsr_check_report(theirs, e))
+		return -1;
 	memcpy(&n, theirs, sizeof n);
-	if (n < sizeof n || n > 1 << 16)
-		return ct_fail(e, CT_EUSAGE, "a report of %zu bytes: set its size to sizeof", n);
 	memcpy(mine, &n, sizeof n);
 	memcpy(theirs, mine, n < size ? n : size);
 	return 0;

@@ -65,7 +65,7 @@ int ctsr_compose(ctsr_volume **out, ctsr_volume **added, const ctsr_volume *base
 	struct ctsr_call k = CTSR_CALL(__func__);
 	ctsr_compose_options mine;
 	struct ct_vol own = {0};
-	int rc = ctsr_make_volume(&k, out) || (added && ctsr_make_volume(&k, added)) ||
+	int rc = (added && ctsr_make_volume(&k, added)) || ctsr_make_volume(&k, out) ||
 		 ctsr_call_begin(&k, base, c);
 
 	ctsr_compose_options_init(&mine, sizeof mine);

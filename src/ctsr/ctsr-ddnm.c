@@ -138,8 +138,8 @@ int ctsr_ddnm(ctsr_projections **out, ctsr_projections **deviation, const ctsr_p
 	struct ctsr_call k = CTSR_CALL(__func__);
 	struct ct_stack none = {0};
 	ctsr_ddnm_options mine;
-	int rc = ctsr_make_projections(&k, out) ||
-		 (deviation && ctsr_make_projections(&k, deviation)) || ctsr_call_begin(&k, in, c);
+	int rc = (deviation && ctsr_make_projections(&k, deviation)) ||
+		 ctsr_make_projections(&k, out) || ctsr_call_begin(&k, in, c);
 
 	ctsr_ddnm_options_init(&mine, sizeof mine);
 	rc = rc || ctsr_take_options(&mine, sizeof mine, o, &k.err);

@@ -67,7 +67,9 @@ void ctsr_give_defaults(void *theirs, size_t size, const void *defaults, size_t 
 int ctsr_take_options(void *mine, size_t size, const void *theirs, struct ct_err *e);
 /* The window that is asked for; NaN: none. */
 int ctsr_take_window(struct ct_window_rule *r, const double asked[2], struct ct_err *e);
-/* As much of a report as fits into the caller's, whose first member is its size; or NULL. */
+/* As much of a report as fits into the caller's, whose first member is its size; or NULL. A call
+ * that takes long looks at that size first. */
+int ctsr_check_report(const void *theirs, struct ct_err *e);
 int ctsr_give_report(void *theirs, void *mine, size_t size, struct ct_err *e);
 
 /* The line of the context into the metadata, if there is one; "input" goes. */

@@ -75,6 +75,7 @@ int ctsr_compare(ctsr_metrics *m, const ctsr_volume *reference, const ctsr_volum
 {
 	struct ctsr_call k = CTSR_CALL(__func__);
 	const int rc = ctsr_call_begin(&k, m && reference && test, c) ||
+		       ctsr_check_report(m, &k.err) ||
 		       compare(m, reference, test, mask, window, &k);
 	return ctsr_call_end(&k, rc, e);
 }
@@ -108,6 +109,7 @@ int ctsr_compare_projections(ctsr_metrics *m, double *psnr, double *ssim,
 {
 	struct ctsr_call k = CTSR_CALL(__func__);
 	const int rc = ctsr_call_begin(&k, m && reference && test, c) ||
+		       ctsr_check_report(m, &k.err) ||
 		       compare_rays(m, psnr, ssim,
 			       &(struct ct_step_compare_data){
 				       .ref_rays = &reference->s, .test_rays = &test->s},
@@ -146,7 +148,7 @@ int ctsr_check_consistency(ctsr_consistency *m, const ctsr_volume *fine, const c
 	const ctsr_operator *o, const ctsr_context *c, ctsr_error *e)
 {
 	struct ctsr_call k = CTSR_CALL(__func__);
-	const int rc =
-		ctsr_call_begin(&k, m && fine && coarse, c) || consistency(m, fine, coarse, o, &k);
+	const int rc = ctsr_call_begin(&k, m && fine && coarse, c) ||
+		       ctsr_check_report(m, &k.err) || consistency(m, fine, coarse, o, &k);
 	return ctsr_call_end(&k, rc, e);
 }

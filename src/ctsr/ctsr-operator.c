@@ -158,10 +158,12 @@ static int rule_of(struct ct_step_degrade_rule *r, const ctsr_operator *o, struc
 			r->sigma[a] = by.sigma[a];
 	r->decimate = mine.sampling ? (int)by.decimate : -1; /* of no protocol it is sinc */
 	r->noise = all || mine.noise > 0 ? mine.noise : r->noise;
-	if (mine.clip[0] != 0 || mine.clip[1] != 0)
-		memcpy(r->clip, mine.clip, sizeof r->clip);
-	if (!isnan(r->clip[0]) && !(r->clip[0] < r->clip[1]))
-		return ct_fail(e, CT_EUSAGE, "the clip %g to %g is none", r->clip[0], r->clip[1]);
+	if (mine.clip[0] == 0 && mine.clip[1] == 0)
+		return take_profile(&r->slice, &mine, e);
+	if (!(mine.clip[0] < mine.clip[1]) || !isfinite(mine.clip[0]) || !isfinite(mine.clip[1]))
+		return ct_fail(
+			e, CT_EUSAGE, "the clip %g to %g is none", mine.clip[0], mine.clip[1]);
+	memcpy(r->clip, mine.clip, sizeof r->clip);
 	return take_profile(&r->slice, &mine, e);
 }
 

@@ -70,6 +70,9 @@ static int check(const ctsr_superres_options *o, struct ct_err *e)
 				"factor and spacing need three numbers above 0, or three zeros");
 	if (o->factor[0] > 0 && o->spacing[0] > 0)
 		return ct_fail(e, CT_EUSAGE, "give a factor or a spacing, not both");
+	if (isnan(o->sigma[1]) != isnan(o->sigma[2]) || (isnan(o->sigma[0]) && !isnan(o->sigma[1])))
+		return ct_fail(e, CT_EUSAGE,
+			"sigma needs three numbers, one before two NaN, or three NaN");
 	if (!isnan(o->noise) && !(o->noise >= 0 && o->noise <= 1e6))
 		return ct_fail(e, CT_EUSAGE, "the noise %g HU is outside [0, 1e6]", o->noise);
 	if (!(o->denoise >= 0 && o->denoise <= 1))
@@ -230,8 +233,8 @@ static int call(struct ctsr_call *k, ctsr_superres_options *mine, ctsr_volume **
 {
 	struct ct_refine r;
 
-	return ctsr_make_volume(k, out) || (error && ctsr_make_volume(k, error)) ||
-			       ctsr_call_begin(k, in, c) ||
+	return (error && ctsr_make_volume(k, error)) || ctsr_make_volume(k, out) ||
+			       ctsr_call_begin(k, in, c) || ctsr_check_report(report, &k->err) ||
 			       ctsr_take_options(mine, sizeof *mine, o, &k->err) ||
 			       refine(&r, &(*out)->v, error ? &(*error)->v : NULL, in, mine, k) ||
 			       give(report, &r, mine->method == CTSR_PRIOR, &k->err)

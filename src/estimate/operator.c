@@ -20,7 +20,7 @@ static int factor_to(double x[3], const double want[3], const struct ct_vol *v, 
 			x[a] = nearbyint(x[a]);
 		if (x[a] > CT_SAID_TIMES)
 			return ct_fail(e, CT_EUSAGE,
-				"the spacing %g mm is 1/%.0f of a voxel, below 1/%d", want[a], x[a],
+				"the spacing %g mm is 1/%g of a voxel, below 1/%d", want[a], x[a],
 				CT_SAID_TIMES);
 	}
 	return 0;
