@@ -91,6 +91,18 @@ z = ctsr.Projections.new(q.views, *q.data.shape[1:])
 z.data[...] = 1
 left = float(np.vdot(p.data.astype(float), z.data))
 ok(z.data.shape == q.data.shape and left > 0, 'projections of a geometry')
+y = ctsr.Projections.new(q.views, *q.data.shape[1:])
+y.data = 2 * z.data
+z.data[...] *= 2
+ok(y.data.any() and same(ctsr.fdk(y, hr), ctsr.fdk(z, hr)), 'pixels that are set are those that a call reads')
+few = ctsr.fit(p, hr, gaussians=20, iterations=2, full=True)
+for what, change in (('pixels of another shape', lambda: setattr(z, 'data', z.data[0])), ('a view', lambda: z.views[0]['u'].fill(0)),
+                     ('Gaussians', lambda: few.density.fill(0)), ('an array of Gaussians', lambda: setattr(few, 'density', 0))):
+    try:
+        change()
+        ok(False, '%s cannot be set, where no call would read it' % what)
+    except (AttributeError, ValueError):
+        ok(True, '%s cannot be set, where no call would read it' % what)
 ctsr.write(sr, 'o.nii.gz'); ctsr.write(sr, 'o.nrrd'); ctsr.write_projections(p, 'o.exr')
 ok(same(ctsr.read('o.nii.gz'), sr) and same(ctsr.read('o.nrrd'), sr) and np.array_equal(ctsr.read_projections('o.exr').data, p.data), 'written and read')
 
@@ -206,6 +218,27 @@ ok(raises(ValueError, ctsr.degrade, hr, (2, 2)), 'two factors for three axes')
 ctsr.write(hr, b'by-bytes.nii')
 ok(same(ctsr.read(b'by-bytes.nii'), hr), 'the name of a file may be bytes')
 ok(raises(TypeError, ctsr.superres, lr, factor=np.ma.array([2, 2, 2], mask=[0, 1, 0])), 'masked factors')
+changed = ctsr.Image(np.zeros((2, 2, 2)), hr.affine)
+for kind in (np.float64, np.int16, '>f4'):
+    changed.data = np.round(hr.data).astype(kind)
+    ok(same(ctsr.upsample(changed, 2, method='linear'), ctsr.upsample(ctsr.Image(np.round(hr.data), hr.affine), 2, method='linear')),
+       'voxels that are set later are read as numbers of their kind: %s' % np.dtype(kind))
+changed.data = hr.data[0]
+ok(fails(2, 'three axes', ctsr.upsample, changed, 2, method='linear'), 'a picture that is set later is refused')
+changed.data, changed.meta = hr.data, {'a': 1}
+ok(raises(TypeError, ctsr.upsample, changed, 2, method='linear'), 'metadata that are no text are refused')
+off = np.frombuffer(b' ' + hr.data.tobytes('F'), np.uint8)[1:].view(np.float32).reshape(hr.data.shape, order='F')
+ok(not off.flags.aligned and same(ctsr.upsample(off, 2, method='linear'), ctsr.upsample(np.array(hr.data), 2, method='linear')), 'voxels at an odd address')
+for few in ((-5,), (-500, 0, 500), -5):
+    ok(raises(ValueError, ctsr.degrade, hr, 2, clip=few), 'a clip of not two numbers is refused: %s' % (few,))
+    ok(raises(ValueError, ctsr.metrics, hr, hr, window=few), 'a window of not two numbers is refused: %s' % (few,))
+    ok(raises(ValueError, ctsr.project, hr, views=2, offset=few), 'an offset of not two numbers is refused: %s' % (few,))
+ok(fails(2, 'the clip nan to 100 is none', ctsr.degrade, hr, 2, clip=(np.nan, 100)), 'a clip from NaN on is refused')
+ok(raises(TypeError, ctsr.degrade, hr, 2, progress=5), 'a progress that cannot be called is refused')
+for f in (ctsr.fdk, ctsr.ddnm, lambda x: ctsr.fit(x, hr), lambda x: ctsr.backproject(x, hr), lambda x: ctsr.metrics(ctsr.project(hr, views=2), x)):
+    ok(raises(TypeError, f, hr), 'a volume in place of projections is refused')
+for name in ('label', 'start'):
+    ok(raises(OverflowError, ctsr.ddnm, ctsr.project(hr, views=2), sampler='none', factor=2, **{name: 2**32}), 'a %s of 33 bits is refused' % name)
 for quantity in ('density', 'mu', 'lineIntegral', 'other'):
     x = ctsr.Image(lr.data, lr.affine, {'quantity': quantity})
     why = 'its values are not HU, says its metadata' if quantity == 'other' else \

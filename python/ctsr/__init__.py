@@ -69,6 +69,9 @@ class _Call:
     """The context of one call: threads, progress, what was raised in a callback."""
 
     def __init__(self, threads=0, progress: Optional[Progress] = None, log=None, seed=0, overwrite=False, history=None):
+        for name, f in (('progress', progress), ('log', log)):
+            if f is not None and not callable(f):
+                raise TypeError('%s: %r cannot be called' % (name, f))
         self.x, self.raised, self.stop = abi.Context(c.sizeof(abi.Context)), None, False
         self.x.threads, self.x.seed = _whole(threads, 32, 'threads'), _whole(seed, 64, 'seed')
         self.x.overwrite = bool(overwrite)
@@ -155,6 +158,8 @@ def _whole(x, bits, what):
 
 def _text(s, what):
     """As bytes that end in a zero, and hold none."""
+    if not isinstance(s, str):
+        raise TypeError('%s: %r is not text' % (what, s))
     b = s.encode()
     if b'\0' in b:
         raise ValueError('%s: %r holds a NUL' % (what, s))
@@ -185,6 +190,14 @@ def _three(x: Axes):
     if x.shape not in ((), (1,), (3,)):
         raise ValueError('%r: expected one number or three' % (x.tolist(),))
     return abi.D3(*np.broadcast_to(x, (3,)))
+
+
+def _some(x, n, what):
+    """So many numbers, of which none is left out."""
+    a = _array(x, float)
+    if a.shape != (n,):
+        raise ValueError('%s: %r: expected %d numbers' % (what, x, n))
+    return (c.c_double * n)(*a)
 
 
 def _given(x: Axes, what):
@@ -240,10 +253,11 @@ class Image:
         return np.linalg.norm(self.affine[:3, :3], axis=0)
 
     def _handle(self) -> _Handle:
-        data = np.asfortranarray(self.data)
+        now = Image(self.data, self.affine)  # they may be others than at first
+        data = np.require(now.data, requirements=('F', 'ALIGNED'))
         v, e = abi.H(), abi.Error()
         _check(_lib.ctsr_volume_new(c.byref(v), c.byref((c.c_size_t * 3)(*data.shape)),
-                                    c.byref((c.c_double * 12)(*self.affine[:3].ravel())),
+                                    c.byref((c.c_double * 12)(*now.affine[:3].ravel())),
                                     data.ctypes.data_as(c.POINTER(c.c_float)), c.byref(e)), e)
         h = _Handle(v, _lib.ctsr_volume_free, data)
         for key, value in self.meta.items():
@@ -332,7 +346,7 @@ def degrade(image, factor: Axes, sigma: Axes = 0, decimate='sinc', noise=0., see
         o.profile = _text(profile if isinstance(profile, str) else ''.join('%r %r\n' % (float(a), float(b)) for a, b in profile), 'profile')
     o.slice_thickness = slice_thickness
     if clip is not None:
-        o.clip = (c.c_double * 2)(*clip)
+        o.clip = _some(clip, 2, 'clip')
     _Call(threads, progress, seed=seed, history=history).run(_lib.ctsr_degrade, c.byref(out), h, c.byref(o), made=[out])
     return Image._own(out)
 
@@ -422,9 +436,22 @@ def _refine(name, image, factor, spacing, method, preset, sigma, decimate, noise
     return made
 
 
+def _fixed(x):
+    """An array that shows what the library has, and cannot change it."""
+    a = np.array(x)
+    a.flags.writeable = False
+    return a
+
+
+def _rays(x, what='projections') -> _Handle:
+    if not isinstance(x, Projections):
+        raise TypeError('%s: expected Projections, as project and read_projections make them, not %s' % (what, type(x).__name__))
+    return x._h
+
+
 class Projections:
     """X-ray projections: data, float32 [view, row, column], density x mm; views, for each view its "source", "centre"
-    of the detector, and steps "u" between columns and "v" between rows, mm."""
+    of the detector, and steps "u" between columns and "v" between rows, mm. Pixels can be changed, views cannot."""
 
     def __init__(self, handle: _Handle):
         n, e, view = (c.c_size_t * 3)(), abi.Error(), abi.View()
@@ -433,16 +460,27 @@ class Projections:
         flat._keeps = handle
         self._h, self.views = handle, []
         self.deviation: Optional['Projections'] = None  #: of ddnm: of the samples
-        self.data = np.frombuffer(flat, np.float32).reshape(tuple(n))
+        self._data = np.frombuffer(flat, np.float32).reshape(tuple(n))
         for i in range(n[0]):
             _check(_lib.ctsr_projections_view(c.byref(view), handle.p, i, c.byref(e)), e)
-            self.views.append({k: np.array(getattr(view, k)) for k, _ in abi.View._fields_})
+            self.views.append({k: _fixed(getattr(view, k)) for k, _ in abi.View._fields_})
+
+    @property
+    def data(self) -> np.ndarray:
+        return self._data
+
+    @data.setter
+    def data(self, x):  # the pixels are memory of the library
+        x = _array(x, np.float32)
+        if x.shape != self._data.shape:
+            raise ValueError('data: %r pixels, expected %r' % (x.shape, self._data.shape))
+        self._data[...] = x
 
     @classmethod
     def new(cls, views: Sequence[Dict[str, Sequence[float]]], rows: int, columns: int, beam='cone') -> 'Projections':
         """All zero, of a detector that moved in any way."""
         p, e = abi.H(), abi.Error()
-        v = (abi.View * len(views))(*[abi.View(*[abi.D3(*x[k]) for k, _ in abi.View._fields_]) for x in views])
+        v = (abi.View * len(views))(*[abi.View(*[_some(x[k], 3, k) for k, _ in abi.View._fields_]) for x in views])
         _check(_lib.ctsr_projections_new(c.byref(p), _index(_BEAMS, beam, 'beam'), len(views), _whole(rows, 64, 'rows'),
                                          _whole(columns, 64, 'columns'), v,
                                          c.byref(e)), e)
@@ -466,7 +504,9 @@ def project(image, beam='cone', threads=0, progress: Optional[Progress] = None, 
         now = getattr(g, key)
         if key in ('views', 'columns', 'rows', 'coarsen'):
             value = _whole(value, 64, key)
-        setattr(g, key, type(now)(*value) if hasattr(now, '__len__') else value)
+        elif key == 'overshoot':
+            value = bool(value)
+        setattr(g, key, _some(value, len(now), key) if hasattr(now, '__len__') else value)
     _Call(threads, progress, log, seed=seed).run(_lib.ctsr_project, c.byref(p), h, c.byref(g), made=[p], free=_lib.ctsr_projections_free)
     return Projections(_Handle(p, _lib.ctsr_projections_free))
 
@@ -494,13 +534,16 @@ def ddnm(projections: Projections, prior=None, sampler: Optional[str] = None, fa
     o.pixel = _index(_PIXELS, pixel, 'pixel') if pixel is not None else -1
     o.prior_file = _path(prior) if prior is not None else None
     o.factor, o.steps, o.samples = _whole(factor, 31, 'factor'), _whole(steps, 31, 'steps'), _whole(samples, 31, 'samples')
-    o.label, o.start, o.norm, o.guidance, o.rate = label, start, norm, guidance, rate
+    o.label, o.start = [-1 if x == -1 else _whole(x, 31, what) for x, what in ((label, 'label'), (start, 'start'))]
+    o.norm, o.guidance, o.rate = norm, guidance, rate
     o.iterations, o.frozen, o.first_channel = _whole(iterations, 31, 'iterations'), bool(frozen), bool(first_channel)
+    if len(travel) != 2:
+        raise ValueError('travel: %r: expected 2 numbers' % (travel,))
     o.travel = (c.c_size_t * 2)(*[_whole(x, 31, 'travel') for x in travel])
     o.eta, o.sigma_y = o.eta if eta is None else eta, o.sigma_y if sigma_y is None else sigma_y
-    o.init = init._h.p if init else None
+    o.init = _rays(init, 'init').p if init is not None else None
     _Call(threads, progress, log, seed, history=history).run(
-        _lib.ctsr_ddnm, c.byref(out), c.byref(std) if samples != 1 else None, projections._h, c.byref(o), made=[out, std],
+        _lib.ctsr_ddnm, c.byref(out), c.byref(std) if samples != 1 else None, _rays(projections), c.byref(o), made=[out, std],
         free=_lib.ctsr_projections_free)
     made = Projections(_Handle(out, _lib.ctsr_projections_free))
     made.deviation = Projections(_Handle(std, _lib.ctsr_projections_free)) if std else None
@@ -516,13 +559,13 @@ def read_projections(path) -> Projections:
 
 def write_projections(p: Projections, path, overwrite=False, threads=0) -> None:
     """OpenEXR, one part a view."""
-    _Call(threads, overwrite=overwrite).run(_lib.ctsr_projections_write, p._h, _path(path))
+    _Call(threads, overwrite=overwrite).run(_lib.ctsr_projections_write, _rays(p), _path(path))
 
 
 def backproject(p: Projections, like, threads=0, progress: Optional[Progress] = None) -> Image:
     """The adjoint of project, without its window, on the grid of `like`."""
     out, h = abi.H(), Image.of(like)._handle()
-    _Call(threads, progress).run(_lib.ctsr_backproject, c.byref(out), p._h, h, made=[out])
+    _Call(threads, progress).run(_lib.ctsr_backproject, c.byref(out), _rays(p), h, made=[out])
     return Image._own(out)
 
 
@@ -546,9 +589,9 @@ def reconstruct(p: Projections, like=None, method='auto', filter='ram-lak', cuto
     o.parker, o.nonnegative, o.density = bool(parker), bool(nonnegative), bool(density)
     o.integral = _index(_INTEGRALS, integral, 'integral')
     if window is not None:
-        o.window = (c.c_double * 2)(*window)
+        o.window = _some(window, 2, 'window')
     _Call(threads, progress, log, history=history).run(
-        _lib.ctsr_reconstruct, c.byref(out), p._h, h, c.byref(o), made=[out])
+        _lib.ctsr_reconstruct, c.byref(out), _rays(p), h, c.byref(o), made=[out])
     return Image._own(out)
 
 
@@ -574,15 +617,18 @@ def paper(image, factor=0, views=0, iterations=0, gaussians=0, prior=None, relea
 
 class Gaussians:
     """A sum of signed 3-D Gaussians: position, sigma (mm) [n, 3], rotation (unit quaternions w, x, y, z) [n, 4], and
-    density [n], of which density(x) = sum of density exp(-|R'(x - position)/sigma|^2 / 2)."""
+    density [n], of which density(x) = sum of density exp(-|R'(x - position)/sigma|^2 / 2). They cannot be changed."""
 
     def __init__(self, handle: _Handle):
         n = _lib.ctsr_gaussians_get(None, handle.p, 0, 0)
         raw = (abi.Gaussian * n)()
         _lib.ctsr_gaussians_get(raw, handle.p, 0, n)
-        flat = np.frombuffer(raw, np.float64).reshape(n, 11) if n else np.empty((0, 11))
-        self._h = handle
-        self.position, self.sigma, self.rotation, self.density = flat[:, :3], flat[:, 3:6], flat[:, 6:10], flat[:, 10]
+        self._h, self._flat = handle, _fixed(np.frombuffer(raw, np.float64).reshape(n, 11) if n else np.empty((0, 11)))
+
+    position = property(lambda self: self._flat[:, :3])
+    sigma = property(lambda self: self._flat[:, 3:6])
+    rotation = property(lambda self: self._flat[:, 6:10])
+    density = property(lambda self: self._flat[:, 10])
 
     def __len__(self):
         return len(self.density)
@@ -603,11 +649,11 @@ def fit(projections: Projections, base, gaussians=0, max_gaussians=0, iterations
     o.iterations, o.tolerance, o.full, o.paper = _whole(iterations, 31, 'iterations'), tolerance, bool(full), bool(paper)
     low = Image.of(lr)._handle() if lr is not None else None
     o.lr = low.p if low else None
-    o.base_projections = base_projections._h.p if base_projections else None
-    o.uncertainty = uncertainty._h.p if uncertainty else None
+    o.base_projections = _rays(base_projections, 'base_projections').p if base_projections is not None else None
+    o.uncertainty = _rays(uncertainty, 'uncertainty').p if uncertainty is not None else None
     h.keeps += (low, base_projections, uncertainty)
     _Call(threads, progress, log, seed, history=history).run(
-        _lib.ctsr_gaussians_fit, c.byref(g), projections._h, h, c.byref(o), made=[g], free=_lib.ctsr_gaussians_free)
+        _lib.ctsr_gaussians_fit, c.byref(g), _rays(projections), h, c.byref(o), made=[g], free=_lib.ctsr_gaussians_free)
     return Gaussians(_Handle(g, _lib.ctsr_gaussians_free))
 
 
@@ -638,7 +684,7 @@ def compose(base, residual, gain: float = 1, floor: Optional[float] = None, spac
     o.floor = o.floor if floor is None else floor
     o.spacing = o.spacing if spacing is None else spacing
     if window is not None:
-        o.window = (c.c_double * 2)(*window)
+        o.window = _some(window, 2, 'window')
     g = residual._h if isinstance(residual, Gaussians) else None
     added, low = [Image.of(x)._handle() if x is not None else None for x in (None if g else residual, lr)]
     o.residual, o.lr = added.p if added else None, low.p if low else None
@@ -666,11 +712,11 @@ def metrics(reference, test, mask=None, window: Optional[Sequence[float]] = None
         raise Error(2, 'metrics: mask and window are of volumes, value_range is of projections')
     if rays:
         each = [(c.c_double * reference.data.shape[0])() for _ in range(2)]
-        _Call(threads).run(_lib.ctsr_compare_projections, c.byref(m), *each, reference._h, test._h, value_range)
+        _Call(threads).run(_lib.ctsr_compare_projections, c.byref(m), *each, _rays(reference), _rays(test, 'test'), value_range)
         return dict(_numbers(m), view_psnr=list(each[0]), view_ssim=list(each[1]))
     a, b = Image.of(reference)._handle(), Image.of(test)._handle()
     k = Image.of(mask)._handle() if mask is not None else None
-    w = c.byref((c.c_double * 2)(*window)) if window is not None else None
+    w = c.byref(_some(window, 2, 'window')) if window is not None else None
     _Call(threads).run(_lib.ctsr_compare, c.byref(m), a, b, k, w)
     return _numbers(m)
 
