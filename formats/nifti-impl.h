@@ -2,7 +2,6 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_FORMATS_NIFTI_IMPL_H
 #define CT_FORMATS_NIFTI_IMPL_H
-#include "core/meta.h"
 #include "core/vol.h"
 
 #include <stdbool.h>

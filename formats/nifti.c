@@ -12,7 +12,6 @@
 #include "formats/voxels.h"
 
 #include <assert.h>
-#include <errno.h>
 #include <jansson.h>
 #include <math.h>
 #include <stdint.h>

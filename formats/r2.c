@@ -1,11 +1,9 @@
 /* r2.c: see r2.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/gauss-scene.h"
-#include "core/mem.h"
 #include "core/vec3.h"
 #include "core/words.h"
 #include "formats/any.h"
-#include "formats/ends.h"
 #include "formats/format.h"
 #include "formats/hash.h"
 #include "formats/io.h"

@@ -15,7 +15,6 @@
 #define CT_FORMATS_R2_H
 #include "core/env.h"
 #include "core/gauss.h"
-#include "core/vol.h"
 
 /* CT_EINPUT without a grid, CT_EOUTPUT, CT_ENOMEM. */
 int ct_r2_write(

@@ -8,7 +8,6 @@
 #include <limits.h>
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 const struct ct_common ct_common_defaults = {.expand = CT_INFLATE_TIMES, .seed = "0"};

@@ -1,7 +1,6 @@
 /* ctsr-projections.c: X-ray projections, and volumes of them.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
-#include "core/mem.h"
 #include "ctsr/ctsr-impl.h"
 #include "formats/ends.h"
 #include "formats/format.h"

@@ -5,7 +5,6 @@
 #include "dicom/image.h"
 
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 

@@ -8,7 +8,6 @@
 #include "dicom/series-set.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 static bool is_padding(const struct ct_slice *s, double x)

@@ -2,7 +2,6 @@
 #include "config.h"
 #include "core/acquired.h"
 #include "core/inflate.h"
-#include "core/mem.h"
 #include "formats/hash.h"
 #include "formats/io.h"
 #include "shim/dicom-file.h"
@@ -14,7 +13,6 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { NONE_HU = -1024 }; /* what no pixel covers */

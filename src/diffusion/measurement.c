@@ -4,7 +4,6 @@
 #include "core/vol.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 static int axis_alloc(struct ct_svd *a, size_t n, size_t fine, double sigma, struct ct_err *e)

@@ -6,7 +6,6 @@
 #include <ctype.h>
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* Of two reconstructions of one acquisition, 5 mm and 1 mm thick (doc/blur-estimate.md). */

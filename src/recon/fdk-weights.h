@@ -23,7 +23,6 @@
 #ifndef CT_RECON_FDK_WEIGHTS_H
 #define CT_RECON_FDK_WEIGHTS_H
 #include "core/stack.h"
-#include "core/vol.h"
 
 #include <stdbool.h>
 

@@ -7,7 +7,6 @@
 #include "inverse/tv-row.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #define RESULT "residual"

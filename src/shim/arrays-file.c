@@ -6,7 +6,6 @@
 #include <matio.h>
 #include <stdint.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { DEEPEST = 4 }; /* structs within structs */

@@ -9,7 +9,6 @@
 #ifndef CT_STEPS_STEP_COMPOSE_H
 #define CT_STEPS_STEP_COMPOSE_H
 #include "core/gauss.h"
-#include "operator/degrade.h"
 #include "steps/window-rule.h"
 
 /* What is asked: what messages call the data, and */

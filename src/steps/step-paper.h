@@ -15,7 +15,6 @@
  * number of threads. SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_STEPS_STEP_PAPER_H
 #define CT_STEPS_STEP_PAPER_H
-#include "core/gauss.h"
 #include "core/tensors.h"
 #include "steps/step-ddnm.h"
 #include "steps/step-fit.h"

@@ -1,7 +1,6 @@
 /* convert-scan.c: measured projections to a stack: line integrals, and where their rays ran.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
-#include "core/mem.h"
 #include "formats/format.h"
 #include "formats/hash.h"
 #include "recon/centre.h"

@@ -9,7 +9,6 @@
 #include "tools/lib/geometry-opts.h"
 
 #include <math.h>
-#include <string.h>
 
 struct params {
 	const char *out, *window, *res_out;

@@ -14,7 +14,6 @@
 #include "tools/lib/geometry-opts.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 

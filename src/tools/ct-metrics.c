@@ -11,7 +11,6 @@
 #include "steps/step-compare.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 struct params {

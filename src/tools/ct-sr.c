@@ -9,7 +9,6 @@
 #include "formats/ends.h"
 #include "formats/format.h"
 #include "formats/headed.h"
-#include "formats/units.h"
 #include "quality/data-residual.h"
 #include "dicom/dicom.h"
 #include "dicom/form.h"

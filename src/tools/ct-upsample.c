@@ -13,7 +13,6 @@
 #include "tools/lib/prior-opts.h"
 #include "tools/scan-read.h"
 
-#include <stdio.h>
 #include <string.h>
 
 #define PRESETS(X) X(FAST, "fast") X(BALANCED, "balanced")

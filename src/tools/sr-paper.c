@@ -8,7 +8,6 @@
 #include "core/stream.h"
 #include "dicom/form.h"
 #include "formats/format.h"
-#include "formats/headed.h"
 #include "formats/io.h"
 #include "formats/out-folder.h"
 #include "formats/units.h"

@@ -4,7 +4,6 @@
 #include "xray/window.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 void ct_window_density(size_t n, float *dst, const float *src, const double window[static 2])
 {

@@ -8,7 +8,6 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 static int detector(struct ct_geometry *s, const struct ct_geometry_opts *o, struct ct_err *e)

@@ -4,7 +4,6 @@
 
 #include "formats/io.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
