@@ -8,59 +8,47 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The functions, and the types of storages. */
-enum { ORDERED_DICT, TENSOR, PARAMETER, STORAGES };
-/* And those of arrays, which are no part of a dictionary of tensors. */
+/* The functions, and the types of storages; then those of arrays, which are no part of a dictionary
+ * of tensors. */
+enum { ORDERED_DICT, TENSOR, PARAMETER, STORAGE };
 enum { RECONSTRUCT = 100, FROM_BUFFER, ARRAY_TYPE, NUMBER_TYPE, ENCODE };
 static const struct {
 	const char *module, *name;
 	int is;
-} of_arrays[] = {
-	{"numpy.core.multiarray", "_reconstruct", RECONSTRUCT},
-	{"numpy._core.multiarray", "_reconstruct", RECONSTRUCT},
-	{"numpy.core.numeric", "_frombuffer", FROM_BUFFER},
-	{"numpy._core.numeric", "_frombuffer", FROM_BUFFER},
-	{"numpy", "ndarray", ARRAY_TYPE},
-	{"numpy", "dtype", NUMBER_TYPE},
-	{"_codecs", "encode", ENCODE},
-};
-static const struct {
-	const char *module, *name;
-	enum ct_voxel type;
+	enum ct_voxel type; /* of a storage */
 } globals[] = {
-	[ORDERED_DICT] = {"collections", "OrderedDict", 0},
-	[TENSOR] = {"torch._utils", "_rebuild_tensor_v2", 0},
-	[PARAMETER] = {"torch._utils", "_rebuild_parameter", 0},
-	[STORAGES] = {"torch", "FloatStorage", CT_V_F32},
-	{"torch", "HalfStorage", CT_V_F16},
-	{"torch", "BFloat16Storage", CT_V_BF16},
-	{"torch", "DoubleStorage", CT_V_F64},
-	{"torch", "LongStorage", CT_V_I64},
-	{"torch", "IntStorage", CT_V_I32},
-	{"torch", "ShortStorage", CT_V_I16},
-	{"torch", "CharStorage", CT_V_I8},
-	{"torch", "ByteStorage", CT_V_U8},
-	{"torch", "BoolStorage", CT_V_BOOL},
+	{"collections", "OrderedDict", ORDERED_DICT, 0},
+	{"torch._utils", "_rebuild_tensor_v2", TENSOR, 0},
+	{"torch._utils", "_rebuild_parameter", PARAMETER, 0},
+	{"torch", "FloatStorage", STORAGE, CT_V_F32},
+	{"torch", "HalfStorage", STORAGE, CT_V_F16},
+	{"torch", "BFloat16Storage", STORAGE, CT_V_BF16},
+	{"torch", "DoubleStorage", STORAGE, CT_V_F64},
+	{"torch", "LongStorage", STORAGE, CT_V_I64},
+	{"torch", "IntStorage", STORAGE, CT_V_I32},
+	{"torch", "ShortStorage", STORAGE, CT_V_I16},
+	{"torch", "CharStorage", STORAGE, CT_V_I8},
+	{"torch", "ByteStorage", STORAGE, CT_V_U8},
+	{"torch", "BoolStorage", STORAGE, CT_V_BOOL},
+	{"numpy.core.multiarray", "_reconstruct", RECONSTRUCT, 0},
+	{"numpy._core.multiarray", "_reconstruct", RECONSTRUCT, 0},
+	{"numpy.core.numeric", "_frombuffer", FROM_BUFFER, 0},
+	{"numpy._core.numeric", "_frombuffer", FROM_BUFFER, 0},
+	{"numpy", "ndarray", ARRAY_TYPE, 0},
+	{"numpy", "dtype", NUMBER_TYPE, 0},
+	{"_codecs", "encode", ENCODE, 0},
 };
-enum { GLOBALS = sizeof globals / sizeof *globals };
 
 int ct_pickle_run_global(struct ct_pickle_run *r, const struct ct_pickle_value *module,
 	const struct ct_pickle_value *name)
 {
-	const size_t arrays = r->v->arrays ? sizeof of_arrays / sizeof *of_arrays : 0;
-
-	for (size_t i = 0; i < arrays; i++)
-		if (ct_pickle_is_text(module, of_arrays[i].module) &&
-			ct_pickle_is_text(name, of_arrays[i].name))
-			return ct_pickle_run_push(
-				r, (struct ct_pickle_value){
-					   .kind = CT_PICKLE_GLOBAL, .number = of_arrays[i].is});
-	for (int i = 0; i < GLOBALS && !r->v->arrays; i++)
-		if (ct_pickle_is_text(module, globals[i].module) &&
+	for (size_t i = 0; i < sizeof globals / sizeof *globals; i++)
+		if ((globals[i].is >= RECONSTRUCT) == r->v->arrays &&
+			ct_pickle_is_text(module, globals[i].module) &&
 			ct_pickle_is_text(name, globals[i].name))
 			return ct_pickle_run_push(
 				r, (struct ct_pickle_value){.kind = CT_PICKLE_GLOBAL,
-					   .number = i,
+					   .number = globals[i].is,
 					   .type = globals[i].type});
 	return ct_fail(r->e, CT_EINPUT,
 		"%s at byte %zu: %.*s.%.*s is nothing that a dictionary of %s needs", r->name,
@@ -69,16 +57,21 @@ int ct_pickle_run_global(struct ct_pickle_run *r, const struct ct_pickle_value *
 		r->v->arrays ? "arrays" : "tensors");
 }
 
-/* Part i of a tuple if it is of this kind, or NULL. */
+/* Part i of a tuple, or NULL. */
+static const struct ct_pickle_value *any_part(
+	const struct ct_pickle_run *r, const struct ct_pickle_value *t, size_t i)
+{
+	return t->kind == CT_PICKLE_TUPLE && i < t->n ? &r->v->value[r->v->part[t->first + i]]
+						      : NULL;
+}
+
+/* The same, if it is of this kind. */
 static const struct ct_pickle_value *part(const struct ct_pickle_run *r,
 	const struct ct_pickle_value *t, size_t i, enum ct_pickle_kind kind)
 {
-	const struct ct_pickle_value *x;
+	const struct ct_pickle_value *x = any_part(r, t, i);
 
-	if (t->kind != CT_PICKLE_TUPLE || i >= t->n)
-		return NULL;
-	x = &r->v->value[r->v->part[t->first + i]];
-	return x->kind == kind ? x : NULL;
+	return x && x->kind == kind ? x : NULL;
 }
 
 int ct_pickle_run_storage(struct ct_pickle_run *r)
@@ -92,7 +85,7 @@ int ct_pickle_run_storage(struct ct_pickle_run *r)
 	name = part(r, t, 2, CT_PICKLE_TEXT);
 	n = part(r, t, 4, CT_PICKLE_INTEGER);
 	if (t->n != 5 || !word || !ct_pickle_is_text(word, "storage") || !type ||
-		type->number < STORAGES || !name || !part(r, t, 3, CT_PICKLE_TEXT) || !n ||
+		type->number < STORAGE || !name || !part(r, t, 3, CT_PICKLE_TEXT) || !n ||
 		n->number < 0)
 		return ct_pickle_run_bad(r, "not a storage with type, name, device and length");
 	return ct_pickle_run_push(r, (struct ct_pickle_value){.kind = CT_PICKLE_STORAGE,
@@ -172,16 +165,9 @@ static int set_array(struct ct_pickle_run *r, struct ct_pickle_value *to,
 	return 0;
 }
 
-static const struct ct_pickle_value *any_part(
-	const struct ct_pickle_run *r, const struct ct_pickle_value *t, size_t i)
-{
-	return t->kind == CT_PICKLE_TUPLE && i < t->n ? &r->v->value[r->v->part[t->first + i]]
-						      : NULL;
-}
-
 static int array_reduce(struct ct_pickle_run *r, const struct ct_pickle_value *t, int64_t function)
 {
-	const struct ct_pickle_value *x = any_part(r, t, 0), *order = any_part(r, t, 3);
+	const struct ct_pickle_value *x = any_part(r, t, 0), *order;
 	struct ct_pickle_value made = {.kind = CT_PICKLE_ARRAY};
 
 	switch (function) {
@@ -198,7 +184,8 @@ static int array_reduce(struct ct_pickle_run *r, const struct ct_pickle_value *t
 			       ? ct_pickle_run_push(r, made)
 			       : ct_pickle_run_bad(r, "not an array");
 	case FROM_BUFFER:
-		if (!order || order->kind != CT_PICKLE_TEXT)
+		order = part(r, t, 3, CT_PICKLE_TEXT);
+		if (!order)
 			return ct_pickle_run_bad(r, "not an array with an order");
 		return set_array(r, &made, x, any_part(r, t, 1), any_part(r, t, 2),
 			       ct_pickle_is_text(order, "F")) ||
@@ -219,8 +206,8 @@ int ct_pickle_run_build(struct ct_pickle_run *r)
 	if (to->kind == CT_PICKLE_DICT) /* attributes of an ordered one: none that matters */
 		return 0;
 	if (to->kind == CT_PICKLE_DTYPE) {
-		x = any_part(r, t, 1);
-		if (!x || x->kind != CT_PICKLE_TEXT || x->length != 1)
+		x = part(r, t, 1, CT_PICKLE_TEXT);
+		if (!x || x->length != 1)
 			return ct_pickle_run_bad(r, "not the state of a type of numbers");
 		to->number = *x->text == '>';
 		return 0;
@@ -241,7 +228,7 @@ int ct_pickle_run_reduce(struct ct_pickle_run *r)
 		return -1;
 	if (f->kind == CT_PICKLE_GLOBAL && f->number >= RECONSTRUCT && t->kind == CT_PICKLE_TUPLE)
 		return array_reduce(r, t, f->number);
-	if (f->kind != CT_PICKLE_GLOBAL || f->number >= STORAGES || t->kind != CT_PICKLE_TUPLE)
+	if (f->kind != CT_PICKLE_GLOBAL || f->number >= STORAGE || t->kind != CT_PICKLE_TUPLE)
 		return ct_pickle_run_bad(r, "not a function and its arguments");
 	if (f->number == TENSOR)
 		return tensor(r, *t);
