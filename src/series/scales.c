@@ -1,6 +1,7 @@
 /* scales.c: see scales.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
+#include "core/order.h"
 #include "series/scales.h"
 
 #include <math.h>
@@ -62,12 +63,7 @@ static int by_sum(const void *p, const void *q)
 	return (a->sum > b->sum) - (a->sum < b->sum);
 }
 
-static int by_value(const void *p, const void *q)
-{
-	const double a = *(const double *)p, b = *(const double *)q;
-
-	return (a > b) - (a < b);
-}
+CT_ORDER(by_value, double)
 
 static double median(double *x, size_t n)
 {

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "xray/counts.h"
 #include "core/mem.h"
+#include "core/order.h"
 #include "core/par.h"
 
 #include <math.h>
@@ -12,12 +13,7 @@ enum { ABOUT = 2, MOST = (2 * ABOUT + 1) * (2 * ABOUT + 1), STILL = 8, FARTHEST 
 #define DEAD 0.1F    /* of the median about a pixel */
 #define LITTLE 1e-3F /* of the largest value: what varies less may be rounding */
 
-static int by_value(const void *a, const void *b)
-{
-	const float x = *(const float *)a, y = *(const float *)b;
-
-	return (x > y) - (x < y);
-}
+CT_ORDER(by_value, float)
 
 static float median(float *x, size_t n)
 {
