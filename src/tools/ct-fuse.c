@@ -67,14 +67,6 @@ static bool to_stdout(const struct params *p)
 	return strcmp(p->out, "-") == 0 || (p->residual && strcmp(p->residual, "-") == 0);
 }
 
-/* Before any work: options that contradict, and outputs that are in the way. */
-static int check(struct fuse_job *j, struct ct_err *e)
-{
-	const struct params *p = j->p;
-
-	return ct_resume_open(&j->resume, p->out, p->resume, opts, p, j->env, e);
-}
-
 /* What the solution depends on besides the options. */
 static int name_run(struct fuse_job *j, struct ct_err *e)
 {
@@ -184,8 +176,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct fuse_job j = {.p = p, .env = env};
 	int rc = -1;
 
-	if (check(&j, e) == 0 && ct_evidence_files_read(&j.data, &p->files, env, e) == 0 &&
-		prepare(&j, e) == 0)
+	if (ct_resume_open(&j.resume, p->out, p->resume, opts, p, env, e) == 0 &&
+		ct_evidence_files_read(&j.data, &p->files, env, e) == 0 && prepare(&j, e) == 0)
 		rc = (env->command->dry_run ? estimate : fuse)(&j, e);
 	ct_fuse_free(&j.fuse);
 	ct_evidence_free(&j.data);
