@@ -104,7 +104,7 @@ int ct_beside_parse(struct ct_meta *m, double apart, const char *s, size_t n, st
 		 is_derived(o))
 		rc = 1;
 	else
-		rc = collect(&a, o, e) || check_overlap(&a, apart, e) ? -1 : 0;
+		rc = ct_err_any(collect(&a, o, e) || check_overlap(&a, apart, e));
 	json_decref(o);
 	if (rc == 0 && !*a.maker && !*a.kernel && !(a.thickness[2] > 0))
 		rc = 1;

@@ -244,13 +244,11 @@ static int get_geometry(struct reader *d, struct ct_stack *s, size_t k)
 		return ct_fail(d->e, CT_EINPUT, "%s has a %s beam, %s a %s beam", p->name, word,
 			d->part[0].name, CT_WORD(CT_BEAM_LIST, s->beam));
 	s->beam = (enum ct_beam)beam;
-	return get_numbers(d, p, "ct:angleDeg", 1, &v->angle) ||
-			       get_numbers(d, p, "ct:source", 3, v->source) ||
-			       get_numbers(d, p, "ct:detCentre", 3, v->centre) ||
-			       get_numbers(d, p, "ct:detU", 3, v->u) ||
-			       get_numbers(d, p, "ct:detV", 3, v->v)
-		       ? -1
-		       : 0;
+	return ct_err_any(get_numbers(d, p, "ct:angleDeg", 1, &v->angle) ||
+			  get_numbers(d, p, "ct:source", 3, v->source) ||
+			  get_numbers(d, p, "ct:detCentre", 3, v->centre) ||
+			  get_numbers(d, p, "ct:detU", 3, v->u) ||
+			  get_numbers(d, p, "ct:detV", 3, v->v));
 }
 
 /* The first value of a key stays. */
@@ -463,10 +461,8 @@ static int read_stack(
 	const unsigned char *data, size_t n, const char *name, struct ct_any *a, struct ct_err *e)
 {
 	struct reader d = {.data = data, .bytes = n, .e = e};
-	const int rc =
-		open_file(&d, name) || read_all(&d, &a->stack) || ct_stack_sign(&a->stack, name, e)
-			? -1
-			: 0;
+	const int rc = ct_err_any(open_file(&d, name) || read_all(&d, &a->stack) ||
+				  ct_stack_sign(&a->stack, name, e));
 
 	if (d.c)
 		exr_finish(&d.c);

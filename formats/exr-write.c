@@ -262,12 +262,10 @@ static int packer_alloc(
 		.w = s->w,
 		.n = (s->h + ROWS - 1) / ROWS,
 		.room = ct_exr_zip_room(whole)};
-	return ct_alloc(&p->out, p->n, p->room, e) ||
-			       ct_alloc(&p->scratch, ct_par_threads(env ? env->par : NULL),
-				       2 * whole, e) ||
-			       ct_alloc(&p->bytes, p->n, sizeof *p->bytes, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(
+		ct_alloc(&p->out, p->n, p->room, e) ||
+		ct_alloc(&p->scratch, ct_par_threads(env ? env->par : NULL), 2 * whole, e) ||
+		ct_alloc(&p->bytes, p->n, sizeof *p->bytes, e));
 }
 
 static void packer_free(struct packer *p)

@@ -300,12 +300,10 @@ int ct_headed_nrrd(FILE *f, struct ct_headed *h, struct ct_err *e)
 		{"float", CT_V_F32}, {"double", CT_V_F64}, {NULL, 0}};
 	static const char *const mm[] = {"mm"};
 
-	return read_fields(f, h, e) || parse_axes(h, e) || all_words(h, "kinds", kinds, KINDS, e) ||
-			       all_words(h, "spaceunits", mm, 1, e) ||
-			       all_words(h, "units", mm, 1, e) ||
-			       ct_headed_sizes(h, "sizes", h->axes, e) ||
-			       ct_headed_number_type(h, "type", types, e) || parse_order(h, e) ||
-			       parse_place(h, e) || parse_file(h, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(read_fields(f, h, e) || parse_axes(h, e) ||
+			  all_words(h, "kinds", kinds, KINDS, e) ||
+			  all_words(h, "spaceunits", mm, 1, e) || all_words(h, "units", mm, 1, e) ||
+			  ct_headed_sizes(h, "sizes", h->axes, e) ||
+			  ct_headed_number_type(h, "type", types, e) || parse_order(h, e) ||
+			  parse_place(h, e) || parse_file(h, e));
 }

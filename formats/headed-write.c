@@ -153,7 +153,7 @@ static int put_header(struct ct_sink *s, const struct what *w, struct ct_err *e)
 	if (ct_stream_open(&f, &text, &n, e))
 		return -1;
 	(w->nrrd ? put_nrrd : put_mha)(f, w);
-	rc = ct_stream_close(f, &text, e) || ct_sink_give(s, text, n, e) ? -1 : 0;
+	rc = ct_err_any(ct_stream_close(f, &text, e) || ct_sink_give(s, text, n, e));
 	free(text);
 	return rc;
 }
@@ -177,11 +177,8 @@ static int write_one(const char *path, struct what *w, const struct ct_env *env,
 
 	if (ct_sink_open(&s, path, env, e))
 		return -1;
-	rc = put_header(&s, w, e) || put_voxels(&s, w, env, e) ||
-			     (w->packed && !w->nrrd &&
-				     (ct_sink_rewind(&s, e) || put_header(&s, w, e)))
-		     ? -1
-		     : 0;
+	rc = ct_err_any(put_header(&s, w, e) || put_voxels(&s, w, env, e) ||
+			(w->packed && !w->nrrd && (ct_sink_rewind(&s, e) || put_header(&s, w, e))));
 	return ct_sink_close(&s, rc, e);
 }
 

@@ -177,11 +177,9 @@ static int doubt_size(const struct ct_nifti_in *in, struct ct_vol *v, struct ct_
 static int read_volume(FILE *f, const char *name, struct ct_any *a, struct ct_err *e)
 {
 	struct ct_nifti_in in = {0};
-	const int rc = ct_nifti_open(&in, f, &a->vol, e) ||
-				       ct_source_volume(&in.source, &in.how, name, &a->vol, e) ||
-				       doubt_size(&in, &a->vol, e)
-			       ? -1
-			       : 0;
+	const int rc = ct_err_any(ct_nifti_open(&in, f, &a->vol, e) ||
+				  ct_source_volume(&in.source, &in.how, name, &a->vol, e) ||
+				  doubt_size(&in, &a->vol, e));
 
 	ct_source_close(&in.source);
 	return rc;
@@ -417,7 +415,7 @@ static int put_head_again(struct ct_nifti_planes *w, const struct head *h, struc
 	if (w->s.packed)
 		return ct_fail(e, CT_EOUTPUT,
 			"%s: is compressed: its header cannot change any more", w->path);
-	return ct_sink_rewind(&w->s, e) || ct_sink_give(&w->s, h->p, h->n, e) ? -1 : 0;
+	return ct_err_any(ct_sink_rewind(&w->s, e) || ct_sink_give(&w->s, h->p, h->n, e));
 }
 
 int ct_nifti_close(struct ct_nifti_planes *w, const struct ct_vol *v, int rc,
@@ -448,10 +446,8 @@ int ct_nifti_write(const char *path, const struct ct_vol *v, enum ct_nifti_type 
 	if (ct_nifti_is_i16(v, type, &i16, e))
 		return ct_blame(e, path);
 	type = i16 ? CT_NIFTI_I16 : CT_NIFTI_F32;
-	return ct_nifti_create(&w, path, v, type, shear, env, e) ||
-			       ct_nifti_close(w, v, ct_sink_voxels(&w->s, v, i16, env, e), env, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_nifti_create(&w, path, v, type, shear, env, e) ||
+			  ct_nifti_close(w, v, ct_sink_voxels(&w->s, v, i16, env, e), env, e));
 }
 
 /* The header goes through a file in memory. int16 has one zero. */

@@ -187,11 +187,9 @@ static int array_reduce(struct ct_pickle_run *r, const struct ct_pickle_value *t
 		order = part(r, t, 3, CT_PICKLE_TEXT);
 		if (!order)
 			return ct_pickle_run_bad(r, "not an array with an order");
-		return set_array(r, &made, x, any_part(r, t, 1), any_part(r, t, 2),
-			       ct_pickle_is_text(order, "F")) ||
-				       ct_pickle_run_push(r, made)
-			       ? -1
-			       : 0;
+		return ct_err_any(set_array(r, &made, x, any_part(r, t, 1), any_part(r, t, 2),
+					  ct_pickle_is_text(order, "F")) ||
+				  ct_pickle_run_push(r, made));
 	default: return ct_pickle_run_bad(r, "not a function and its arguments");
 	}
 }

@@ -160,10 +160,8 @@ static int copy_tensor(struct tensor *t, const struct ct_pickle *v,
 		t->dim[i] = (uint64_t)v->value[v->part[size->first + i]].number;
 		t->stride[i] = (uint64_t)v->value[v->part[stride->first + i]].number;
 	}
-	return copy_text(&t->name, &v->value[pair->key], "name", e) ||
-			       copy_text(&t->storage, storage, "storage", e)
-		       ? -1
-		       : 0;
+	return ct_err_any(copy_text(&t->name, &v->value[pair->key], "name", e) ||
+			  copy_text(&t->storage, storage, "storage", e));
 }
 
 static int by_name(const void *a, const void *b)
@@ -390,10 +388,9 @@ static int read_tensors(FILE *f, const char *name, struct ct_any *a, struct ct_e
 	if (is && strcmp(is->format, "PyTorch") == 0 && head[0] != 'P')
 		return ct_fail(e, CT_EINPUT,
 			"a checkpoint of PyTorch before 1.6, no zip: load it there and save it anew");
-	rc = ct_zip_open(&d.zip, f, e) || find_folder(&d) || check_order(&d) || read_pickle(&d) ||
-			     add_tensors(&d, w) || fill(&d, w) || ct_tensors_sign(w, name, e)
-		     ? -1
-		     : 0;
+	rc = ct_err_any(ct_zip_open(&d.zip, f, e) || find_folder(&d) || check_order(&d) ||
+			read_pickle(&d) || add_tensors(&d, w) || fill(&d, w) ||
+			ct_tensors_sign(w, name, e));
 	ct_zip_free(&d.zip);
 	for (size_t i = 0; i < d.n; i++) {
 		free(d.tensor[i].name);

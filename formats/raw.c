@@ -162,7 +162,7 @@ static int parse(struct header *h, const char *text, struct ct_err *e)
 		return ct_fail(e, CT_EINPUT, "header without descr, fortran_order or shape");
 	if (strncmp(order, "False", 5) != 0)
 		return ct_fail(e, CT_EINPUT, "fortran_order is not False: save it in C order");
-	return parse_type(h, type, e) || parse_shape(h, shape, e) ? -1 : 0;
+	return ct_err_any(parse_type(h, type, e) || parse_shape(h, shape, e));
 }
 
 static int read_header(struct header *h, FILE *f, struct ct_err *e)

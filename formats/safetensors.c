@@ -239,10 +239,8 @@ static int read_tensors(FILE *f, const char *name, struct ct_any *a, struct ct_e
 {
 	struct ct_tensors *w = &a->tensors;
 	struct reader d = {.f = f, .e = e};
-	const int rc = read_header(&d) || read_entries(&d, &w->meta) || read_data(&d, w) ||
-				       ct_tensors_sign(w, name, e)
-			       ? -1
-			       : 0;
+	const int rc = ct_err_any(read_header(&d) || read_entries(&d, &w->meta) ||
+				  read_data(&d, w) || ct_tensors_sign(w, name, e));
 
 	json_decref(d.header);
 	free(d.entry);

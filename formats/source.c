@@ -162,12 +162,9 @@ static int drain(struct ct_source *s, struct ct_err *e)
 int ct_stored_bytes(
 	const struct ct_stored *how, const size_t n[static 3], size_t *bytes, struct ct_err *e)
 {
-	return ct_size_mul(bytes, n[0], n[1], "dimensions", e) ||
-			       ct_size_mul(bytes, *bytes, n[2], "dimensions", e) ||
-			       ct_size_mul(
-				       bytes, *bytes, ct_voxel_bytes((int)how->type), "voxels", e)
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_size_mul(bytes, n[0], n[1], "dimensions", e) ||
+			  ct_size_mul(bytes, *bytes, n[2], "dimensions", e) ||
+			  ct_size_mul(bytes, *bytes, ct_voxel_bytes((int)how->type), "voxels", e));
 }
 
 /* CT_EINPUT if the file is too short for n voxels. */
@@ -230,11 +227,9 @@ int ct_source_volume(struct ct_source *s, const struct ct_stored *how, const cha
 		return -1;
 	memcpy(v->affine, head.affine, sizeof v->affine);
 	start_hash(&hash, v);
-	return ct_vol_check_grid(v, e) ||
-			       take_numbers(s, how, ct_vol_count(v), v->data, &hash, e) ||
-			       drain(s, e) || ct_hash_input(&hash, &v->meta, name, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_vol_check_grid(v, e) ||
+			  take_numbers(s, how, ct_vol_count(v), v->data, &hash, e) || drain(s, e) ||
+			  ct_hash_input(&hash, &v->meta, name, e));
 }
 
 uint64_t ct_source_behind(const struct ct_source *s)
@@ -257,9 +252,8 @@ int ct_source_whole(FILE *f, const struct ct_stored *how, size_t n, float *out, 
 	struct ct_err *e)
 {
 	struct ct_source s = {0};
-	int rc = ct_source_open(&s, f, CT_PACKING_NONE, e) || take_numbers(&s, how, n, out, NULL, e)
-			 ? -1
-			 : 0;
+	int rc = ct_err_any(ct_source_open(&s, f, CT_PACKING_NONE, e) ||
+			    take_numbers(&s, how, n, out, NULL, e));
 
 	ct_source_close(&s);
 	return rc == 0 && getc(f) != EOF ? ct_fail(e, CT_EINPUT, "longer than %s", longer) : rc;

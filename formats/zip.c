@@ -198,7 +198,7 @@ int ct_zip_open(struct ct_zip *z, FILE *f, struct ct_err *e)
 	if (fseeko(f, 0, SEEK_END) != 0 || (size = ftello(f)) < 0)
 		return ct_fail(e, CT_EINPUT, "zip: not a file that seeks");
 	z->size = (uint64_t)size;
-	return read_end(z, &d, e) || read_directory(z, &d, e) ? -1 : 0;
+	return ct_err_any(read_end(z, &d, e) || read_directory(z, &d, e));
 }
 
 void ct_zip_free(struct ct_zip *z)
@@ -256,7 +256,6 @@ int ct_zip_end(struct ct_zip *z, struct ct_err *e)
 
 int ct_zip_read(struct ct_zip *z, const struct ct_zip_member *m, void *data, struct ct_err *e)
 {
-	return ct_zip_begin(z, m, e) || ct_zip_take(z, data, (size_t)m->size, e) || ct_zip_end(z, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_zip_begin(z, m, e) || ct_zip_take(z, data, (size_t)m->size, e) ||
+			  ct_zip_end(z, e));
 }

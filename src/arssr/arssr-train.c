@@ -228,10 +228,8 @@ int ct_arssr_train_step(void *training, double *loss, struct ct_err *e)
 	if (go(&sum, &p, r->batch, e))
 		return -1;
 	*loss = sum * scale;
-	return ct_trainer_step(&t->trainer, *loss, scale, e) ||
-			       ct_dnn_refresh(t->dnn, t->env.par, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_trainer_step(&t->trainer, *loss, scale, e) ||
+			  ct_dnn_refresh(t->dnn, t->env.par, e));
 }
 
 /* The average of the weights and those in training change places. */
@@ -259,7 +257,7 @@ int ct_arssr_train_held(struct ct_arssr_train *t, const struct ct_vol *v, size_t
 		rc = go(&sum, &p, pieces - i < t->rule.batch ? pieces - i : t->rule.batch, e);
 	}
 	*loss = sum / (double)(pieces * t->side->piece.points);
-	return swap(t, rc ? &later : e) || rc ? -1 : 0;
+	return ct_err_any(swap(t, rc ? &later : e) || rc);
 }
 
 static int side_alloc(
@@ -267,13 +265,10 @@ static int side_alloc(
 {
 	const size_t side = t->rule.piece.side, n[3] = {side, side, side};
 
-	return ct_arssr_piece_alloc(&s->piece, &t->rule.piece, e) ||
-			       ct_encoder_alloc(&s->encoder, t->dnn, &t->net, n, 1, true, e) ||
-			       ct_decoder_alloc(&s->decoder, &t->net, true, e) ||
-			       ct_alloc(&s->d, side * side * side * t->net.shape.out, sizeof *s->d,
-				       e)
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_arssr_piece_alloc(&s->piece, &t->rule.piece, e) ||
+			  ct_encoder_alloc(&s->encoder, t->dnn, &t->net, n, 1, true, e) ||
+			  ct_decoder_alloc(&s->decoder, &t->net, true, e) ||
+			  ct_alloc(&s->d, side * side * side * t->net.shape.out, sizeof *s->d, e));
 }
 
 static int alloc(struct ct_arssr_train *t, struct ct_err *e)
@@ -362,8 +357,8 @@ int ct_arssr_train_save(const void *training, struct ct_tensors *w, struct ct_er
 {
 	const struct ct_arssr_train *t = training;
 
-	return ct_arssr_describe(&t->net, &w->meta, e) || ct_trainer_save(&t->trainer, w, e) ? -1
-											     : 0;
+	return ct_err_any(
+		ct_arssr_describe(&t->net, &w->meta, e) || ct_trainer_save(&t->trainer, w, e));
 }
 
 int ct_arssr_train_restore(void *training, const struct ct_tensors *w, struct ct_err *e)
@@ -375,6 +370,6 @@ int ct_arssr_train_restore(void *training, const struct ct_tensors *w, struct ct
 		return -1;
 	if (memcmp(&is.shape, &t->net.shape, sizeof is.shape) != 0)
 		return ct_fail(e, CT_EINPUT, "not the state of this training: another network");
-	return ct_trainer_restore(&t->trainer, w, e) || ct_dnn_refresh(t->dnn, t->env.par, e) ? -1
-											      : 0;
+	return ct_err_any(
+		ct_trainer_restore(&t->trainer, w, e) || ct_dnn_refresh(t->dnn, t->env.par, e));
 }

@@ -217,8 +217,8 @@ static int tile(struct job *j, const size_t t[3], struct ct_dnn *dnn, const stru
 	memset(j->e, 0, j->threads * sizeof *j->e);
 	if (rc == 0) {
 		ct_par_for(env->par, j->hi[2] - j->lo[2], plane, j);
-		rc = ct_check_stop(env, e) || ct_err_first(e, j->threads, j->e, sizeof *j->e) ? -1
-											      : 0;
+		rc = ct_err_any(
+			ct_check_stop(env, e) || ct_err_first(e, j->threads, j->e, sizeof *j->e));
 	}
 	ct_encoder_free(&j->encoder);
 	return rc;

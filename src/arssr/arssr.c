@@ -129,7 +129,7 @@ static int plan(struct ct_arssr *a, struct ct_err *e)
 
 int ct_arssr_alloc(struct ct_arssr *a, struct ct_err *e)
 {
-	return plan(a, e) || ct_alloc0(&a->all, a->n, sizeof *a->all, e) ? -1 : 0;
+	return ct_err_any(plan(a, e) || ct_alloc0(&a->all, a->n, sizeof *a->all, e));
 }
 
 void ct_arssr_free(struct ct_arssr *a)

@@ -271,7 +271,7 @@ static int go(struct pass *p, ct_par_fn *fn, const struct ct_env *env, struct ct
 
 	memset(p->e, 0, c->sides * sizeof *p->e);
 	ct_par_for(c->sides > 1 ? env->par : NULL, c->n[2] / c->planes, fn, p);
-	return ct_err_first(e, c->sides, p->e, sizeof *p->e) || ct_check_stop(env, e) ? -1 : 0;
+	return ct_err_any(ct_err_first(e, c->sides, p->e, sizeof *p->e) || ct_check_stop(env, e));
 }
 
 /* A convolution of one source. */
@@ -325,10 +325,8 @@ int ct_encoder_run(
 	for (size_t b = 0; b < blocks; b++)
 		if (block(&p, b, env, e))
 			goto out;
-	rc = plain(&p, ct_arssr_fusion(c->net, 1), last, c->sum, c->first, env, e) ||
-			     plain(&p, ct_arssr_fusion(c->net, 2), c->to, last, NULL, env, e)
-		     ? -1
-		     : 0;
+	rc = ct_err_any(plain(&p, ct_arssr_fusion(c->net, 1), last, c->sum, c->first, env, e) ||
+			plain(&p, ct_arssr_fusion(c->net, 2), c->to, last, NULL, env, e));
 out:
 	free(p.e);
 	return rc;
@@ -381,10 +379,9 @@ static int product(const struct back *b, const struct ct_arssr_layer *l, size_t 
 	const struct ct_dense_rows s = {
 		m, l->co, l->ci, b->c->net->all + l->weight + column, b->rows, m, l->co};
 
-	return ct_dense_rows_gradient(&s, b->grad + l->weight + column, dy, x, true, e) ||
-			       ct_dense_rows_back(&s, dx, dy, add, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(
+		ct_dense_rows_gradient(&s, b->grad + l->weight + column, dy, x, true, e) ||
+		ct_dense_rows_back(&s, dx, dy, add, e));
 }
 
 static int fusion_back(struct back *b, const float *d, struct ct_err *e)

@@ -235,8 +235,8 @@ static int parse(struct parser *s, int argc, char **argv, struct ct_err *e)
 		return ct_fail(e, CT_EUSAGE, "missing %s", ct_table_operand(s->operand));
 	if (s->common->json && !s->common->dry_run && !(s->t->flags & (CT_REPORTS | CT_TELLS)))
 		return ct_fail(e, CT_EUSAGE, "--json: needs --dry-run");
-	return ct_files_names(s->t, s->params, e) || ct_modes_check(&s->given, s->params, e) ? -1
-											     : 0;
+	return ct_err_any(
+		ct_files_names(s->t, s->params, e) || ct_modes_check(&s->given, s->params, e));
 }
 
 static size_t threads_wanted(int flag)
@@ -465,7 +465,7 @@ int ct_cli_main(const struct ct_tool *t, int argc, char **argv)
 	if (!s.params || !s.list || !s.row || !s.idle || !s.experts)
 		rc = ct_fail(&e, CT_ENOMEM, "no memory");
 	else
-		rc = parse(&s, argc, argv, &e) || ct_simd_use(getenv("CTSR_CPU"), &e) ? -1 : 0;
+		rc = ct_err_any(parse(&s, argc, argv, &e) || ct_simd_use(getenv("CTSR_CPU"), &e));
 	if (rc == 0)
 		rc = s.show ? s.show(t, &e) : run(&s, argc, argv, &e);
 	free(s.params);

@@ -134,12 +134,10 @@ int ct_kept_open(struct ct_kept *k, const char *folder, size_t n, const char *co
 	else if (mkdir(folder, 0777) != 0 && errno != EEXIST)
 		rc = ct_fail_errno(e, CT_EOUTPUT, folder);
 	else
-		rc = read_state(k, own[0], e) ||
-				     check_foreign(k, 2, (const char *const *)own, env, e) ||
-				     check_foreign(k, n, outputs, env, e) || take_lock(k, e) ||
-				     read_state(k, own[0], e)
-			     ? -1
-			     : 0;
+		rc = ct_err_any(read_state(k, own[0], e) ||
+				check_foreign(k, 2, (const char *const *)own, env, e) ||
+				check_foreign(k, n, outputs, env, e) || take_lock(k, e) ||
+				read_state(k, own[0], e));
 	free(own[0]);
 	free(own[1]);
 	return rc;
@@ -228,12 +226,10 @@ int ct_kept_script(
 			"%s: was edited, and stays as it is: this run may not be what it does",
 			path);
 	else if (rc == 0 && strcmp(is, want) != 0)
-		rc = (*is && unlink(path) && ct_fail_errno(e, CT_EOUTPUT, path)) ||
-				     ct_kept_note(k, CT_KEPT_SCRIPT, path, "-", want, e) ||
-				     ct_out_open(&o, path, env, e) || ct_put(&o, text, n, e) ||
-				     ct_out_commit(&o, e)
-			     ? -1
-			     : 0;
+		rc = ct_err_any((*is && unlink(path) && ct_fail_errno(e, CT_EOUTPUT, path)) ||
+				ct_kept_note(k, CT_KEPT_SCRIPT, path, "-", want, e) ||
+				ct_out_open(&o, path, env, e) || ct_put(&o, text, n, e) ||
+				ct_out_commit(&o, e));
 	ct_out_abandon(&o);
 	free(path);
 	return rc;

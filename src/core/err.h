@@ -7,6 +7,7 @@
  */
 #ifndef CT_CORE_ERR_H
 #define CT_CORE_ERR_H
+#include <stdbool.h>
 #include <stddef.h>
 
 #ifdef __cplusplus
@@ -38,6 +39,12 @@ int ct_fail_errno(struct ct_err *e, enum ct_code code, const char *what);
 /* The first of n errors that is one, each `step` bytes behind the other, as *e and -1; 0 if none
  * is: what the tasks of a loop left. */
 int ct_err_first(struct ct_err *e, size_t n, const struct ct_err *of, size_t step);
+/* 0, or -1 if any of a row of calls, with || between, has failed. */
+static inline int ct_err_any(bool failed)
+{
+	return failed ? -1 : 0;
+}
+
 /* Put "what: " in front of the message, of a long one its end; returns -1. */
 int ct_blame(struct ct_err *e, const char *what);
 

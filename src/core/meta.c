@@ -185,7 +185,7 @@ int ct_meta_step(struct ct_meta *dst, const struct ct_env *env, size_t n,
 		fprintf(f, "%s%s", before, name);
 		before = " ";
 	}
-	rc = ct_stream_close(f, &text, e) || ct_meta_set(dst, CT_META_HISTORY, text, e) ? -1 : 0;
+	rc = ct_err_any(ct_stream_close(f, &text, e) || ct_meta_set(dst, CT_META_HISTORY, text, e));
 	free(text);
 	ct_meta_drop(dst, CT_META_INPUT);
 	return rc;

@@ -48,14 +48,11 @@ static int compose(struct ct_vol *out, struct ct_vol *added, const ctsr_volume *
 
 	if (!g == !res)
 		return ct_fail(e, CT_EUSAGE, "Gaussians or a residual are needed, and not both");
-	return rule_of(&rule, o, e) || ctsr_check_hu(base, rule.base, e) ||
-			       (lr && ctsr_check_hu(lr, rule.lr, e)) ||
-			       ctsr_copy_volume(out, base, e) ||
-			       ct_step_compose_run(added, &did, &d, &rule, &k->env, e) ||
-			       ctsr_note_history(k, &out->meta, 2, from) ||
-			       ctsr_note_history(k, &added->meta, 1, from + 1)
-		       ? -1
-		       : 0;
+	return ct_err_any(rule_of(&rule, o, e) || ctsr_check_hu(base, rule.base, e) ||
+			  (lr && ctsr_check_hu(lr, rule.lr, e)) || ctsr_copy_volume(out, base, e) ||
+			  ct_step_compose_run(added, &did, &d, &rule, &k->env, e) ||
+			  ctsr_note_history(k, &out->meta, 2, from) ||
+			  ctsr_note_history(k, &added->meta, 1, from + 1));
 }
 
 int ctsr_compose(ctsr_volume **out, ctsr_volume **added, const ctsr_volume *base,

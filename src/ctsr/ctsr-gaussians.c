@@ -199,14 +199,12 @@ static int take(struct ct_evidence *d, struct ct_evidence_rule *r, const ctsr_pr
 		.lr = o->lr ? "lr" : NULL};
 	if (o->full && (o->base_projections || o->lr))
 		return ct_fail(e, CT_EUSAGE, "base projections and lr are not for a full fit");
-	return ctsr_check_hu(base, "base", e) || (o->lr && ctsr_check_hu(o->lr, "lr", e)) ||
-			       copy_stack(&d->in, p, e) || ctsr_copy_volume(&d->base, base, e) ||
-			       (o->lr && ctsr_copy_volume(&d->lr, o->lr, e)) ||
-			       (o->uncertainty && copy_stack(&d->weight, o->uncertainty, e)) ||
-			       (o->base_projections &&
-				       copy_stack(&d->base_proj, o->base_projections, e))
-		       ? -1
-		       : 0;
+	return ct_err_any(
+		ctsr_check_hu(base, "base", e) || (o->lr && ctsr_check_hu(o->lr, "lr", e)) ||
+		copy_stack(&d->in, p, e) || ctsr_copy_volume(&d->base, base, e) ||
+		(o->lr && ctsr_copy_volume(&d->lr, o->lr, e)) ||
+		(o->uncertainty && copy_stack(&d->weight, o->uncertainty, e)) ||
+		(o->base_projections && copy_stack(&d->base_proj, o->base_projections, e)));
 }
 
 static int fit(struct ct_gauss *g, const ctsr_projections *p, const ctsr_volume *base,

@@ -62,10 +62,8 @@ static int paper(
 		ctsr_copy_volume(&lr, in, e) == 0 &&
 		ct_step_paper_run(out, &did, &plan, &lr, &keeper, &k->env, e) == 0) {
 		ct_meta_drop(&out->meta, CT_META_HISTORY); /* one step, not one each */
-		rc = (history && ct_meta_set(&out->meta, CT_META_HISTORY, history, e)) ||
-				     ctsr_note_history(k, &out->meta, 1, from)
-			     ? -1
-			     : 0;
+		rc = ct_err_any((history && ct_meta_set(&out->meta, CT_META_HISTORY, history, e)) ||
+				ctsr_note_history(k, &out->meta, 1, from));
 	}
 out:
 	ct_vol_free(&lr);

@@ -58,13 +58,11 @@ static int reconstruct(struct ct_vol *v, const ctsr_projections *p, const ctsr_v
 	struct ct_step_reconstruct_rule rule;
 	struct ct_step_reconstruct plan = {0};
 
-	return rule_of(&rule, o, &k->err) ||
-			       ct_step_reconstruct_plan(
-				       &plan, &rule, &p->s, like ? &like->v : NULL, &k->err) ||
-			       ct_step_reconstruct_run(v, NULL, &plan, &k->env, &k->err) ||
-			       ctsr_note_history(k, &v->meta, 1, from)
-		       ? -1
-		       : 0;
+	return ct_err_any(
+		rule_of(&rule, o, &k->err) ||
+		ct_step_reconstruct_plan(&plan, &rule, &p->s, like ? &like->v : NULL, &k->err) ||
+		ct_step_reconstruct_run(v, NULL, &plan, &k->env, &k->err) ||
+		ctsr_note_history(k, &v->meta, 1, from));
 }
 
 int ctsr_reconstruct(ctsr_volume **v, const ctsr_projections *p, const ctsr_volume *like,

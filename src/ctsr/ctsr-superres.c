@@ -208,18 +208,16 @@ static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	rule.prior = &n.prior;
 	rule.arssr = &n.arssr;
 	rule.start = start ? &start->v : NULL;
-	rc = check(o, e) || take_slices(&rule.said.slice, o, e) || ctsr_check_hu(in, "volume", e) ||
-			     ctsr_check_volume(in, e) ||
-			     (start && ctsr_check_hu(start, "start", e)) ||
-			     ct_meta_need_hu(&in->v.meta, false, e) ||
-			     read_prior(&n, o->method, o->prior_file, e) ||
-			     ct_refine_plan(r, &rule, &in->v, &k->env, e) ||
-			     ct_refine_run(r, out, error, &in->v, &k->env, e) ||
-			     say(r, &in->v, ct_clock_wall() - began, &k->env, e) ||
-			     ctsr_note_history(k, &out->meta, 2, from) ||
-			     (error && ctsr_note_history(k, &error->meta, 2, from))
-		     ? -1
-		     : 0;
+	rc = ct_err_any(check(o, e) || take_slices(&rule.said.slice, o, e) ||
+			ctsr_check_hu(in, "volume", e) || ctsr_check_volume(in, e) ||
+			(start && ctsr_check_hu(start, "start", e)) ||
+			ct_meta_need_hu(&in->v.meta, false, e) ||
+			read_prior(&n, o->method, o->prior_file, e) ||
+			ct_refine_plan(r, &rule, &in->v, &k->env, e) ||
+			ct_refine_run(r, out, error, &in->v, &k->env, e) ||
+			say(r, &in->v, ct_clock_wall() - began, &k->env, e) ||
+			ctsr_note_history(k, &out->meta, 2, from) ||
+			(error && ctsr_note_history(k, &error->meta, 2, from)));
 	ct_slice_prior_free(&n.prior);
 	ct_arssr_free(&n.arssr);
 	ct_meta_free(&n.meta);
@@ -233,13 +231,11 @@ static int call(struct ctsr_call *k, ctsr_superres_options *mine, ctsr_volume **
 {
 	struct ct_refine r;
 
-	return (error && ctsr_make_volume(k, error)) || ctsr_make_volume(k, out) ||
-			       ctsr_call_begin(k, in, c) || ctsr_check_report(report, &k->err) ||
-			       ctsr_take_options(mine, sizeof *mine, o, &k->err) ||
-			       refine(&r, &(*out)->v, error ? &(*error)->v : NULL, in, mine, k) ||
-			       give(report, &r, mine->method == CTSR_PRIOR, &k->err)
-		       ? -1
-		       : 0;
+	return ct_err_any((error && ctsr_make_volume(k, error)) || ctsr_make_volume(k, out) ||
+			  ctsr_call_begin(k, in, c) || ctsr_check_report(report, &k->err) ||
+			  ctsr_take_options(mine, sizeof *mine, o, &k->err) ||
+			  refine(&r, &(*out)->v, error ? &(*error)->v : NULL, in, mine, k) ||
+			  give(report, &r, mine->method == CTSR_PRIOR, &k->err));
 }
 
 int ctsr_superres(ctsr_volume **out, ctsr_volume **error, ctsr_superres_report *report,

@@ -32,7 +32,7 @@ int ctsr_make_volume(struct ctsr_call *k, ctsr_volume **v)
 
 int ctsr_check_volume(const ctsr_volume *v, struct ct_err *e)
 {
-	return ct_vol_check_grid(&v->v, e) || ct_vol_check_finite(&v->v, e) ? -1 : 0;
+	return ct_err_any(ct_vol_check_grid(&v->v, e) || ct_vol_check_finite(&v->v, e));
 }
 
 int ctsr_check_hu(const ctsr_volume *v, const char *name, struct ct_err *e)

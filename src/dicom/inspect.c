@@ -92,7 +92,7 @@ static int range_of(double range[2], const struct ct_slice *s, size_t n,
 		}
 		ct_progress(env, "looking", k + 1, n);
 	}
-	rc = ct_scales_check(&scales, env, e) || series_check_bits(from, s, n, env, e) ? -1 : 0;
+	rc = ct_err_any(ct_scales_check(&scales, env, e) || series_check_bits(from, s, n, env, e));
 out:
 	ct_dicom_source_close(from);
 	ct_scales_free(&scales);

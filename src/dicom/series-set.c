@@ -253,13 +253,11 @@ static int describe(
 	char space[DERIVE_SPACE];
 
 	derive_space(space, r->s);
-	return (*space && ct_meta_set(&v->meta, CT_META_SPACE, space, e)) || mark(v, r->s, l, e) ||
-			       note_scanner(v, r->s, l, e) ||
-			       ct_hash_input(&r->hash, &v->meta, r->in->name, e) ||
-			       ct_meta_set(&v->meta, CT_META_QUANTITY,
-				       hu ? CT_QUANTITY_HU : CT_QUANTITY_OTHER, e)
-		       ? -1
-		       : 0;
+	return ct_err_any((*space && ct_meta_set(&v->meta, CT_META_SPACE, space, e)) ||
+			  mark(v, r->s, l, e) || note_scanner(v, r->s, l, e) ||
+			  ct_hash_input(&r->hash, &v->meta, r->in->name, e) ||
+			  ct_meta_set(&v->meta, CT_META_QUANTITY,
+				  hu ? CT_QUANTITY_HU : CT_QUANTITY_OTHER, e));
 }
 
 /* Do the slices make whole numbers of whole numbers, each plane of one? */
@@ -345,7 +343,8 @@ static int assemble(struct ct_vol *v, struct ct_slice *s, size_t n, const struct
 	warn_mixed(s, n, env);
 	warn_numbers(s, &l, env);
 	warn_grid(s, &l, env);
-	rc = describe(v, &r, &l, e) || (in->about && sidecar_series(in->about, s, &l, e)) ? -1 : 0;
+	rc = ct_err_any(
+		describe(v, &r, &l, e) || (in->about && sidecar_series(in->about, s, &l, e)));
 out:
 	ct_dicom_source_close(r.from);
 	ct_scales_free(&r.scales);

@@ -40,11 +40,9 @@ static int read_template(struct image *im, struct series_set *set, const struct 
 	l = &set->list[pick];
 	im->source = set->census.slice + l->first;
 	im->n = l->count;
-	return series_apart(im->source, im->n, path, e) ||
-			       (!other_patient && derive_check_space(im, e)) ||
-			       derive_check(im, e) || policy_read(&im->from, im->source, im->n, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(series_apart(im->source, im->n, path, e) ||
+			  (!other_patient && derive_check_space(im, e)) || derive_check(im, e) ||
+			  policy_read(&im->from, im->source, im->n, e));
 }
 
 static int check_size(const char *path, const struct ct_vol *v, bool frames, struct ct_err *e)

@@ -86,7 +86,7 @@ static int predict(void *ctx, double t, const float *x, float *eps, struct ct_er
 static int predict_back(
 	void *ctx, double t, const float *x, float *dx, const float *deps, struct ct_err *e)
 {
-	return predict(ctx, t, x, dx, e) || ct_unet_backward(ctx, NULL, dx, deps, e) ? -1 : 0;
+	return ct_err_any(predict(ctx, t, x, dx, e) || ct_unet_backward(ctx, NULL, dx, deps, e));
 }
 
 static void drop_plans(struct ct_prior *p)

@@ -206,7 +206,7 @@ static int predict(void *ctx, double t, const float *x, float *eps, struct ct_er
 	struct seat *s = ctx;
 	const struct ct_denoiser *net = s->j->net;
 
-	return count(s, e) || net->eps(net->ctx[s->worker], t, x, eps, e) ? -1 : 0;
+	return ct_err_any(count(s, e) || net->eps(net->ctx[s->worker], t, x, eps, e));
 }
 
 static int differentiate(
@@ -215,7 +215,7 @@ static int differentiate(
 	struct seat *s = ctx;
 	const struct ct_denoiser *net = s->j->net;
 
-	return count(s, e) || net->back(net->ctx[s->worker], t, x, dx, deps, e) ? -1 : 0;
+	return ct_err_any(count(s, e) || net->back(net->ctx[s->worker], t, x, dx, deps, e));
 }
 
 static void normals(void *ctx, size_t draw, size_t n, float *z)
@@ -442,10 +442,8 @@ static int check(const struct ct_superres *p, const struct ct_stack *in,
 		return ct_fail(e, CT_EGEOM, "the output is not %zu times finer", finer);
 	if (deviation && p->samples < 2)
 		return ct_fail(e, CT_EUSAGE, "a standard deviation needs two samples or more");
-	return (deviation && ct_stack_same(deviation, out, e)) ||
-			       (init && ct_stack_same(init, out, e))
-		       ? -1
-		       : 0;
+	return ct_err_any((deviation && ct_stack_same(deviation, out, e)) ||
+			  (init && ct_stack_same(init, out, e)));
 }
 
 /* CT_SAMPLER_NONE. */
@@ -482,7 +480,7 @@ int ct_superres(const struct ct_superres *p, const struct ct_denoiser *net,
 		start_pictures(p, in, j.init, out, done);
 		return 0;
 	}
-	rc = prepare(&j, done, e) || run(&j, done, e) ? -1 : 0;
+	rc = ct_err_any(prepare(&j, done, e) || run(&j, done, e));
 	for (size_t k = 0; j.seat && k < j.threads; k++) {
 		free(j.seat[k].x);
 		free(j.seat[k].scratch);

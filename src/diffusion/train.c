@@ -289,18 +289,14 @@ void ct_train_free(struct ct_train *t)
 
 int ct_train_result(const struct ct_train *t, struct ct_tensors *w, struct ct_err *e)
 {
-	return ct_unet_tensors(t->ema, t->ema->param, w, e) ||
-			       (is_superres(t) ? ct_meta_set(&w->meta, CT_META_OPERATOR,
-							 CT_WORD(CT_MEASUREMENT_LIST,
-								 CT_MEASUREMENT_MEAN),
-							 e)
-					       : ct_meta_set(&w->meta, CT_META_BETA_SCHEDULE,
-							 "linear", e)) ||
-			       ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu",
-				       (unsigned long long)t->trainer.steps) ||
-			       ct_meta_setf(&w->meta, e, CT_META_EMA, "%.10g", t->o.ema)
-		       ? -1
-		       : 0;
+	return ct_err_any(
+		ct_unet_tensors(t->ema, t->ema->param, w, e) ||
+		(is_superres(t) ? ct_meta_set(&w->meta, CT_META_OPERATOR,
+					  CT_WORD(CT_MEASUREMENT_LIST, CT_MEASUREMENT_MEAN), e)
+				: ct_meta_set(&w->meta, CT_META_BETA_SCHEDULE, "linear", e)) ||
+		ct_meta_setf(
+			&w->meta, e, CT_META_STEP, "%llu", (unsigned long long)t->trainer.steps) ||
+		ct_meta_setf(&w->meta, e, CT_META_EMA, "%.10g", t->o.ema));
 }
 
 int ct_train_save(const void *training, struct ct_tensors *w, struct ct_err *e)

@@ -113,5 +113,5 @@ int ct_fit_state_unpack(void *fit, const struct ct_tensors *t, struct ct_err *e)
 	if (ct_gauss_reserve(&f->g, n, e) || ct_gs_adam_reserve(&f->adam, 0, n, e))
 		return -1;
 	f->g.n = n;
-	return get_arrays(f, t, e) || get_scalars(f, t, e) ? -1 : 0;
+	return ct_err_any(get_arrays(f, t, e) || get_scalars(f, t, e));
 }

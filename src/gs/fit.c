@@ -127,7 +127,7 @@ static int begin(
 		f->error = 0;
 		return 0;
 	}
-	return place(f, d, env, e) || ct_gs_adam_reserve(&f->adam, 0, f->g.n, e) ? -1 : 0;
+	return ct_err_any(place(f, d, env, e) || ct_gs_adam_reserve(&f->adam, 0, f->g.n, e));
 }
 
 int ct_fit_init(struct ct_fit *f, const struct ct_fit_options *o, const struct ct_fit_data *d,
@@ -246,7 +246,7 @@ static int terms(const struct ct_fit *f, struct ct_loss_total *w, struct ct_loss
 	     (f->opt.tv > 0 && ct_loss_total_tv(w, t, iteration, e)) ||
 	     (w->low.want && ct_loss_total_lowres(w, t, iteration, e));
 	ct_par_heed(env->par, NULL);
-	return ct_check_stop(env, e) || rc ? -1 : 0;
+	return ct_err_any(ct_check_stop(env, e) || rc);
 }
 
 /* R2-Gaussian's program makes its parameters anew when it controls their number, and then has no
@@ -371,7 +371,7 @@ static int check_set(const struct ct_fit *f, struct ct_err *e)
 
 static int save(const struct ct_fit *f, struct ct_err *e)
 {
-	return check_set(f, e) || (f->save && f->save(f->ctx, f, e)) ? -1 : 0;
+	return ct_err_any(check_set(f, e) || (f->save && f->save(f->ctx, f, e)));
 }
 
 /* After a divergence, and if it can: begin anew, half as fast. */

@@ -52,9 +52,8 @@ static int has_room(struct ct_err *e)
 
 int ct_dnn_engine_new(dnnl_engine_t *engine, struct ct_err *e)
 {
-	return has_room(e) || ct_dnn_check(dnnl_engine_create(engine, dnnl_cpu, 0), "engine", e)
-		       ? -1
-		       : 0;
+	return ct_err_any(
+		has_room(e) || ct_dnn_check(dnnl_engine_create(engine, dnnl_cpu, 0), "engine", e));
 }
 
 int ct_dnn_alloc(struct ct_dnn **out, struct ct_err *e)

@@ -311,10 +311,9 @@ int ct_degrade_put(struct ct_meta *m, const struct ct_degrade *d, struct ct_err 
 	ct_meta_drop(m, CT_META_FIRST);
 	if (d->decimate == CT_DECIMATE_FIRST && ct_meta_set(m, CT_META_FIRST, "yes", e))
 		return -1;
-	return ct_meta_set(m, CT_META_DECIMATE, CT_WORD(CT_DECIMATE_LIST, decimate), e) ||
-			       ct_slice_profile_put(m, &d->profile, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(
+		ct_meta_set(m, CT_META_DECIMATE, CT_WORD(CT_DECIMATE_LIST, decimate), e) ||
+		ct_slice_profile_put(m, &d->profile, e));
 }
 
 int ct_degrade_cells_affine(double affine[3][4], const struct ct_meta *m, struct ct_err *e)

@@ -130,7 +130,7 @@ static int resample(struct ct_vol *v, const size_t n[3], const double start[3],
 		rc = gauss ? iso_taps(&s.t[d], v->n[d], n[d], start[d], step[d], e)
 			   : ct_resample_taps(
 				     &s.t[d], v->n[d], n[d], start[d], step[d], CT_CUBIC, true, e);
-	rc = rc || ct_separable_plan(&s, env->par, e) || ct_vol_alloc(&w, n, e) ? -1 : 0;
+	rc = ct_err_any(rc || ct_separable_plan(&s, env->par, e) || ct_vol_alloc(&w, n, e));
 	if (rc == 0) {
 		ct_separable_apply(&s, w.data, v->data, env->par);
 		memcpy(w.affine, v->affine, sizeof w.affine);
@@ -264,8 +264,8 @@ int ct_regrid_spacing(struct ct_vol *v, double mm, const struct ct_env *env, str
 		finer[a] = 1 / step[a];
 		start[a] = ct_cell_index(ct_cell_centre(0) * step[a]);
 	}
-	return finer_operator(&v->meta, finer, e) || resample(v, n, start, step, false, env, e) ? -1
-												: 0;
+	return ct_err_any(
+		finer_operator(&v->meta, finer, e) || resample(v, n, start, step, false, env, e));
 }
 
 /* Where the box says nothing, the field's own ends in RAS+ mm, which it must not leave by more than

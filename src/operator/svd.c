@@ -128,7 +128,7 @@ static int trim(struct ct_taps *t, struct ct_err *e)
 	for (size_t i = 0; i < t->n_out * t->taps; i++)
 		if (!(fabs(t->w[i]) > NOTHING * most))
 			t->w[i] = 0;
-	rc = ct_taps_transpose(&turned, t, e) || ct_taps_transpose(&narrow, &turned, e) ? -1 : 0;
+	rc = ct_err_any(ct_taps_transpose(&turned, t, e) || ct_taps_transpose(&narrow, &turned, e));
 	ct_taps_free(&turned);
 	ct_taps_free(t);
 	*t = narrow;

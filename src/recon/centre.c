@@ -149,12 +149,10 @@ static int find_turn(struct look *l, struct ct_err *e)
 	}
 	free(l->turn);
 	l->turn = NULL;
-	return ct_scan_grid(&l->slice, 0, l->row, e) ||
-			       (l->slice.n[0] > MOST && ct_scan_grid(&l->slice, MOST, l->row, e)) ||
-			       ct_alloc(&l->slice.data, ct_vol_count(&l->slice),
-				       sizeof *l->slice.data, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(
+		ct_scan_grid(&l->slice, 0, l->row, e) ||
+		(l->slice.n[0] > MOST && ct_scan_grid(&l->slice, MOST, l->row, e)) ||
+		ct_alloc(&l->slice.data, ct_vol_count(&l->slice), sizeof *l->slice.data, e));
 }
 
 /* A row at a place between its columns, by cubic convolution; NAN beyond. */
@@ -315,10 +313,8 @@ int ct_centre_find(
 {
 	struct ct_stack row = {0};
 	struct look l = {.row = &row};
-	const int rc = ct_centre_plane(&row, scan, true, e) || find_turn(&l, e) ||
-				       search(columns, &l, env, e)
-			       ? -1
-			       : 0;
+	const int rc = ct_err_any(ct_centre_plane(&row, scan, true, e) || find_turn(&l, e) ||
+				  search(columns, &l, env, e));
 
 	ct_stack_free(&row);
 	ct_vol_free(&l.slice);

@@ -186,10 +186,8 @@ int ct_water_find(double c[static CT_WATER_TERMS], const struct ct_stack *scan,
 	int rc;
 
 	memset(c, 0, CT_WATER_TERMS * sizeof *c);
-	rc = ct_centre_plane(&plane, scan, false, e) || reconstruct(&b, &plane, env, e) ||
-			     flatten(c, &b, e)
-		     ? -1
-		     : 0;
+	rc = ct_err_any(ct_centre_plane(&plane, scan, false, e) ||
+			reconstruct(&b, &plane, env, e) || flatten(c, &b, e));
 
 	for (int k = 0; k < N; k++)
 		ct_vol_free(&b.power[k]);

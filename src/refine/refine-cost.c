@@ -407,11 +407,9 @@ int ct_refine_cost(double *cpu, const struct ct_refine *r, const struct ct_vol *
 {
 	const struct ct_vol *hu, *use;
 	struct ct_vol own = {0}, mid = {0};
-	const int rc = ct_as_hu(&own, &hu, &r->as, in, e) ||
-				       ct_refine_first(&mid, &use, r, hu, env, e) ||
-				       cost_of(cpu, r, use, env, e)
-			       ? -1
-			       : 0;
+	const int rc = ct_err_any(ct_as_hu(&own, &hu, &r->as, in, e) ||
+				  ct_refine_first(&mid, &use, r, hu, env, e) ||
+				  cost_of(cpu, r, use, env, e));
 
 	ct_vol_free(&own);
 	ct_vol_free(&mid);

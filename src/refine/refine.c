@@ -380,7 +380,7 @@ static int plan_all(
 			"its edges do not show how it was made, which the predicted error needs: "
 			"pass --sigma");
 	split_factor(r, in);
-	rc = ct_refine_first(&mid, &use, r, in, env, e) || plan(r, use, env, e) ? -1 : 0;
+	rc = ct_err_any(ct_refine_first(&mid, &use, r, in, env, e) || plan(r, use, env, e));
 	ct_vol_free(&mid);
 	return rc;
 }
@@ -401,10 +401,8 @@ int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const
 		.first = {1, 1, 1},
 		.rest.share = rule->denoise};
 	r->rule.said.noise *= r->as.times;
-	rc = ct_meta_need_hu(&in->meta, true, e) || ct_as_hu(&own, &use, &r->as, in, e) ||
-			     plan_all(r, use, env, e)
-		     ? -1
-		     : 0;
+	rc = ct_err_any(ct_meta_need_hu(&in->meta, true, e) ||
+			ct_as_hu(&own, &use, &r->as, in, e) || plan_all(r, use, env, e));
 	ct_vol_free(&own);
 	return rc;
 }

@@ -20,12 +20,10 @@ static int axis_taps(struct ct_taps *back, struct ct_taps *there, const struct c
 	int a, size_t n, struct ct_err *e)
 {
 	struct ct_taps down = {0};
-	const int rc = ct_degrade_axis_taps(&down, by, a, n, e) ||
-				       ct_resample_up_taps(
-					       there, down.n_out, by->factor[a], CT_CUBIC, e) ||
-				       ct_taps_product(back, &down, there, e)
-			       ? -1
-			       : 0;
+	const int rc =
+		ct_err_any(ct_degrade_axis_taps(&down, by, a, n, e) ||
+			   ct_resample_up_taps(there, down.n_out, by->factor[a], CT_CUBIC, e) ||
+			   ct_taps_product(back, &down, there, e));
 
 	ct_taps_free(&down);
 	return rc;

@@ -221,7 +221,7 @@ static int run_arssr(struct ct_refine *r, struct ct_vol *out, const struct ct_vo
 
 	v.in = in;
 	r->did = (struct ct_upsample_report){.residual = (double)NAN};
-	return begin(out, r, in, e) || ct_arssr_volume_run(&v, out->data, env, e) ? -1 : 0;
+	return ct_err_any(begin(out, r, in, e) || ct_arssr_volume_run(&v, out->data, env, e));
 }
 
 /* An estimate may be wrong: what leaves the range of the scan is damped. What was said is not, but
@@ -277,7 +277,7 @@ static int run_inverted(struct ct_refine *r, struct ct_vol *out, struct ct_vol *
 	rc = r->rule.method == CT_REFINE_ARSSR ? run_arssr(r, out, in, &own, e)
 	     : r->slabs > 1                    ? in_slabs(r, out, error, in, &pilots, &own, e)
 			    : refine(r, out, error, in, r->rule.start, &pilots, &own, e);
-	rc = rc || ct_check_stop(env, e) || damp(r, out, in, env, e) ? -1 : 0;
+	rc = ct_err_any(rc || ct_check_stop(env, e) || damp(r, out, in, env, e));
 out:
 	ct_inversion_pilot_free(&pilots);
 	return rc;
@@ -288,11 +288,9 @@ static int run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 {
 	const struct ct_vol *use;
 	struct ct_vol mid = {0};
-	const int rc = ct_refine_first(&mid, &use, r, in, env, e) ||
-				       run_inverted(r, out, error, use, env, e) ||
-				       describe(r, out, in, e)
-			       ? -1
-			       : 0;
+	const int rc =
+		ct_err_any(ct_refine_first(&mid, &use, r, in, env, e) ||
+			   run_inverted(r, out, error, use, env, e) || describe(r, out, in, e));
 
 	ct_vol_free(&mid);
 	return rc;
@@ -391,7 +389,7 @@ int ct_refine_run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 		(given && ct_as_hu(&other, &start, &r->as, given, e)))
 		goto out;
 	r->rule.start = start;
-	rc = run_rehearsed(r, out, error, use, env, e) || ct_as_hu_back(out, &r->as, e) ? -1 : 0;
+	rc = ct_err_any(run_rehearsed(r, out, error, use, env, e) || ct_as_hu_back(out, &r->as, e));
 	if (rc == 0 && error && ct_as_hu_maps(&r->as))
 		back(error, r->as.times);
 	r->rule.start = given;

@@ -155,10 +155,9 @@ static int solve(struct ct_vol *base, const struct ct_vol *truth, const struct c
 		.tolerance = r->whole ? TOLERANCE_WHOLE : TOLERANCE};
 	struct ct_upsample_report report;
 	struct ct_vol lo = {0};
-	int rc = ct_degrade_volume(&lo, truth, &rule.by, rule.noise, r->seed + index, NULL, e) ||
-				 ct_upsample(base, &lo, &rule, &report, env, e)
-			 ? -1
-			 : 0;
+	int rc = ct_err_any(
+		ct_degrade_volume(&lo, truth, &rule.by, rule.noise, r->seed + index, NULL, e) ||
+		ct_upsample(base, &lo, &rule, &report, env, e));
 
 	ct_vol_free(&lo);
 	return rc;

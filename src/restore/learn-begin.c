@@ -211,10 +211,8 @@ int ct_learn_begin(struct ct_learn *l, struct ct_err *e)
 		return -1;
 	/* A draw takes the mean off: what a run knew that was stopped before its first step. */
 	memset(r->mean, 0, (n - 1) * (1 + r->components) * sizeof *r->mean);
-	rc = gram(sum, l, n, false, e) || components(r, sum, e) || gram(sum, l, m, true, e) ||
-			     linear(r, sum, e)
-		     ? -1
-		     : 0;
+	rc = ct_err_any(gram(sum, l, n, false, e) || components(r, sum, e) ||
+			gram(sum, l, m, true, e) || linear(r, sum, e));
 	free(sum);
 	if (rc)
 		return -1;

@@ -198,10 +198,8 @@ static int across(struct predict_job *j, int axis, struct ct_err *e)
 	j->coarse = j->scene->coarse[axis];
 	ct_par_for(j->env->par, (j->s.n[2] + deep - 1) / deep, slices, j);
 	j->g->done += j->s.n[2];
-	return ct_err_first(e, threads, &j->side->failed, sizeof *j->side) ||
-			       ct_check_stop(j->env, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_err_first(e, threads, &j->side->failed, sizeof *j->side) ||
+			  ct_check_stop(j->env, e));
 }
 
 static int sides(struct predict_job *j, size_t threads, struct ct_err *e)

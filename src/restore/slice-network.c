@@ -212,11 +212,9 @@ static int layers(const struct ct_slice_network *r, const float *all,
 	for (size_t i = 0; i < n; i++)
 		for (size_t j = 0; j < r->out; j++)
 			w->out[i * r->out + j] = bias[0][j] + bias[1][j];
-	return ct_dense_rows_forward(&linear, w->out, w->feature, true, e) ||
-			       ct_dense_rows_forward(
-				       &three, w->out, w->h2 + r->more * w->apart, true, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(
+		ct_dense_rows_forward(&linear, w->out, w->feature, true, e) ||
+		ct_dense_rows_forward(&three, w->out, w->h2 + r->more * w->apart, true, e));
 }
 
 int ct_slice_network_forward(const struct ct_slice_network *r, const float *all,
@@ -234,10 +232,9 @@ int ct_slice_network_ready_alloc(
 	for (size_t i = 0; i <= r->more; i++)
 		if (ct_product_alloc(&q->w2[i], r->all + r->at[CT_PART_2] + i * w * w, w, w, w, e))
 			return -1;
-	return ct_product_alloc(&q->basis, r->basis, r->components, ct_patch_count(&r->shape), f,
-		       e) || ct_product_alloc(&q->w1, r->all + r->at[CT_PART_1], w, f, w, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_product_alloc(&q->basis, r->basis, r->components,
+				  ct_patch_count(&r->shape), f, e) ||
+			  ct_product_alloc(&q->w1, r->all + r->at[CT_PART_1], w, f, w, e));
 }
 
 void ct_slice_network_ready_free(struct ct_slice_network_ready *q)
@@ -253,9 +250,8 @@ int ct_slice_network_run(const struct ct_slice_network *r, const struct ct_slice
 	struct ct_slice_network_work *w, size_t n, struct ct_err *e)
 {
 	centre(r, w, n);
-	return ct_product_run(q->basis, w->patch, n, w->feature, e) || layers(r, r->all, q, w, n, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_product_run(q->basis, w->patch, n, w->feature, e) ||
+			  layers(r, r->all, q, w, n, e));
 }
 
 static int put(struct ct_tensors *w, const char *name, const struct kept *it, struct ct_err *e)

@@ -356,10 +356,9 @@ static int column(struct wave *v, size_t c, size_t all, struct ct_err *e)
 	for (v->step = 0; v->step < steps && rc == 0; v->step++) {
 		ct_progress(v->env, "planes", c * steps + v->step, all * steps);
 		ct_par_for(v->env->par, v->layers, make, v);
-		rc = ct_check_stop(v->env, e) || ct_err_first(e, ct_par_threads(v->env->par),
-							 &v->side->failed, sizeof *v->side)
-			     ? -1
-			     : 0;
+		rc = ct_err_any(
+			ct_check_stop(v->env, e) || ct_err_first(e, ct_par_threads(v->env->par),
+							    &v->side->failed, sizeof *v->side));
 	}
 	column_free(v);
 	return rc;
@@ -426,7 +425,7 @@ int ct_volume_network_predict(const struct ct_volume_network *r, float *h, const
 	struct wave v = {
 		.r = r, .in = {s->x, added}, .h = h, .layers = 2 * r->blocks + 2, .env = env};
 	size_t axis[3], m[3], across, all;
-	int rc = ct_dnn_alloc(&v.dnn, e) || tell(&v, &s->regime, e) ? -1 : 0;
+	int rc = ct_err_any(ct_dnn_alloc(&v.dnn, e) || tell(&v, &s->regime, e));
 
 	turn(axis, r, s->coarse);
 	for (int a = 0; a < 3; a++) {

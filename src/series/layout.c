@@ -277,8 +277,8 @@ static int fetch(const struct work *w, size_t k, float *out, struct ct_err *e)
 {
 	if (!w->l->moved)
 		return w->from->read(w->from->ctx, k, out, e);
-	return w->from->read(w->from->ctx, k, w->raw, e) || move(w, w->l->shift[k], out, e) ? -1
-											    : 0;
+	return ct_err_any(
+		w->from->read(w->from->ctx, k, w->raw, e) || move(w, w->l->shift[k], out, e));
 }
 
 /* Slice k among those that are kept, in the place of the other than `keep`. */

@@ -38,13 +38,11 @@ int ct_scales_begin(struct ct_scales *c, const struct ct_slice *s, size_t n, str
 	}
 	if (!c->differ)
 		return 0;
-	return ct_alloc(&c->before, area, sizeof *c->before, e) ||
-			       ct_alloc(&c->sample, MOST_SAMPLES, sizeof *c->sample, e) ||
-			       ct_alloc(&c->work, n > MOST_SAMPLES ? n : MOST_SAMPLES,
-				       sizeof *c->work, e) ||
-			       ct_alloc0(&c->pair, n, sizeof *c->pair, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(
+		ct_alloc(&c->before, area, sizeof *c->before, e) ||
+		ct_alloc(&c->sample, MOST_SAMPLES, sizeof *c->sample, e) ||
+		ct_alloc(&c->work, n > MOST_SAMPLES ? n : MOST_SAMPLES, sizeof *c->work, e) ||
+		ct_alloc0(&c->pair, n, sizeof *c->pair, e));
 }
 
 void ct_scales_free(struct ct_scales *c)

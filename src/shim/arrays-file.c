@@ -200,7 +200,8 @@ static int read_exchange(struct ct_arrays *a, const char *path, struct ct_err *e
 			rc = ct_fail(e, CT_EINPUT, "exchange/%s: is no dataset", names[k]);
 			break;
 		}
-		rc = take_dataset(a, set, names[k], e) || take_units(a, set, names[k], e) ? -1 : 0;
+		rc = ct_err_any(
+			take_dataset(a, set, names[k], e) || take_units(a, set, names[k], e));
 		H5Dclose(set);
 	}
 	H5Gclose(group);

@@ -111,7 +111,7 @@ static int check_base(struct ct_evidence *d, const struct ct_env *env, struct ct
 		return -1;
 	if (ct_geometry_seen(&d->in, &d->base, e))
 		return ct_blame(e, d->is.base);
-	return choose_window(d, e) || (d->is.lr && check_lr(d, env, e)) ? -1 : 0;
+	return ct_err_any(choose_window(d, e) || (d->is.lr && check_lr(d, env, e)));
 }
 
 /* Deviation s of a pixel to its weight q^2 / (q^2 + s^2), q^2 the mean of all s^2: what the least

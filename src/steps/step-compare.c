@@ -164,10 +164,8 @@ static int residual(struct ct_step_compare_report *out, const struct ct_step_com
 		ct_vol_free(&out->map);
 		return 0;
 	}
-	return ct_meta_copy(&out->map.meta, low, e) || ct_meta_set(&out->map.meta, CT_META_QUANTITY,
-							       CT_QUANTITY_RESIDUAL, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_meta_copy(&out->map.meta, low, e) ||
+			  ct_meta_set(&out->map.meta, CT_META_QUANTITY, CT_QUANTITY_RESIDUAL, e));
 }
 
 /* ----------------------------------------------------------------------------- projections */
@@ -248,11 +246,9 @@ static int plan_rays(struct ct_step_compare *p, struct ct_err *e)
 			"%s: projections are compared by PSNR, SSIM, errors and consistency alone, "
 			"without window, mask and map",
 			r->test);
-	return check_rays(p->of->test_rays, r->test, e) ||
-			       (p->of->ref_rays && plan_ref_rays(p, e)) ||
-			       (p->of->low_rays && plan_low_rays(p, e))
-		       ? -1
-		       : 0;
+	return ct_err_any(check_rays(p->of->test_rays, r->test, e) ||
+			  (p->of->ref_rays && plan_ref_rays(p, e)) ||
+			  (p->of->low_rays && plan_low_rays(p, e)));
 }
 
 /* View k as a volume of one slice; its data are borrowed. */
@@ -368,7 +364,7 @@ int ct_step_compare_plan(struct ct_step_compare *p, const struct ct_step_compare
 		return plan_rays(p, e);
 	if (!d->ref && ct_vol_check_finite(d->test, e))
 		return ct_blame(e, r->test);
-	return (d->ref && plan_ref(p, env, e)) || (d->low && plan_low(p, e)) ? -1 : 0;
+	return ct_err_any((d->ref && plan_ref(p, env, e)) || (d->low && plan_low(p, e)));
 }
 
 int ct_step_compare_run(struct ct_step_compare_report *out, const struct ct_step_compare *p,
@@ -376,11 +372,10 @@ int ct_step_compare_run(struct ct_step_compare_report *out, const struct ct_step
 {
 	const struct ct_step_compare_data *d = p->of;
 
-	return (d->ref && compare(out, p, env, e)) || (d->low && residual(out, p, env, e)) ||
-			       (d->ref_rays && compare_rays(out, p, env, e)) ||
-			       (d->low_rays && residual_rays(&out->figures, p, env, e))
-		       ? -1
-		       : 0;
+	return ct_err_any((d->ref && compare(out, p, env, e)) ||
+			  (d->low && residual(out, p, env, e)) ||
+			  (d->ref_rays && compare_rays(out, p, env, e)) ||
+			  (d->low_rays && residual_rays(&out->figures, p, env, e)));
 }
 
 void ct_step_compare_report_free(struct ct_step_compare_report *out)

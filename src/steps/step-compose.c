@@ -127,10 +127,8 @@ static int compose(struct ct_vol *added, struct ct_step_compose_report *did,
 	add(d->base, added, of, window, r, env);
 	if (d->lr && make_consistent(d->base, did, d->lr, r, env, e))
 		return -1;
-	return ct_meta_copy(&added->meta, of, e) ||
-			       ct_meta_set(&added->meta, CT_META_QUANTITY, CT_QUANTITY_RESIDUAL, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_meta_copy(&added->meta, of, e) ||
+			  ct_meta_set(&added->meta, CT_META_QUANTITY, CT_QUANTITY_RESIDUAL, e));
 }
 
 int ct_step_compose_run(struct ct_vol *added, struct ct_step_compose_report *did,
@@ -149,10 +147,8 @@ int ct_step_compose_run(struct ct_vol *added, struct ct_step_compose_report *did
 				    : compose(added, did, d, r, env, e);
 	memcpy(affine, d->base->affine, sizeof affine);
 	own.gauss = &placed;
-	rc = ct_gauss_placed(&placed, d->gauss, r->gamma, d->base->n, affine, e) ||
-			     compose(added, did, &own, r, env, e)
-		     ? -1
-		     : 0;
+	rc = ct_err_any(ct_gauss_placed(&placed, d->gauss, r->gamma, d->base->n, affine, e) ||
+			compose(added, did, &own, r, env, e));
 	ct_gauss_free(&placed);
 	return rc;
 }

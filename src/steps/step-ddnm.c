@@ -305,11 +305,8 @@ static int describe(const struct ct_step_ddnm *p, const struct ct_step_ddnm_data
 	if (!d->std || !d->std->data)
 		return 0;
 	ct_meta_free(&d->std->meta);
-	return attach(d->out, d->std, e) || ct_meta_copy(&d->std->meta, m, e) ||
-			       ct_meta_set(
-				       &d->std->meta, CT_META_QUANTITY, CT_QUANTITY_DEVIATION, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(attach(d->out, d->std, e) || ct_meta_copy(&d->std->meta, m, e) ||
+			  ct_meta_set(&d->std->meta, CT_META_QUANTITY, CT_QUANTITY_DEVIATION, e));
 }
 
 int ct_step_ddnm_run(const struct ct_step_ddnm *p, const struct ct_step_ddnm_data *d, bool *done,
@@ -323,9 +320,7 @@ int ct_step_ddnm_run(const struct ct_step_ddnm *p, const struct ct_step_ddnm_dat
 	s.save_ctx = save_ctx;
 	if (p->asks)
 		net = ct_prior_denoiser(d->prior);
-	return ct_superres(&s, &net, d->in, d->init, d->out, d->std && d->std->data ? d->std : NULL,
-		       done, env, e) ||
-			       describe(p, d, env->seed, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_superres(&s, &net, d->in, d->init, d->out,
+				  d->std && d->std->data ? d->std : NULL, done, env, e) ||
+			  describe(p, d, env->seed, e));
 }

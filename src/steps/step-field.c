@@ -215,12 +215,9 @@ int ct_step_field_volume(struct ct_vol *out, const struct ct_field_fit *f,
 		out->data[k] = out->data[k] < 0 ? 0 : out->data[k] > 1 ? 1 : out->data[k];
 	if (p->data.rays)
 		return ct_window_rule_reconstructed(out, p->data.rays, &p->rule.window, false, e);
-	return ct_meta_copy(&out->meta, &p->data.lr->meta, e) ||
-			       ct_window_put(&out->meta, p->window, e) ||
-			       ct_window_volume(out, false, p->window, e) ||
-			       (p->scan.known &&
-				       ct_degrade_put(&out->meta, &p->scan.operator, e)) ||
-			       ct_meta_set(&out->meta, CT_META_UPSAMPLE, "field", e)
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_meta_copy(&out->meta, &p->data.lr->meta, e) ||
+			  ct_window_put(&out->meta, p->window, e) ||
+			  ct_window_volume(out, false, p->window, e) ||
+			  (p->scan.known && ct_degrade_put(&out->meta, &p->scan.operator, e)) ||
+			  ct_meta_set(&out->meta, CT_META_UPSAMPLE, "field", e));
 }

@@ -104,17 +104,13 @@ static int describe(
 	struct ct_meta *m, const struct ct_step_fit *p, const struct ct_env *env, struct ct_err *e)
 {
 	ct_meta_free(m);
-	return ct_meta_copy(m, &p->of->in.meta, e) || ct_window_put(m, p->of->window, e) ||
-			       ct_meta_set(m, CT_META_QUANTITY,
-				       p->mode == CT_STEP_FIT_FULL ? CT_QUANTITY_DENSITY
-								   : CT_QUANTITY_RESIDUAL,
-				       e) ||
-			       ct_meta_set(
-				       m, CT_META_MODE, CT_WORD(CT_STEP_FIT_MODES, p->mode), e) ||
-			       ct_meta_setf(
-				       m, e, CT_META_SEED, "%llu", (unsigned long long)env->seed)
-		       ? -1
-		       : 0;
+	return ct_err_any(
+		ct_meta_copy(m, &p->of->in.meta, e) || ct_window_put(m, p->of->window, e) ||
+		ct_meta_set(m, CT_META_QUANTITY,
+			p->mode == CT_STEP_FIT_FULL ? CT_QUANTITY_DENSITY : CT_QUANTITY_RESIDUAL,
+			e) ||
+		ct_meta_set(m, CT_META_MODE, CT_WORD(CT_STEP_FIT_MODES, p->mode), e) ||
+		ct_meta_setf(m, e, CT_META_SEED, "%llu", (unsigned long long)env->seed));
 }
 
 int ct_step_fit_run(struct ct_fit *f, struct ct_step_fit_report *r, const struct ct_step_fit *p,

@@ -153,19 +153,16 @@ static int interpolate(struct run *r, const struct ct_env *env, struct ct_err *e
 	rule.method = CT_UPSAMPLE_CUBIC;
 	for (int a = 0; a < 3; a++)
 		rule.said.factor[a] = x;
-	return ct_refine_plan(&plan, &rule, r->lr, env, e) ||
-			       ct_refine_run(&plan, &r->up, NULL, r->lr, env, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_refine_plan(&plan, &rule, r->lr, env, e) ||
+			  ct_refine_run(&plan, &r->up, NULL, r->lr, env, e));
 }
 
 static int make_up(struct run *r, const struct ct_env *env, struct ct_err *e)
 {
-	return need(r, CT_STEP_PAPER_LR, r->lr, r->lr->data, e) || interpolate(r, env, e) ||
-			       ct_meta_step(&r->up.meta, env, 1,
-				       (const struct ct_meta *const[]){&r->lr->meta}, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(need(r, CT_STEP_PAPER_LR, r->lr, r->lr->data, e) ||
+			  interpolate(r, env, e) ||
+			  ct_meta_step(&r->up.meta, env, 1,
+				  (const struct ct_meta *const[]){&r->lr->meta}, e));
 }
 
 static int need_up(struct run *r, struct ct_err *e)
@@ -201,11 +198,9 @@ static int project(struct ct_stack *scan, struct ct_vol *v, const char *name, co
 		ct_step_project_plan(&plan, &rule, v, scan, env, e) == 0) {
 		ct_log(env, CT_INFO, "%zu views of %zux%zu, %s beam", scan->views, scan->w, scan->h,
 			CT_WORD(CT_BEAM_LIST, scan->beam));
-		rc = ct_step_project_run(&plan, env, e) ||
-				     ct_meta_step(&scan->meta, env, 1,
-					     (const struct ct_meta *const[]){&v->meta}, e)
-			     ? -1
-			     : 0;
+		rc = ct_err_any(ct_step_project_run(&plan, env, e) ||
+				ct_meta_step(&scan->meta, env, 1,
+					(const struct ct_meta *const[]){&v->meta}, e));
 	}
 	ct_step_project_free(&plan);
 	return rc;
@@ -215,7 +210,7 @@ static int make_up_proj(struct run *r, const struct ct_env *env, struct ct_err *
 {
 	const char *name = called(r, CT_STEP_PAPER_UP);
 
-	return need_up(r, e) || project(&r->up_proj, &r->up, name, r, env, e) ? -1 : 0;
+	return ct_err_any(need_up(r, e) || project(&r->up_proj, &r->up, name, r, env, e));
 }
 
 static int make_lr_proj(struct run *r, const struct ct_env *env, struct ct_err *e)
@@ -277,12 +272,10 @@ static int make_sr_proj(struct run *r, const struct ct_env *env, struct ct_err *
 		ct_step_ddnm_plan(&plan, &rule, &d, e) == 0) {
 		ct_log(env, CT_INFO, "%zu views of %zux%zu, norm %g", r->sr_proj.views,
 			r->sr_proj.w, r->sr_proj.h, plan.s.norm);
-		rc = sample(r, &plan, &d, env, e) || ct_meta_step(&r->sr_proj.meta, env, 2,
-							     (const struct ct_meta *const[]){
-								     &r->lr_proj.meta, &of_prior},
-							     e)
-			     ? -1
-			     : 0;
+		rc = ct_err_any(
+			sample(r, &plan, &d, env, e) ||
+			ct_meta_step(&r->sr_proj.meta, env, 2,
+				(const struct ct_meta *const[]){&r->lr_proj.meta, &of_prior}, e));
 	}
 	ct_prior_free(&prior);
 	ct_tensors_free(&w);
@@ -336,7 +329,7 @@ static int make_residual(struct run *r, const struct ct_env *env, struct ct_err 
 		d.base_proj = r->up_proj;
 		r->sr_proj = r->up_proj = (struct ct_stack){0};
 		r->up = (struct ct_vol){0};
-		rc = ct_evidence_check(&d, &rule, env, e) || fit(r, &d, env, e) ? -1 : 0;
+		rc = ct_err_any(ct_evidence_check(&d, &rule, env, e) || fit(r, &d, env, e));
 	}
 	ct_evidence_free(&d);
 	return rc;
@@ -353,12 +346,10 @@ static int make_result(struct run *r, const struct ct_env *env, struct ct_err *e
 	rule.base = called(r, CT_STEP_PAPER_UP);
 	rule.residual = called(r, CT_STEP_PAPER_RESIDUAL);
 	if (need_up(r, e) == 0 && need(r, CT_STEP_PAPER_RESIDUAL, &r->g, r->g.n > 0, e) == 0)
-		rc = ct_step_compose_run(&added, &did, &d, &rule, env,
-			     e) || ct_meta_step(&r->up.meta, env, 2,
-					   (const struct ct_meta *const[]){&r->up.meta, &r->g.meta},
-					   e)
-			     ? -1
-			     : 0;
+		rc = ct_err_any(
+			ct_step_compose_run(&added, &did, &d, &rule, env, e) ||
+			ct_meta_step(&r->up.meta, env, 2,
+				(const struct ct_meta *const[]){&r->up.meta, &r->g.meta}, e));
 	ct_vol_free(&added);
 	return rc;
 }
@@ -412,12 +403,10 @@ static int steps(struct run *r, struct ct_err *e)
 		step(r, CT_STEP_PAPER_UP_PROJ, make_up_proj, &r->up_proj, e))
 		return -1;
 	ct_vol_free(&r->up);
-	return step(r, CT_STEP_PAPER_LR_PROJ, make_lr_proj, &r->lr_proj, e) ||
-			       step(r, CT_STEP_PAPER_SR_PROJ, make_sr_proj, &r->sr_proj, e) ||
-			       step(r, CT_STEP_PAPER_RESIDUAL, make_residual, &r->g, e) ||
-			       step(r, CT_STEP_PAPER_RESULT, make_result, &r->up, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(step(r, CT_STEP_PAPER_LR_PROJ, make_lr_proj, &r->lr_proj, e) ||
+			  step(r, CT_STEP_PAPER_SR_PROJ, make_sr_proj, &r->sr_proj, e) ||
+			  step(r, CT_STEP_PAPER_RESIDUAL, make_residual, &r->g, e) ||
+			  step(r, CT_STEP_PAPER_RESULT, make_result, &r->up, e));
 }
 
 int ct_step_paper_run(struct ct_vol *out, struct ct_step_fit_report *did,

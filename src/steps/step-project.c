@@ -133,10 +133,8 @@ static int take_overshoot(struct ct_vol *v, bool *density, const double window[2
 	}
 	ct_window_density_open(ct_vol_count(v), v->data, v->data, window);
 	*density = true;
-	return ct_window_put(&v->meta, window, e) ||
-			       ct_meta_set(&v->meta, CT_META_OVERSHOOT, "yes", e)
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_window_put(&v->meta, window, e) ||
+			  ct_meta_set(&v->meta, CT_META_OVERSHOOT, "yes", e));
 }
 
 /* Are the values density, not HU? */
@@ -226,15 +224,13 @@ static int describe(const struct ct_step_project *p, uint64_t seed, struct ct_er
 		return -1;
 	if (ct_meta_set(m, CT_META_METHOD, CT_WORD(CT_METHOD_LIST, r->method), e))
 		return -1;
-	return ct_meta_set(m, CT_META_QUANTITY, CT_QUANTITY_LINE_INTEGRAL, e) ||
-			       ct_scan_grid_put(m, p->v, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_meta_set(m, CT_META_QUANTITY, CT_QUANTITY_LINE_INTEGRAL, e) ||
+			  ct_scan_grid_put(m, p->v, e));
 }
 
 int ct_step_project_run(const struct ct_step_project *p, const struct ct_env *env, struct ct_err *e)
 {
-	return make_views(p, env, e) || describe(p, env->seed, e) ? -1 : 0;
+	return ct_err_any(make_views(p, env, e) || describe(p, env->seed, e));
 }
 
 void ct_step_project_free(struct ct_step_project *p)

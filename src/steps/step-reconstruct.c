@@ -69,11 +69,9 @@ int ct_step_reconstruct_plan(struct ct_step_reconstruct *p,
 {
 	p->rule = *r;
 	p->in = in;
-	return check(r, in, e) || choose(p, e) ||
-			       ct_step_reconstruct_grid(
-				       &p->grid, like, r->like, (size_t)r->voxels, in, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(
+		check(r, in, e) || choose(p, e) ||
+		ct_step_reconstruct_grid(&p->grid, like, r->like, (size_t)r->voxels, in, e));
 }
 
 int ct_step_reconstruct_run(struct ct_vol *out, struct ct_step_reconstruct_report *r,

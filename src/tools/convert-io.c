@@ -195,10 +195,8 @@ static int check_beside(const struct convert *p, const struct ct_env *env, struc
 	int rc = ct_headed_beside(&data, p->out, p->compress, e);
 
 	if (data && rc == 0)
-		rc = ct_files_apart(env->command->given.tool->opts, p, data, e) ||
-				     ct_out_check(data, env, e)
-			     ? -1
-			     : 0;
+		rc = ct_err_any(ct_files_apart(env->command->given.tool->opts, p, data, e) ||
+				ct_out_check(data, env, e));
 	free(data);
 	return rc;
 }

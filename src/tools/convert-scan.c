@@ -55,10 +55,8 @@ static int place(
 		return 0;
 	}
 	rc = p->scanner ? scan_for(&scan, &named, p->scanner, in->n, e) : 0;
-	rc = rc || ct_geometry_fill(s, p->scanner ? &scan : &in->scan, e) ||
-			     (named.n[0] && ct_scan_grid_put(&s->meta, &named, e))
-		     ? -1
-		     : 0;
+	rc = ct_err_any(rc || ct_geometry_fill(s, p->scanner ? &scan : &in->scan, e) ||
+			(named.n[0] && ct_scan_grid_put(&s->meta, &named, e)));
 	ct_geometry_free(&scan);
 	if (rc)
 		return p->scanner ? -1 : ct_blame(e, p->in);

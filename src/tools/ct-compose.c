@@ -63,10 +63,8 @@ static int describe(struct compose_job *j, const struct ct_env *env, struct ct_e
 {
 	const struct ct_meta *in = ct_any_meta(&j->residual), *const both[] = {&j->base.meta, in};
 
-	return ct_meta_step(&j->base.meta, env, 2, both, e) ||
-			       ct_meta_step(&j->added.meta, env, 1, &in, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_meta_step(&j->base.meta, env, 2, both, e) ||
+			  ct_meta_step(&j->added.meta, env, 1, &in, e));
 }
 
 static int compose(
@@ -77,17 +75,16 @@ static int compose(
 
 	if (read_all(j, &rule, env, e) || ct_geometry_opts_asked(&rule.window, p->window, e))
 		return -1;
-	return ct_step_compose_run(&j->added, &did,
-		       &(struct ct_step_compose){.base = &j->base,
-			       .gauss = j->residual.kind == CT_KIND_GAUSS ? &j->residual.gauss
-									  : NULL,
-			       .residual = &j->residual.vol,
-			       .lr = rule.lr ? &j->lr : NULL},
-		       &rule, env, e) ||
-			       describe(j, env, e) ||
-			       ct_keep_vols(p->out, &j->base, p->res_out, &j->added, env, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(
+		ct_step_compose_run(&j->added, &did,
+			&(struct ct_step_compose){.base = &j->base,
+				.gauss = j->residual.kind == CT_KIND_GAUSS ? &j->residual.gauss
+									   : NULL,
+				.residual = &j->residual.vol,
+				.lr = rule.lr ? &j->lr : NULL},
+			&rule, env, e) ||
+		describe(j, env, e) ||
+		ct_keep_vols(p->out, &j->base, p->res_out, &j->added, env, e));
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)

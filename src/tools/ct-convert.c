@@ -170,7 +170,7 @@ static int crop(struct ct_vol *v, const char *text, const struct ct_env *env, st
 {
 	double box[3][2];
 
-	return find_box(box, v, text, e) || ct_regrid_box(v, box, env, e) ? -1 : 0;
+	return ct_err_any(find_box(box, v, text, e) || ct_regrid_box(v, box, env, e));
 }
 
 /* On the grid of a file. */
@@ -178,10 +178,8 @@ static int resample_to(
 	struct ct_vol *v, const char *path, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_vol like = {0};
-	int rc = ct_vol_read(path, &like, e) || ct_vol_check_grid(&like, e) ||
-				 ct_vol_check_grid(v, e)
-			 ? -1
-			 : 0;
+	int rc = ct_err_any(ct_vol_read(path, &like, e) || ct_vol_check_grid(&like, e) ||
+			    ct_vol_check_grid(v, e));
 
 	if (rc == 0 && ct_regrid_like(v, &like, env, e))
 		rc = ct_blame(e, path);
@@ -193,10 +191,8 @@ static int reorient(struct ct_vol *v, const char *word, struct ct_err *e)
 {
 	int world[3], towards[3];
 
-	return ct_raw_axes("reorient", word, world, towards, e) ||
-			       ct_regrid_axes(v, world, towards, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_raw_axes("reorient", word, world, towards, e) ||
+			  ct_regrid_axes(v, world, towards, e));
 }
 
 static void say(const struct ct_vol *v, const struct ct_env *env)
@@ -305,10 +301,8 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (env->verbose > 0)
 		say(&v, env);
 	part = (struct ct_env_part){.env = env, .from = READING, .to = 1};
-	rc = convert_write(p, &v, &its, e) ||
-			     (p->sidecar && sidecar_write(p->sidecar, p->about, &v, env, e))
-		     ? -1
-		     : 0;
+	rc = ct_err_any(convert_write(p, &v, &its, e) ||
+			(p->sidecar && sidecar_write(p->sidecar, p->about, &v, env, e)));
 out:
 	convert_planes_drop(&planes, e);
 	json_decref(own.about);

@@ -177,8 +177,8 @@ static int read_input(struct ddnm_job *j, struct ct_err *e)
 {
 	const struct params *p = j->p;
 
-	return ddnm_picture_read(p->in, &j->in, e) || ddnm_picture_check(p->out, &j->in, e) ? -1
-											    : 0;
+	return ct_err_any(
+		ddnm_picture_read(p->in, &j->in, e) || ddnm_picture_check(p->out, &j->in, e));
 }
 
 static int read_prior(struct ddnm_job *j, struct ct_err *e)
@@ -292,14 +292,11 @@ static int write_outputs(struct ddnm_job *j, struct ct_err *e)
 /* What the views depend on besides the options; --std because its sums are kept. */
 static int name_run(struct ddnm_job *j, struct ct_err *e)
 {
-	return ct_resume_input(&j->resume, "IN", &j->in.meta, e) ||
-			       ct_resume_input(&j->resume, "--prior", &j->prior_meta, e) ||
-			       ct_resume_input(&j->resume, "--init",
-				       j->p->rule.init ? &j->init.meta : NULL, e) ||
-			       ct_resume_value(&j->resume, e, "--std", "%s",
-				       j->std.data ? "given" : "not given")
-		       ? -1
-		       : 0;
+	return ct_err_any(
+		ct_resume_input(&j->resume, "IN", &j->in.meta, e) ||
+		ct_resume_input(&j->resume, "--prior", &j->prior_meta, e) ||
+		ct_resume_input(&j->resume, "--init", j->p->rule.init ? &j->init.meta : NULL, e) ||
+		ct_resume_value(&j->resume, e, "--std", "%s", j->std.data ? "given" : "not given"));
 }
 
 static int sample(struct ddnm_job *j, struct ct_err *e)

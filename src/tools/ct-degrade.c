@@ -58,13 +58,11 @@ static int parse_rule(struct ct_step_degrade_rule *r, const struct params *p,
 	*r = p->rule;
 	r->insists = ct_modes_given(given, "protocol");
 	r->sigma_for_all = p->sigma && !strchr(p->sigma, ',');
-	return ct_cli_within("factor", p->factor, 3, true, 1, 1024, r->factor, e) ||
-			       (p->sigma && ct_cli_within("sigma", p->sigma, 3, true, 0, 1000,
-						    r->sigma, e)) ||
-			       (p->clip && ct_cli_range("clip", p->clip, r->clip, e)) ||
-			       said_slices(&r->slice, p->profile, p->thickness, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(
+		ct_cli_within("factor", p->factor, 3, true, 1, 1024, r->factor, e) ||
+		(p->sigma && ct_cli_within("sigma", p->sigma, 3, true, 0, 1000, r->sigma, e)) ||
+		(p->clip && ct_cli_range("clip", p->clip, r->clip, e)) ||
+		said_slices(&r->slice, p->profile, p->thickness, e));
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)

@@ -79,10 +79,9 @@ static int read_all(struct ct_stack *in, struct ct_vol *like, struct ct_step_rec
 	r->dashed = true;
 	r->density = p->quantity == DENSITY;
 	r->like = p->grid;
-	return ct_stack_read(r->name, in, e) || ct_geometry_opts_asked(&r->window, p->window, e) ||
-			       ct_geometry_opts_grid(&r->voxels, like, p->grid, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_stack_read(r->name, in, e) ||
+			  ct_geometry_opts_asked(&r->window, p->window, e) ||
+			  ct_geometry_opts_grid(&r->voxels, like, p->grid, e));
 }
 
 static int centre(struct ct_stack *in, const char *name, const struct ct_env *env, struct ct_err *e)
@@ -99,10 +98,9 @@ static int centre(struct ct_stack *in, const char *name, const struct ct_env *en
 static int keep(struct ct_vol *out, const struct ct_stack *in, const char *path,
 	const struct ct_env *env, struct ct_err *e)
 {
-	return ct_meta_step(&out->meta, env, 1, (const struct ct_meta *const[]){&in->meta}, e) ||
-			       ct_keep_vol(path, out, env, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(
+		ct_meta_step(&out->meta, env, 1, (const struct ct_meta *const[]){&in->meta}, e) ||
+		ct_keep_vol(path, out, env, e));
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)

@@ -201,10 +201,8 @@ static int evaluate(struct field_job *j, struct ct_field_fit *f, struct ct_err *
 	struct ct_env own;
 
 	ct_env_part(&own, &part);
-	return ct_step_field_volume(&j->out, f, &j->plan, &own, e) ||
-			       ct_meta_step(&j->out.meta, j->env, 2, in, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_step_field_volume(&j->out, f, &j->plan, &own, e) ||
+			  ct_meta_step(&j->out.meta, j->env, 2, in, e));
 }
 
 static int fit(struct field_job *j, struct ct_field_fit *f, struct ct_err *e)

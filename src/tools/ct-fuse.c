@@ -73,13 +73,11 @@ static int name_run(struct fuse_job *j, struct ct_err *e)
 	struct ct_resume *r = &j->resume;
 	const struct ct_evidence *d = &j->data;
 
-	return ct_resume_input(r, "BASE", &d->base.meta, e) ||
-			       ct_resume_input(r, "LR", &d->lr.meta, e) ||
-			       ct_resume_input(r, "PROJECTIONS", &d->in.meta, e) ||
-			       ct_resume_input(r, "--base-projections", &d->base_proj.meta, e) ||
-			       ct_resume_input(r, "--uncertainty", &d->weight.meta, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_resume_input(r, "BASE", &d->base.meta, e) ||
+			  ct_resume_input(r, "LR", &d->lr.meta, e) ||
+			  ct_resume_input(r, "PROJECTIONS", &d->in.meta, e) ||
+			  ct_resume_input(r, "--base-projections", &d->base_proj.meta, e) ||
+			  ct_resume_input(r, "--uncertainty", &d->weight.meta, e));
 }
 
 static int save_state(void *job, const struct ct_joint *joint, struct ct_err *e)
@@ -94,10 +92,8 @@ static int prepare(struct fuse_job *j, struct ct_err *e)
 {
 	j->fuse.joint.save = save_state;
 	j->fuse.joint.ctx = j;
-	return name_run(j, e) || ct_step_fuse_plan(&j->plan, &j->p->rule, &j->data, e) ||
-			       ct_step_fuse_begin(&j->fuse, &j->plan, j->env, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(name_run(j, e) || ct_step_fuse_plan(&j->plan, &j->p->rule, &j->data, e) ||
+			  ct_step_fuse_begin(&j->fuse, &j->plan, j->env, e));
 }
 
 static int estimate(struct fuse_job *j, struct ct_err *e)
@@ -129,13 +125,11 @@ static int write_all(struct fuse_job *j, struct ct_err *e)
 
 	rule.together = p->residual ? &both : NULL;
 	own.files = &rule;
-	rc = ct_step_fuse_compose(&added, &j->fuse, &j->plan, j->env, e) ||
-			     (p->residual && (ct_meta_step(&added.meta, &own, n, in, e) ||
-						     ct_vol_write(p->residual, &added, &own, e))) ||
-			     ct_meta_step(&d->base.meta, j->env, n, in, e) ||
-			     ct_vol_write(p->out, &d->base, &own, e) || ct_out_set_commit(&both, e)
-		     ? -1
-		     : 0;
+	rc = ct_err_any(ct_step_fuse_compose(&added, &j->fuse, &j->plan, j->env, e) ||
+			(p->residual && (ct_meta_step(&added.meta, &own, n, in, e) ||
+						ct_vol_write(p->residual, &added, &own, e))) ||
+			ct_meta_step(&d->base.meta, j->env, n, in, e) ||
+			ct_vol_write(p->out, &d->base, &own, e) || ct_out_set_commit(&both, e));
 	ct_meta_free(&added.meta);
 	ct_out_set_drop(&both);
 	return rc;

@@ -332,20 +332,16 @@ static int read_all(struct compare_job *j, const struct ct_step_compare_rule *r,
 	struct ct_step_compare_data *d = &j->data;
 
 	if (is_rays(r->ref) || is_rays(r->test) || is_rays(r->low))
-		return read_rays(&d->test_rays, &j->test_rays, r->test, e) ||
-				       read_rays(&d->ref_rays, &j->ref_rays, r->ref, e) ||
-				       read_rays(&d->low_rays, &j->low_rays, r->low, e) ||
-				       read_volume(&d->mask, &j->mask, r->mask, e) ||
-				       read_volume(&d->std, &j->std, r->std, e)
-			       ? -1
-			       : 0;
-	return read_volume(&d->test, &j->test, r->test, e) ||
-			       read_volume(&d->ref, &j->ref, r->ref, e) ||
-			       read_volume(&d->mask, &j->mask, r->mask, e) ||
-			       read_volume(&d->std, &j->std, r->std, e) ||
-			       read_volume(&d->low, &j->low, r->low, e)
-		       ? -1
-		       : 0;
+		return ct_err_any(read_rays(&d->test_rays, &j->test_rays, r->test, e) ||
+				  read_rays(&d->ref_rays, &j->ref_rays, r->ref, e) ||
+				  read_rays(&d->low_rays, &j->low_rays, r->low, e) ||
+				  read_volume(&d->mask, &j->mask, r->mask, e) ||
+				  read_volume(&d->std, &j->std, r->std, e));
+	return ct_err_any(read_volume(&d->test, &j->test, r->test, e) ||
+			  read_volume(&d->ref, &j->ref, r->ref, e) ||
+			  read_volume(&d->mask, &j->mask, r->mask, e) ||
+			  read_volume(&d->std, &j->std, r->std, e) ||
+			  read_volume(&d->low, &j->low, r->low, e));
 }
 
 static int check_units(
@@ -363,24 +359,20 @@ static int write_map(
 {
 	struct ct_vol *map = &j->found.map;
 
-	return ct_meta_step(&map->meta, env, 2,
-		       (const struct ct_meta *const[]){&j->low.meta, &j->test.meta}, e) ||
-			       ct_vol_write(path, map, env, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(
+		ct_meta_step(&map->meta, env, 2,
+			(const struct ct_meta *const[]){&j->low.meta, &j->test.meta}, e) ||
+		ct_vol_write(path, map, env, e));
 }
 
 static int compare(struct compare_job *j, const struct params *p,
 	const struct ct_step_compare_rule *r, const struct ct_env *env, struct ct_err *e)
 {
-	return read_all(j, r, e) || ct_step_compare_plan(&j->plan, r, &j->data, env, e) ||
-			       check_units(j, r, e) ||
-			       ct_step_compare_run(&j->found, &j->plan, env, e) ||
-			       (p->per_slice &&
-				       write_slices(p->per_slice, &j->found, &j->plan, env, e)) ||
-			       (p->map && write_map(p->map, j, env, e))
-		       ? -1
-		       : 0;
+	return ct_err_any(
+		read_all(j, r, e) || ct_step_compare_plan(&j->plan, r, &j->data, env, e) ||
+		check_units(j, r, e) || ct_step_compare_run(&j->found, &j->plan, env, e) ||
+		(p->per_slice && write_slices(p->per_slice, &j->found, &j->plan, env, e)) ||
+		(p->map && write_map(p->map, j, env, e)));
 }
 
 /* One NAME=X of --min or --max; *text moves behind it. A figure that is not a number passes

@@ -148,13 +148,11 @@ static int name_run(struct nabgs_job *j, struct ct_err *e)
 	const struct ct_evidence *in = &j->data;
 	struct ct_resume *r = &j->resume;
 
-	return ct_resume_input(r, "IN", &in->in.meta, e) ||
-			       ct_resume_input(r, "--base", &in->base.meta, e) ||
-			       ct_resume_input(r, "--base-projections", &in->base_proj.meta, e) ||
-			       ct_resume_input(r, "--uncertainty", &in->weight.meta, e) ||
-			       ct_resume_input(r, "--lr", &in->lr.meta, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_resume_input(r, "IN", &in->in.meta, e) ||
+			  ct_resume_input(r, "--base", &in->base.meta, e) ||
+			  ct_resume_input(r, "--base-projections", &in->base_proj.meta, e) ||
+			  ct_resume_input(r, "--uncertainty", &in->weight.meta, e) ||
+			  ct_resume_input(r, "--lr", &in->lr.meta, e));
 }
 
 static int fit(struct nabgs_job *j, struct ct_err *e)

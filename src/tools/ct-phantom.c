@@ -62,14 +62,10 @@ static int grid_of(struct ct_vol *v, const struct params *p, struct ct_err *e)
 static int put_meta(struct ct_meta *m, const struct params *p, const double window[2],
 	const struct ct_env *env, struct ct_err *e)
 {
-	return ct_window_put(m, window, e) ||
-			       ct_meta_set(
-				       m, CT_META_PHANTOM, CT_WORD(CT_PHANTOM_LIST, p->kind), e) ||
-			       ct_meta_setf(
-				       m, e, CT_META_SEED, "%llu", (unsigned long long)env->seed) ||
-			       ct_meta_step(m, env, 0, NULL, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_window_put(m, window, e) ||
+			  ct_meta_set(m, CT_META_PHANTOM, CT_WORD(CT_PHANTOM_LIST, p->kind), e) ||
+			  ct_meta_setf(m, e, CT_META_SEED, "%llu", (unsigned long long)env->seed) ||
+			  ct_meta_step(m, env, 0, NULL, e));
 }
 
 static int write_voxels(struct ct_vol *v, size_t n, const struct ct_shape *shape,

@@ -142,12 +142,10 @@ static int project(struct ct_step_project *j, const struct params *p, const stru
 
 	ct_log(env, CT_INFO, "%zu views of %zux%zu, %s beam", out->views, out->w, out->h,
 		CT_WORD(CT_BEAM_LIST, out->beam));
-	return ct_step_project_run(j, env, e) ||
-			       ct_meta_step(&out->meta, env, 1,
-				       (const struct ct_meta *const[]){&j->v->meta}, e) ||
-			       ct_keep_stack(p->out, out, env, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(
+		ct_step_project_run(j, env, e) ||
+		ct_meta_step(&out->meta, env, 1, (const struct ct_meta *const[]){&j->v->meta}, e) ||
+		ct_keep_stack(p->out, out, env, e));
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)

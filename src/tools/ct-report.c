@@ -64,10 +64,8 @@ static int read_all(struct report_job *j, struct ct_err *e)
 	if (j->log)
 		ct_page_forget_folders((char *)j->log);
 	page->log = (const char *)j->log;
-	return read_volume(&page->std, p->std, false, &page->hr.vol, j->env, e) ||
-			       read_volume(&page->truth, p->truth, true, &page->hr.vol, j->env, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(read_volume(&page->std, p->std, false, &page->hr.vol, j->env, e) ||
+			  read_volume(&page->truth, p->truth, true, &page->hr.vol, j->env, e));
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)

@@ -236,9 +236,8 @@ static int write_out(struct files *f, const struct ct_env *env, struct ct_err *e
 		return -1;
 	if (!ct_files_is_dicom(f->p->out))
 		return ct_keep_vols(f->p->out, &f->out, confidence, &f->error, env, e);
-	return (confidence && ct_vol_write(confidence, &f->error, env, e)) || write_dicom(f, env, e)
-		       ? -1
-		       : 0;
+	return ct_err_any((confidence && ct_vol_write(confidence, &f->error, env, e)) ||
+			  write_dicom(f, env, e));
 }
 
 /* Each `name` in the text, which is no part of a word and no shorter than `by`, becomes that. */
@@ -275,8 +274,8 @@ static int write_report(struct files *f, double seconds, const struct ct_env *en
 	own.command = &command;
 	if (f->p->confidence)
 		page.std = (struct ct_page_volume){basename(f->p->confidence), f->error};
-	rc = ct_page_measure(&page, &own, e) || page_file_write(f->p->report, &page, &own, e) ? -1
-											      : 0;
+	rc = ct_err_any(
+		ct_page_measure(&page, &own, e) || page_file_write(f->p->report, &page, &own, e));
 	page.lr.vol = page.hr.vol = page.std.vol = (struct ct_vol){0}; /* ours */
 	ct_page_free(&page);
 	return rc;

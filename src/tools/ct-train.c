@@ -146,7 +146,7 @@ static int parse_net(struct ct_unet_arch *a, const struct train_params *p, const
 static int parse_arch(struct ct_unet_arch *a, const struct train_params *p, struct ct_err *e)
 {
 	struct ct_meta m = {0};
-	int rc = prior_arch_parse(&m, p->arch, e) || parse_net(a, p, &m, e) ? -1 : 0;
+	int rc = ct_err_any(prior_arch_parse(&m, p->arch, e) || parse_net(a, p, &m, e));
 
 	ct_meta_free(&m);
 	if (rc == 0 && a->num_classes)

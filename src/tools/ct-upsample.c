@@ -141,10 +141,8 @@ static int read_all(struct files *f, struct ct_refine_rule *rule, const struct p
 	rule->prior = &f->prior;
 	rule->arssr = &f->arssr;
 	rule->start = p->start ? &f->start : NULL;
-	return scan_read(&f->in, p->in, NULL, p->out, NULL, env, e) ||
-			       (p->start && ct_vol_read_hu(p->start, &f->start, env, e))
-		       ? -1
-		       : 0;
+	return ct_err_any(scan_read(&f->in, p->in, NULL, p->out, NULL, env, e) ||
+			  (p->start && ct_vol_read_hu(p->start, &f->start, env, e)));
 }
 
 /* Without an operator auto is bspline, which does not iterate. */
@@ -205,10 +203,8 @@ static int work(struct files *f, const struct params *p, const struct ct_env *en
 		return ct_blame(e, p->in);
 	if (check_modes(&r, p, env, e))
 		return -1;
-	return ahead_tell(&r, &f->in, p->in, p->out, p->std, env, e) ||
-			       (!env->command->dry_run && refine(&r, f, p, env, e))
-		       ? -1
-		       : 0;
+	return ct_err_any(ahead_tell(&r, &f->in, p->in, p->out, p->std, env, e) ||
+			  (!env->command->dry_run && refine(&r, f, p, env, e)));
 }
 
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)

@@ -290,11 +290,9 @@ static int make(struct view_job *j, const struct params *p, struct ct_sheet_rule
 		ct_alloc0(&j->file, n, sizeof *j->file, e) ||
 		ct_alloc(&j->name, n, sizeof *j->name, e) || names_of(j->name, &j->names, n, p, e))
 		return -1;
-	return read_files(j->file, p, n, e) || check_kind(j->file, &env->command->given, e) ||
-			       check_unit(j->file, p, rule, e) ||
-			       ct_sheet_make(&j->sheet, n, j->file, rule, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(
+		read_files(j->file, p, n, e) || check_kind(j->file, &env->command->given, e) ||
+		check_unit(j->file, p, rule, e) || ct_sheet_make(&j->sheet, n, j->file, rule, e));
 }
 
 /* The sheet with its labels; what is written on it goes to *text if the picture is SVG. */
@@ -313,7 +311,7 @@ static int draw(unsigned char **rgb, size_t *h, size_t *w, char **text, const st
 	if (ct_stream_open(&l.svg, text, &n, e))
 		return -1;
 	rc = ct_labels_draw(rgb, h, w, &l, e);
-	return ct_stream_close(l.svg, text, e) || rc ? -1 : 0;
+	return ct_err_any(ct_stream_close(l.svg, text, e) || rc);
 }
 
 /* As a PNG, or as SVG around one. */

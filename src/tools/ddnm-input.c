@@ -25,10 +25,8 @@ static int read_picture(const char *path, struct ct_stack *s, struct ct_err *e)
 	memcpy(s->data, gray, h * w * sizeof *gray);
 	s->beam = CT_PARALLEL;
 	s->view[0] = (struct ct_view){.source = {0, -1000, 0}, .u = {1, 0, 0}, .v = {0, 0, -1}};
-	rc = ct_meta_set(&s->meta, CT_META_QUANTITY, CT_QUANTITY_INTENSITY, e) ||
-			     ct_meta_input(&s->meta, path, 1, &piece, e)
-		     ? -1
-		     : 0;
+	rc = ct_err_any(ct_meta_set(&s->meta, CT_META_QUANTITY, CT_QUANTITY_INTENSITY, e) ||
+			ct_meta_input(&s->meta, path, 1, &piece, e));
 out:
 	free(gray);
 	return rc;

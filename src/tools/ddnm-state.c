@@ -68,7 +68,7 @@ static int pack(struct ct_tensors *w, const void *state, struct ct_err *e)
 		return -1;
 	for (size_t k = 0; k < s->out->views; k++)
 		t->data[k] = s->done[k] ? 1.0f : 0.0f;
-	return put(w, "views", s->out, e) || (s->std && put(w, "deviation", s->std, e)) ? -1 : 0;
+	return ct_err_any(put(w, "views", s->out, e) || (s->std && put(w, "deviation", s->std, e)));
 }
 
 int ddnm_state_save(void *state, bool last, struct ct_err *e)

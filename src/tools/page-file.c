@@ -24,11 +24,9 @@ int page_file_write(
 		    : ct_slurp(at, &form, &n, e);
 	free(at);
 	if (rc == 0)
-		rc = ct_out_open(&o, path, env, e) ||
-				     ct_page_write(o.f, (const char *)form, p, env, e) ||
-				     ct_out_commit(&o, e)
-			     ? -1
-			     : 0;
+		rc = ct_err_any(ct_out_open(&o, path, env, e) ||
+				ct_page_write(o.f, (const char *)form, p, env, e) ||
+				ct_out_commit(&o, e));
 	ct_out_abandon(&o);
 	free(form);
 	return rc;

@@ -360,7 +360,7 @@ int scan_source_field(float **mean, const char *path, size_t h, size_t w, const 
 	if (rc == 0 && (n[1] != h || n[2] != w))
 		rc = ct_fail(e, CT_EGEOM, "%s: has %zux%zu pixels, but the views have %zux%zu",
 			path, n[2], n[1], w, h);
-	rc = rc || mean_of(mean, x, n[0], h * w, e) ? -1 : 0;
+	rc = ct_err_any(rc || mean_of(mean, x, n[0], h * w, e));
 	free(x);
 	return rc;
 }

@@ -103,10 +103,8 @@ int sr_steps_end(struct sr_steps *s, size_t i, struct ct_err *e)
 			wall, ct_clock_cpu() - s->cpu, ct_memory_held() / 0x1p20);
 	if (!s->kept.folder)
 		return 0;
-	return ct_hash_file(holds, s->w.file[f], &own, e) ||
-			       (*holds && ct_kept_note(&s->kept, f, s->w.file[f], s->key, holds, e))
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_hash_file(holds, s->w.file[f], &own, e) ||
+			  (*holds && ct_kept_note(&s->kept, f, s->w.file[f], s->key, holds, e)));
 }
 
 static void relay(const struct ct_env *env, enum ct_level level, const char *text)
@@ -205,7 +203,7 @@ static int after(void *ctx, enum ct_step_paper_made k, void *made, bool again, s
 	if (k == CT_STEP_PAPER_UP && ct_units_check(made, "--units", e))
 		return ct_blame(e, s->w.p->in);
 	if (!again) {
-		rc = write_made(s, k, made, e) || sr_steps_end(s, k, e) ? -1 : 0;
+		rc = ct_err_any(write_made(s, k, made, e) || sr_steps_end(s, k, e));
 		end_state(s, rc == 0);
 	}
 	return rc ? -1 : as_read(k, sr_words_output(&s->w, k), made, e);
@@ -220,10 +218,9 @@ static int open_state(struct sr_steps *s, enum ct_step_paper_made k, struct ct_e
 
 	rule.force = true;
 	own.files = &rule;
-	return ct_resume_open(&s->resume, sr_words_output(&s->w, k), s->begun, none, NULL, &own,
-		       e) || ct_resume_value(&s->resume, e, "step", "%s", s->key)
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_resume_open(&s->resume, sr_words_output(&s->w, k), s->begun, none,
+				  NULL, &own, e) ||
+			  ct_resume_value(&s->resume, e, "step", "%s", s->key));
 }
 
 static int keep_views(

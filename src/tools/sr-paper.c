@@ -56,11 +56,9 @@ static int describe(
 	struct ct_vol *v, enum ct_units units, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_meta was = {0};
-	const int rc = ct_meta_copy(&was, &v->meta, e) || ct_units_note(v, units, e) ||
-				       ct_meta_step(&v->meta, env, 1,
-					       (const struct ct_meta *const[]){&was}, e)
-			       ? -1
-			       : 0;
+	const int rc = ct_err_any(
+		ct_meta_copy(&was, &v->meta, e) || ct_units_note(v, units, e) ||
+		ct_meta_step(&v->meta, env, 1, (const struct ct_meta *const[]){&was}, e));
 
 	ct_meta_free(&was);
 	return rc;
@@ -96,12 +94,9 @@ static int make_lr(struct paper *j, const struct ct_step_paper_keeper *keeper, s
 		ct_vol_free(&j->lr);
 		return 0;
 	}
-	return check_room(j, e) ||
-			       describe(&j->lr, (enum ct_units)ct_io_rule_of(&j->env).units, &own,
-				       e) ||
-			       keeper->after(keeper->ctx, CT_STEP_PAPER_LR, &j->lr, false, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(check_room(j, e) ||
+			  describe(&j->lr, (enum ct_units)ct_io_rule_of(&j->env).units, &own, e) ||
+			  keeper->after(keeper->ctx, CT_STEP_PAPER_LR, &j->lr, false, e));
 }
 
 /* The result, where it is needed beyond its step. */
@@ -181,8 +176,8 @@ static int write_page(struct paper *j, size_t i, struct ct_err *e)
 	j->lr = j->out = (struct ct_vol){0}; /* the page frees them */
 	rule.force = true;
 	own.files = &rule;
-	rc = ct_page_measure(&page, &own, e) || page_file_write(w->p->report, &page, &own, e) ? -1
-											      : 0;
+	rc = ct_err_any(
+		ct_page_measure(&page, &own, e) || page_file_write(w->p->report, &page, &own, e));
 	ct_page_free(&page);
 	free(log);
 	return rc ? -1 : sr_steps_end(&j->s, i, e);

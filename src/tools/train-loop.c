@@ -190,7 +190,8 @@ static int pack(struct ct_tensors *state, const void *work, struct ct_err *e)
 {
 	const struct train_loop_job *j = work;
 
-	return j->s->save(j->s->training, state, e) || train_best_put(&j->best, state, e) ? -1 : 0;
+	return ct_err_any(
+		j->s->save(j->s->training, state, e) || train_best_put(&j->best, state, e));
 }
 
 static int checkpoint(struct train_loop_job *j, struct ct_err *e)
@@ -198,7 +199,7 @@ static int checkpoint(struct train_loop_job *j, struct ct_err *e)
 	int rc;
 
 	ct_stop_defer(true);
-	rc = ct_resume_save(j->resume, pack, j, e) || write_prior(j, e) ? -1 : 0;
+	rc = ct_err_any(ct_resume_save(j->resume, pack, j, e) || write_prior(j, e));
 	ct_stop_defer(false);
 	return rc;
 }
@@ -217,7 +218,7 @@ static int finish(struct train_loop_job *j, struct ct_err *e)
 	else if (kept)
 		*e = why;
 	ct_stop_defer(false);
-	return rc || kept ? -1 : 0;
+	return ct_err_any(rc || kept);
 }
 
 /* Tells the state what the training depends on besides the options. The number of steps matters if
@@ -282,8 +283,8 @@ static int judge(struct train_loop_job *j, struct ct_err *e)
 	j->told = ct_clock_wall();
 	if (!j->p->patience)
 		return 0;
-	rc = j->s->result(j->s->it, &w, e) || train_best_judge(&j->best, held, step, &w, e) ? -1
-											    : 0;
+	rc = ct_err_any(
+		j->s->result(j->s->it, &w, e) || train_best_judge(&j->best, held, step, &w, e));
 	ct_tensors_free(&w);
 	return rc;
 }

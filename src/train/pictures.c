@@ -25,10 +25,8 @@ static int read_data(struct train_pictures_job *j, struct train_data *data, stru
 			return -1;
 	if (!d->validate)
 		return 0;
-	return train_data_read(&j->held, d->validate, &data->held, e) ||
-			       ct_patches_check(&j->p->opts.patches, &j->held, d->validate, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(train_data_read(&j->held, d->validate, &data->held, e) ||
+			  ct_patches_check(&j->p->opts.patches, &j->held, d->validate, e));
 }
 
 static int held(void *it, double *loss, struct ct_err *e)
@@ -40,10 +38,8 @@ static int held(void *it, double *loss, struct ct_err *e)
 
 static int result(const void *it, struct ct_tensors *w, struct ct_err *e)
 {
-	return ct_train_result(((const struct train_pictures_job *)it)->train, w, e) ||
-			       ct_meta_set(&w->meta, CT_META_INTENSITY_MAP, CT_PRIOR_MAP, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_train_result(((const struct train_pictures_job *)it)->train, w, e) ||
+			  ct_meta_set(&w->meta, CT_META_INTENSITY_MAP, CT_PRIOR_MAP, e));
 }
 
 static int cost(const void *it, double seconds, struct ct_cost *c, struct ct_err *e)

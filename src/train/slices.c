@@ -108,11 +108,9 @@ static int keep(const char *path, const char *key, const struct ct_example *p, s
 {
 	const size_t dim[4] = {2, p->n[2], p->n[1], p->n[0]};
 	struct ct_tensors w = {0};
-	const int rc = ct_meta_set(&w.meta, CT_META_DATASET, key, e) ||
-				       ct_tensors_put(&w, "base,rest", 4, dim, p->base, e) ||
-				       ct_tensors_write_private(path, &w, e)
-			       ? -1
-			       : 0;
+	const int rc = ct_err_any(ct_meta_set(&w.meta, CT_META_DATASET, key, e) ||
+				  ct_tensors_put(&w, "base,rest", 4, dim, p->base, e) ||
+				  ct_tensors_write_private(path, &w, e));
 
 	ct_tensors_free(&w);
 	return rc;

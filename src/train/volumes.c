@@ -63,11 +63,9 @@ static int result(const void *it, struct ct_tensors *w, struct ct_err *e)
 {
 	const struct ct_arssr_train *t = ((const struct train_volumes_job *)it)->train;
 
-	return ct_arssr_put(&t->net, t->trainer.average, w, e) ||
-			       ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu",
-				       (unsigned long long)t->trainer.steps)
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_arssr_put(&t->net, t->trainer.average, w, e) ||
+			  ct_meta_setf(&w->meta, e, CT_META_STEP, "%llu",
+				  (unsigned long long)t->trainer.steps));
 }
 
 static int cost(const void *it, double seconds, struct ct_cost *c, struct ct_err *e)

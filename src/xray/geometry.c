@@ -130,14 +130,12 @@ static int note(struct ct_meta *m, const struct ct_geometry *s, struct ct_err *e
 		arc = s->angle[s->views - 1] - start;
 		arc *= s->views > 1 ? (double)s->views / ((double)s->views - 1) : 1;
 	}
-	return ct_meta_setf(m, e, CT_META_SCAN_DSO, "%.17g", s->dso) ||
-			       ct_meta_setf(m, e, CT_META_SCAN_DSD, "%.17g", s->dsd) ||
-			       ct_meta_setf(m, e, CT_META_SCAN_ARC, "%.17g", arc) ||
-			       ct_meta_setf(m, e, CT_META_SCAN_START, "%.17g", start) ||
-			       ct_meta_setf(m, e, CT_META_SCAN_ISO, "%.17g,%.17g,%.17g", s->iso[0],
-				       s->iso[1], s->iso[2])
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_meta_setf(m, e, CT_META_SCAN_DSO, "%.17g", s->dso) ||
+			  ct_meta_setf(m, e, CT_META_SCAN_DSD, "%.17g", s->dsd) ||
+			  ct_meta_setf(m, e, CT_META_SCAN_ARC, "%.17g", arc) ||
+			  ct_meta_setf(m, e, CT_META_SCAN_START, "%.17g", start) ||
+			  ct_meta_setf(m, e, CT_META_SCAN_ISO, "%.17g,%.17g,%.17g", s->iso[0],
+				  s->iso[1], s->iso[2]));
 }
 
 int ct_geometry_fill(struct ct_stack *out, const struct ct_geometry *s, struct ct_err *e)

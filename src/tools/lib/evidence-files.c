@@ -19,7 +19,6 @@ int ct_evidence_files_read(struct ct_evidence *d, const struct ct_evidence_files
 		(f->std && ct_stack_read(f->std, &d->weight, e)) ||
 		(f->projections && ct_stack_read(f->projections, &d->base_proj, e)))
 		return -1;
-	return ct_geometry_opts_asked(&r.window, f->window, e) || ct_evidence_check(d, &r, env, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_geometry_opts_asked(&r.window, f->window, e) ||
+			  ct_evidence_check(d, &r, env, e));
 }

@@ -258,10 +258,8 @@ static int angles(struct ct_geometry *s, const struct reader *r, bool fixed, str
 		return ct_fail(e, CT_EINPUT,
 			"%s: angles stands beside totalAngle or startAngle: expected one of them",
 			r->path);
-	return ct_alloc(&s->angle, s->views, sizeof *s->angle, e) ||
-			       numbers(r, "angles", s->views, s->angle, e)
-		       ? -1
-		       : 0;
+	return ct_err_any(ct_alloc(&s->angle, s->views, sizeof *s->angle, e) ||
+			  numbers(r, "angles", s->views, s->angle, e));
 }
 
 enum { DSO_MM = 1000 }; /* of parallel rays, where planes are of no meaning */
@@ -340,7 +338,7 @@ static int read_scan(
 			r->path, views, CT_MAX_VIEWS);
 	s->views = views != 0 ? (size_t)views : s->views;
 	if ((got = vectors(s, r, unit, views != 0, e)) <= 0)
-		return got < 0 || pixels(s, r, e) ? -1 : 0;
+		return ct_err_any(got < 0 || pixels(s, r, e));
 	if ((got = numbers(r, "DSO", 1, &s->dso, e)) != 0 ||
 		(got = numbers(r, "DSD", 1, &s->dsd, e)) != 0)
 		return got < 0 ? -1 : ct_fail(e, CT_EINPUT, "%s: no DSO or DSD", r->path);
@@ -391,9 +389,8 @@ int ct_geometry_json_read(struct ct_geometry *s, const char *path, const struct 
 	r.o = json_object_get(root, "scanner");
 	if (!json_is_object(r.o))
 		r.o = root;
-	rc = check_keys(&r, root, e) || read_scan(s, &r, grid, e) || (named && volume(named, &r, e))
-		     ? -1
-		     : 0;
+	rc = ct_err_any(check_keys(&r, root, e) || read_scan(s, &r, grid, e) ||
+			(named && volume(named, &r, e)));
 	json_decref(root);
 	if (rc) {
 		free(s->angle);

@@ -98,7 +98,7 @@ int ct_geometry_opts_make(struct ct_stack *out, const struct ct_geometry_opts *o
 
 	if (o->like)
 		return ct_geometry_opts_like(out, o->like, e);
-	rc = make_scan(&s, o, grid, e) || ct_geometry_fill(out, &s, e) ? -1 : 0;
+	rc = ct_err_any(make_scan(&s, o, grid, e) || ct_geometry_fill(out, &s, e));
 	ct_geometry_free(&s);
 	return rc;
 }
