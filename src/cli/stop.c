@@ -14,6 +14,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 #define LIMIT 1.0 /* seconds of CPU time, and of waiting */
@@ -90,10 +91,12 @@ static void take(int sig)
 /* The thread that wrote is not to call it an error. */
 static void take_pipe(int sig)
 {
+	const struct timespec moment = {0, 1000000};
+
 	piped = 1;
 	take(sig);
 	while (!held)
-		pause();
+		nanosleep(&moment, NULL);
 }
 
 static bool ignored(int sig)
