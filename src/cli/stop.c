@@ -14,7 +14,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 #define LIMIT 1.0 /* seconds of CPU time, and of waiting */
@@ -91,12 +90,10 @@ static void take(int sig)
 /* The thread that wrote is not to call it an error. */
 static void take_pipe(int sig)
 {
-	const struct timespec moment = {0, 1000000};
-
 	piped = 1;
 	take(sig);
 	while (!held)
-		nanosleep(&moment, NULL);
+		ct_clock_sleep(TICK);
 }
 
 static bool ignored(int sig)
