@@ -15,7 +15,7 @@
 
 #include <stdbool.h>
 
-#define CT_AS_HU_SPREAD 400.0 /* six CTs with air about them: 190 to 620 */
+#define CT_AS_HU_SPREAD 400.0 /* cubes of three patients: 190 to 620 */
 #define CT_AS_HU_LEAST (-1024.0)
 
 struct ct_as_hu {
