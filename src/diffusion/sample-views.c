@@ -320,8 +320,8 @@ static size_t next_wave(struct job *j, const bool *done, size_t *at)
 }
 
 /* Samples that begin with one view also agree in what the network does to every view. With g itself
- * nine of ten stacks of patients and phantoms became worse, by up to 1.2 dB, with its cube by .08
- * at most (doc/samplers.md). */
+ * nine stacks of patients and phantoms became worse, by up to 1.2 dB, with its cube by .08 at most
+ * (doc/samplers.md). */
 #define BELIEF 3
 
 /* What the mean of the samples adds to a refined view, as far as they agree; var: the sum of their
