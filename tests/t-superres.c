@@ -453,6 +453,65 @@ static void test_defaults(void)
 	NEAR(ct_superres_default(8).sigma_det, 8 / 2.354820045, 1e-8, "a pixel's width at half");
 }
 
+/* Of what the mean of two samples adds to a refined view the cube of their agreement counts. Of two
+ * samples a, b the deviation is |a - b| / sqrt 2, so the mean is that far, by sqrt 2, from a. */
+static void test_belief(void)
+{
+	struct ct_superres p = params();
+	struct ct_stack coarse = {0}, unused = {0}, in = {0}, one = {0}, two = {0}, dev = {0};
+	struct ct_err e = {0};
+	bool done[2][VIEWS] = {{false}};
+	double worst = 0, most = 0, least = 1;
+	size_t n;
+
+	stacks(&coarse, &unused, NULL);
+	if (ct_stack_like(&in, &coarse, S, &e) || ct_stack_like(&one, &in, 1, &e) ||
+		ct_stack_like(&two, &in, 1, &e) || ct_stack_like(&dev, &in, 1, &e))
+		exit(99);
+	n = in.h * in.w;
+	for (size_t i = 0; i < ct_stack_count(&in); i++)
+		in.data[i] = 1 + 0.3f * sinf((float)i);
+	p.refined = true;
+	OK(go(&p, &in, NULL, &one, NULL, done[0], 2, NULL, &e) == 0,
+		"a refined view, one sample (%s)", e.msg);
+	p.samples = 2;
+	OK(go(&p, &in, NULL, &two, &dev, done[1], 2, NULL, &e) == 0,
+		"a refined view, two samples (%s)", e.msg);
+	for (size_t v = 0; v < VIEWS; v++) {
+		const float *x = ct_stack_view(&in, v), *y = ct_stack_view(&two, v);
+		const float *a = ct_stack_view(&one, v), *d = ct_stack_view(&dev, v);
+		double var = 0, square = 0, from = 0, to = 1;
+
+		for (size_t i = 0; i < n; i++) {
+			var += pow((double)d[i], 2);
+			square += pow((double)y[i] - (double)x[i], 2);
+		}
+		while (to - from > 1e-13) {
+			const double c = (from + to) / 2, shift = square / (c * c) - var / 2;
+			const double g = shift > 0 ? shift / (shift + var) : 0;
+
+			*(g * g * g > c ? &from : &to) = c;
+		}
+		least = fmin(least, from);
+		for (size_t i = 0; i < n; i++) {
+			const double mean = (double)x[i] + ((double)y[i] - (double)x[i]) / from;
+
+			worst = fmax(
+				worst, fabs(fabs(mean - (double)a[i]) - (double)d[i] / sqrt(2)));
+			most = fmax(most, fabs(mean - (double)x[i]));
+		}
+	}
+	OK(least < 0.95 && worst < 1e-4 * most,
+		"of what they add the cube of %.3g or more counts (%.2g of %.2g off)", cbrt(least),
+		worst, most);
+	ct_stack_free(&coarse);
+	ct_stack_free(&unused);
+	ct_stack_free(&in);
+	ct_stack_free(&one);
+	ct_stack_free(&two);
+	ct_stack_free(&dev);
+}
+
 int main(void)
 {
 	ct_schedule_default(&schedule);
@@ -467,6 +526,7 @@ int main(void)
 	reflected(1, 7);
 	test_limits();
 	test_deviation();
+	test_belief();
 	test_defaults();
 	return tap_done();
 }
