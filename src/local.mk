@@ -300,7 +300,7 @@ SIMD_SOURCES += src/arssr/arssr-kernels.c src/arssr/arssr-kernels.h
 # src/refine
 # A CT on a finer grid: what is known of it, which method, how much memory, what it costs; and the call.
 libct_a_SOURCES += src/refine/rest.c src/refine/rest.h
-libct_a_SOURCES += src/refine/as-hu.c src/refine/as-hu.h
+libct_a_SOURCES += src/refine/frame.c src/refine/frame.h
 libct_a_SOURCES += src/refine/damp.c src/refine/damp.h
 libct_a_SOURCES += src/refine/slabs.c src/refine/slabs.h
 libct_a_SOURCES += src/refine/rehearsal.c src/refine/rehearsal.h

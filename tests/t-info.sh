@@ -40,6 +40,10 @@ ok $? 'an edge has 12 voxels with the steepest in the middle'
 ct-degrade -x 1,1,4 --sigma 0,0,2.96 --decimate point --noise 10 hi.nii.gz wide.nii.gz || exit 99
 exits 0 'ct-info -e estimates slices that overlap' ct-info -e -x 1,1,4 wide.nii.gz
 has out '^assumed .* averaged over a voxel (6. % sure)' 'slices that overlap are assumed averaged over a voxel'
+ct-info -e -x 1,1,4 wide.nii.gz | sed -n '/^assumed/,$p' >want
+ct-convert --reorient=LPI wide.nii.gz turned.nii.gz || exit 99
+ct-info -e -x 1,1,4 turned.nii.gz | sed -n '/^assumed/,$p' >got
+[ -s want ] && cmp -s want got; ok $? 'the estimate is the same whichever end slices, rows and columns begin at'
 ct-degrade -x 1,1,8 --sigma 0 --decimate mean hi.nii.gz few.nii.gz || exit 99
 exits 0 'ct-info -e estimates a scan of twelve slices' ct-info -e -x 1,1,8 few.nii.gz
 has out '^assumed .* averaged over a voxel (75 % sure); too few edges: slices are assumed as thick as far apart$' 'twelve slices are reported as too few edges'

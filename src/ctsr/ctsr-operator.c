@@ -1,6 +1,7 @@
 /* ctsr-operator.c: what makes a low-resolution CT. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "ctsr/ctsr-impl.h"
+#include "refine/frame.h"
 #include "estimate/operator.h"
 #include "steps/step-degrade.h"
 
@@ -91,10 +92,13 @@ int ctsr_operator_get(ctsr_operator *o, const ctsr_volume *v, ctsr_error *e)
 static int estimate(ctsr_operator *o, const ctsr_volume *v, struct ctsr_call *k)
 {
 	struct ct_said said = CT_SAID_NOTHING;
-	struct ct_vol bare = v->v;
+	struct ct_vol bare = v->v, own = {0};
+	const struct ct_vol *use;
 	struct ct_operator r;
 	struct ct_degrade d;
+	struct ct_frame frame;
 	double unused;
+	int rc;
 
 	bare.meta = (struct ct_meta){0};
 	if (ctsr_degrade_of(&d, &unused, o, &k->err) || ctsr_check_hu(v, "volume", &k->err) ||
@@ -102,7 +106,11 @@ static int estimate(ctsr_operator *o, const ctsr_volume *v, struct ctsr_call *k)
 		return -1;
 	memcpy(said.factor, d.factor, sizeof said.factor);
 	said.estimate = true;
-	if (ct_operator_find(&r, &said, true, &bare, &k->env, &k->err))
+	frame = ct_frame_of(&bare);
+	rc = ct_err_any(ct_frame_enter(&own, &use, &frame, &bare, k->env.par, &k->err) ||
+			ct_operator_find(&r, &said, true, use, &k->env, &k->err));
+	ct_vol_free(&own);
+	if (rc)
 		return -1;
 	if (!r.known)
 		return ct_fail(&k->err, CT_EINPUT, "too few edges to measure the blur");

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "operator/mirror.h"
 
+#include <math.h>
 #include <string.h>
 
 struct mirror_job {
@@ -52,6 +53,31 @@ void ct_mirror_volume(float *x, const size_t n[static 3], unsigned axes, struct 
 
 	if (axes)
 		ct_par_for(par, n[2], mirror, &t);
+}
+
+void ct_mirror(struct ct_vol *v, unsigned axes, struct ct_par *par)
+{
+	ct_mirror_volume(v->data, v->n, axes, par);
+	for (int a = 0; a < 3; a++)
+		for (int r = 0; axes >> a & 1 && r < 3; r++) {
+			v->affine[r][3] += ((double)v->n[a] - 1) * v->affine[r][a];
+			v->affine[r][a] = -v->affine[r][a];
+		}
+}
+
+unsigned ct_mirror_against(const struct ct_vol *v)
+{
+	unsigned axes = 0;
+
+	for (int a = 0; a < 3; a++) {
+		double along = 0;
+
+		for (int r = 0; r < 3; r++)
+			if (fabs(v->affine[r][a]) > fabs(along))
+				along = v->affine[r][a];
+		axes |= along < 0 ? 1U << a : 0;
+	}
+	return axes;
 }
 
 /* Each voxel of a plane takes the value of the next one along the axis, with the other sign. */

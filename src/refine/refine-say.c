@@ -76,7 +76,7 @@ void ct_refine_say(const struct ct_refine *r, const struct ct_vol *in, const str
 
 	ct_vol_spacing(in, mm);
 	*words = '\0';
-	ct_as_hu_words(words, sizeof words, &r->as);
+	ct_frame_words(words, sizeof words, &r->frame);
 	if (*words)
 		ct_log(env, CT_TOLD, "%s", words);
 	ct_assumed_words(words, is, mm);

@@ -90,7 +90,8 @@ static int need_of(double *bytes, const struct ct_refine *r, const size_t n[3], 
 static double volumes_of(const struct ct_refine *r, const struct ct_vol *in)
 {
 	const struct ct_refine_rule *p = &r->rule;
-	const double given = ct_as_hu_maps(&r->as) ? 2 : 1; /* as they are, and in HU */
+	const double given =
+		ct_frame_copies(&r->frame) ? 2 : 1; /* as it is, and as frame.h has it */
 
 	return 4 * (given * (double)ct_vol_count(in) +
 			   (1 + (p->start ? given : 0) + (p->error ? 1 : 0)) * voxels(r->n));
@@ -393,16 +394,18 @@ int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const
 	int rc;
 
 	*r = (struct ct_refine){.rule = *rule,
-		.as = interpolates(rule->method) ? (struct ct_as_hu){.times = 1} : ct_as_hu_of(in),
+		.frame = interpolates(rule->method) ? (struct ct_frame){.times = 1}
+						    : ct_frame_of(in),
 		.inverts = rule->method != CT_REFINE_PRIOR || !rule->start,
 		.loss = (double)NAN,
 		.share = 1,
 		.residual = (double)NAN,
 		.first = {1, 1, 1},
 		.rest.share = rule->denoise};
-	r->rule.said.noise *= r->as.times;
+	r->rule.said.noise *= r->frame.times;
 	rc = ct_err_any(ct_meta_need_hu(&in->meta, true, e) ||
-			ct_as_hu(&own, &use, &r->as, in, e) || plan_all(r, use, env, e));
+			ct_frame_enter(&own, &use, &r->frame, in, env->par, e) ||
+			plan_all(r, use, env, e));
 	ct_vol_free(&own);
 	return rc;
 }

@@ -9,8 +9,9 @@
  * CT is refined first and tells both how many iterations to make, and how far a noisy CT may be
  * departed from in each (inverse/pilot.h).
  *
- * A CT of values that are no HU is worked on as if they were (as-hu.h): all in HU below is then in
- * these, but for the voxels of the result and of its predicted error, and the noise of its header.
+ * The CT is worked on with its axes towards those of the world, and values that are no HU as if
+ * they were (frame.h): all in HU below is then in these, but for the voxels of the result and of
+ * its predicted error, and the noise of its header.
  *
  * Reentrant; nothing is kept between calls.
  * SPDX-License-Identifier: Apache-2.0
@@ -19,7 +20,7 @@
 #define CT_REFINE_REFINE_H
 #include "arssr/arssr-volume.h"
 #include "estimate/assumed.h"
-#include "refine/as-hu.h"
+#include "refine/frame.h"
 #include "refine/damp.h"
 #include "refine/rest.h"
 #include "estimate/operator.h"
@@ -62,8 +63,8 @@ struct ct_refine_rule {
 	}
 
 struct ct_refine {
-	struct ct_refine_rule rule; /* its noise in HU (as-hu.h) */
-	struct ct_as_hu as;
+	struct ct_refine_rule rule; /* its noise in HU (frame.h) */
+	struct ct_frame frame;
 	struct ct_operator scan;
 	enum ct_upsample method; /* of the inversion, or interpolation */
 	bool inverts;            /* not so if the prior adds to what is given */

@@ -182,7 +182,7 @@ void ct_refine_assumed(
 {
 	ct_assumed_words(to, &r->scan, spacing);
 	ct_damped_words(to, CT_ASSUMED_WORDS, &r->damped);
-	ct_as_hu_words(to, CT_ASSUMED_WORDS, &r->as);
+	ct_frame_words(to, CT_ASSUMED_WORDS, &r->frame);
 }
 
 /* What the result says of itself. */
@@ -371,13 +371,6 @@ static int run_rehearsed(struct ct_refine *r, struct ct_vol *out, struct ct_vol 
 	return rc;
 }
 
-/* What the voxels of the predicted error are in the unit of the CT. */
-static void back(struct ct_vol *error, double times)
-{
-	for (size_t i = 0; i < ct_vol_count(error); i++)
-		error->data[i] = (float)((double)error->data[i] / times);
-}
-
 int ct_refine_run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
 {
@@ -385,13 +378,14 @@ int ct_refine_run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	struct ct_vol own = {0}, other = {0};
 	int rc = -1;
 
-	if (ct_as_hu(&own, &use, &r->as, in, e) ||
-		(given && ct_as_hu(&other, &start, &r->as, given, e)))
+	if (ct_frame_enter(&own, &use, &r->frame, in, env->par, e) ||
+		(given && ct_frame_enter(&other, &start, &r->frame, given, env->par, e)))
 		goto out;
 	r->rule.start = start;
-	rc = ct_err_any(run_rehearsed(r, out, error, use, env, e) || ct_as_hu_back(out, &r->as, e));
-	if (rc == 0 && error && ct_as_hu_maps(&r->as))
-		back(error, r->as.times);
+	rc = ct_err_any(run_rehearsed(r, out, error, use, env, e) ||
+			ct_frame_leave(out, &r->frame, env->par, e));
+	if (rc == 0 && error)
+		ct_frame_leave_error(error, &r->frame, env->par);
 	r->rule.start = given;
 out:
 	ct_vol_free(&own);

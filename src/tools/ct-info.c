@@ -11,6 +11,7 @@
 #include "tools/lib/said.h"
 #include "tools/scan-read.h"
 #include "dicom/form.h"
+#include "refine/frame.h"
 #include "report/report.h"
 
 #include <stdio.h>
@@ -62,7 +63,9 @@ static int estimate(json_t *o, const struct ct_any *a, const char *path, const s
 {
 	const char *quantity = ct_meta_get(ct_any_meta(a), CT_META_QUANTITY);
 	char assumed[CT_ASSUMED_WORDS];
-	struct ct_vol bare = a->vol;
+	struct ct_vol bare = a->vol, own = {0};
+	const struct ct_frame frame = ct_frame_of(&a->vol);
+	const struct ct_vol *use;
 	struct ct_operator is;
 	struct ct_noise noise;
 	double mm[3];
@@ -72,9 +75,11 @@ static int estimate(json_t *o, const struct ct_any *a, const char *path, const s
 		return ct_fail(e, CT_EINPUT, "%s: -e wants a CT in HU", path);
 	bare.meta = (struct ct_meta){0};
 	if (ct_acquired_copy(&bare.meta, &a->vol.meta, e) ||
-		ct_operator_find(&is, said, false, &bare, env, e) ||
-		ct_noise_measure(&noise, &bare, e) || put_padding(o, &bare, e))
+		ct_frame_enter(&own, &use, &frame, &bare, env->par, e) ||
+		ct_operator_find(&is, said, false, use, env, e) ||
+		ct_noise_measure(&noise, use, e) || put_padding(o, use, e))
 		rc = ct_blame(e, path);
+	ct_vol_free(&own);
 	ct_meta_free(&bare.meta);
 	if (rc)
 		return rc;

@@ -119,8 +119,8 @@ json_t *ahead_plan(const struct ct_refine *r, const struct ct_vol *in)
 			json_pack("{sf sb ss}", "hu", r->scan.noise, "correlated",
 				r->scan.correlated, "from",
 				CT_WORD(CT_SOURCE_LIST, r->scan.noise_from))) ||
-		(ct_as_hu_maps(&r->as) &&
-			json_object_set_new(o, "hu-per-unit", json_real(r->as.times)))) {
+		(ct_frame_maps(&r->frame) &&
+			json_object_set_new(o, "hu-per-unit", json_real(r->frame.times)))) {
 		json_decref(o);
 		return NULL;
 	}

@@ -1,0 +1,89 @@
+/* frame.c: see frame.h. SPDX-License-Identifier: Apache-2.0 */
+#include "config.h"
+#include "refine/frame.h"
+#include "core/meta.h"
+#include "inverse/upsample.h"
+#include "operator/mirror.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+bool ct_frame_maps(const struct ct_frame *f)
+{
+	return f->times != 1 || f->plus != 0;
+}
+
+bool ct_frame_copies(const struct ct_frame *f)
+{
+	return ct_frame_maps(f) || f->mirrored != 0;
+}
+
+struct ct_frame ct_frame_of(const struct ct_vol *v)
+{
+	const char *quantity = ct_meta_get(&v->meta, CT_META_QUANTITY);
+	struct ct_frame f = {.times = 1, .mirrored = ct_mirror_against(v)};
+	double spread, least = (double)INFINITY;
+
+	if (!quantity || strcmp(quantity, CT_QUANTITY_OTHER) != 0)
+		return f;
+	spread = ct_upsample_spread(v);
+	if (!(spread > 0))
+		return f;
+	for (size_t i = 0; i < ct_vol_count(v); i++)
+		least = fmin(least, (double)v->data[i]);
+	f.times = exp2(round(log2(CT_FRAME_SPREAD / spread)));
+	f.plus = round(CT_FRAME_LEAST - f.times * least);
+	return f;
+}
+
+static int scale_noise(struct ct_meta *m, double times, struct ct_err *e)
+{
+	double noise;
+	const int none = ct_meta_numbers(m, CT_META_NOISE, 1, &noise, e);
+
+	return none < 0 ? -1 : none ? 0 : ct_meta_setf(m, e, CT_META_NOISE, "%.9g", times * noise);
+}
+
+int ct_frame_enter(struct ct_vol *own, const struct ct_vol **use, const struct ct_frame *f,
+	const struct ct_vol *v, struct ct_par *par, struct ct_err *e)
+{
+	*use = v;
+	if (!ct_frame_copies(f))
+		return 0;
+	*use = own;
+	if (ct_vol_like(own, v, e) || ct_meta_copy(&own->meta, &v->meta, e) ||
+		(ct_frame_maps(f) && scale_noise(&own->meta, f->times, e)))
+		return -1;
+	for (size_t i = 0; i < ct_vol_count(v); i++)
+		own->data[i] = (float)(f->times * (double)v->data[i] + f->plus);
+	ct_mirror(own, f->mirrored, par);
+	return 0;
+}
+
+int ct_frame_leave(struct ct_vol *v, const struct ct_frame *f, struct ct_par *par, struct ct_err *e)
+{
+	ct_mirror(v, f->mirrored, par);
+	if (!ct_frame_maps(f))
+		return 0;
+	for (size_t i = 0; i < ct_vol_count(v); i++)
+		v->data[i] = (float)(((double)v->data[i] - f->plus) / f->times);
+	return scale_noise(&v->meta, 1 / f->times, e);
+}
+
+void ct_frame_leave_error(struct ct_vol *error, const struct ct_frame *f, struct ct_par *par)
+{
+	ct_mirror(error, f->mirrored, par);
+	for (size_t i = 0; ct_frame_maps(f) && i < ct_vol_count(error); i++)
+		error->data[i] = (float)((double)error->data[i] / f->times);
+}
+
+void ct_frame_words(char *to, size_t room, const struct ct_frame *f)
+{
+	const size_t n = strlen(to);
+
+	if (ct_frame_maps(f))
+		snprintf(to + n, room - n,
+			"%sthe unit of the values is not known: 1 counts as %g HU", *to ? "; " : "",
+			f->times);
+}
