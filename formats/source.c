@@ -201,7 +201,6 @@ static int take_numbers(struct ct_source *s, const struct ct_stored *how, size_t
 
 	for (size_t some; n > 0; n -= some, out += some) {
 		some = n < most ? n : most;
-		ct_mem_touch(out, some * sizeof *out);
 		if (ct_source_take(s, as_is ? (void *)out : s->block, some * bytes, e))
 			return s->packed || ferror(s->f)
 				       ? -1

@@ -55,6 +55,28 @@ void ct_voxels_swap(size_t n, size_t bytes, void *p)
 		swap64(n, p);
 }
 
+union word {
+	float f;
+	uint32_t u;
+};
+
+/* The exponent of a half counts from 15, that of a float from 127; below the least exponent a half
+ * is so many times 2^-24. No branch, so that the loop is vectors. */
+static void from_halves(size_t n, float *restrict out, const uint16_t *restrict in)
+{
+	_Pragma("omp simd") for (size_t i = 0; i < n; i++)
+	{
+		const uint32_t rest = (uint32_t)(in[i] & 0x7fff) << 13;
+		const uint32_t least = 1u << 23, most = 31u << 23; /* exponents of halves */
+		const union word small = {.f = (float)(int32_t)(rest >> 13) * 0x1p-24f};
+		const uint32_t large = rest + (rest < most ? 112u << 23 : 224u << 23);
+		const uint32_t sign = (uint32_t)(in[i] & 0x8000) << 16;
+		const union word x = {.u = sign | (rest < least ? small.u : large)};
+
+		out[i] = x.f;
+	}
+}
+
 static float from_bfloat(uint16_t b)
 {
 	const uint32_t bits = (uint32_t)b << 16;
@@ -93,20 +115,12 @@ void ct_voxels_float(size_t n, float *restrict out, enum ct_voxel type, const vo
 		for (size_t i = 0; i < n; i++)
 			out[i] = truth[i] != 0;
 		break;
-	case CT_V_F16:
-		for (size_t i = 0; i < n; i++)
-			out[i] = imath_half_to_float(bits[i]);
-		break;
+	case CT_V_F16: from_halves(n, out, bits); break;
 	case CT_V_BF16:
 		for (size_t i = 0; i < n; i++)
 			out[i] = from_bfloat(bits[i]);
 	}
 }
-
-union word {
-	float f;
-	uint32_t u;
-};
 
 /* Adding 1.5*2^23 rounds to a whole number, which then stands in the low bits of the sum. Integer
  * comparisons only: NaN and infinity are out of range like any other, and the loop is vectors. */

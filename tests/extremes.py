@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """extremes.py [ROW...]: scans that no hospital makes, through ct-sr as it comes, and a table of what came out.
 
-A row passes when ct-sr ends well, and gives the same bytes twice, with 1 and with 2 threads; every voxel is
-finite; the header's grid is that of the scan, cell-centred; the result, degraded as its header says, agrees
+A row passes when ct-sr ends well, and gives the same bytes with 1 and with 2 threads; every voxel is finite; the header's grid is that of the scan, cell-centred; the result, degraded as its header says, agrees
 with the scan to the row's bound (of the largest value, or the noise that was assumed), as ct-sr claims; and its
 error to the truth, where there is one, is at most that of cubic interpolation times the row's bound. Or when
 what cannot be done is refused: one line, and the status that the row names.
@@ -249,11 +248,10 @@ def judge(r):
         if status != r["status"] or os.path.exists("a.nii"):
             wrong.append("status %d" % status)
         return wrong, ["refused: %d" % status, "", "", said[0] if said else ""]
-    for k, threads in (("2/a.nii", "2"), ("1/a.nii", "1")):  # the name is in the history
-        os.mkdir(k[0])
-        need("ct-sr", "-q", "-t", threads, "-x", r["x"], *r["args"], scan, k)
-        if open("a.nii", "rb").read() != open(k, "rb").read():
-            wrong.append("other bytes with -t " + threads)
+    os.mkdir("two")  # the name is in the history
+    need("ct-sr", "-q", "-t", "2", "-x", r["x"], *r["args"], scan, "two/a.nii")
+    if open("a.nii", "rb").read() != open("two/a.nii", "rb").read():
+        wrong.append("other bytes with 2 threads")
     v = values("a.nii")
     if not np.isfinite(v).all():
         wrong.append("not finite")

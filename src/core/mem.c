@@ -23,6 +23,17 @@ static int bytes_of(size_t *bytes, size_t n, size_t size, struct ct_err *e)
 	return 0;
 }
 
+enum { LARGE = 1 << 22 }; /* two large pages of x86-64 */
+
+static void ask_for_large_pages(void *p, size_t bytes)
+{
+	const size_t page = 4096, begin = (uintptr_t)p % page;
+	const int was = errno;
+
+	(void)madvise((char *)p - begin, begin + bytes, MADV_HUGEPAGE);
+	errno = was;
+}
+
 int ct_alloc(void *out, size_t n, size_t size, struct ct_err *e)
 {
 	size_t bytes;
@@ -33,6 +44,8 @@ int ct_alloc(void *out, size_t n, size_t size, struct ct_err *e)
 	p = aligned_alloc(64, (bytes / 64 + 1) * 64);
 	if (!p)
 		return ct_fail(e, CT_ENOMEM, "no memory for %zu bytes", bytes);
+	if (bytes >= LARGE)
+		ask_for_large_pages(p, bytes);
 	memcpy(out, &p, sizeof p);
 	return 0;
 }
@@ -56,28 +69,6 @@ int ct_mem_room(size_t bytes, struct ct_err *e)
 		return ct_fail(e, CT_ENOMEM, "no room for %zu bytes", bytes);
 	munmap(p, bytes);
 	return 0;
-}
-
-void ct_mem_touch(void *p, size_t bytes)
-{
-#ifdef MADV_POPULATE_WRITE
-	const size_t page = 4096, begin = (uintptr_t)p % page;
-	const size_t whole = (begin + bytes) / page * page; /* from the page where p is */
-	const int was = errno;
-
-	(void)madvise((char *)p - begin, whole, MADV_POPULATE_WRITE);
-	errno = was;
-#else
-	(void)p;
-	(void)bytes;
-#endif
-}
-
-void ct_mem_large(void *p, size_t bytes)
-{
-	const size_t page = 4096, begin = (uintptr_t)p % page;
-
-	(void)madvise((char *)p - begin, begin + bytes, MADV_HUGEPAGE);
 }
 
 int ct_grow(void *p, size_t *cap, size_t n, size_t size, struct ct_err *e)

@@ -20,17 +20,14 @@ extern "C" {
 
 /* *out = a*b, or CT_EINPUT naming `what`. */
 int ct_size_mul(size_t *out, size_t a, size_t b, const char *what, struct ct_err *e);
-/* Array of n elements of `size` bytes at *out, 64-byte aligned, uninitialised; free() it.
+/* Array of n elements of `size` bytes at *out, 64-byte aligned, uninitialised; free() it. A large
+ * one asks for large pages, where the system has them for who asks: a third of the time of what
+ * is bound by memory.
  * n*size == 0 gives a valid pointer. CT_EINPUT if the size is absurd, CT_ENOMEM if not to be had.
  */
 int ct_alloc(void *out, size_t n, size_t size, struct ct_err *e);
 /* The same, zeroed. */
 int ct_alloc0(void *out, size_t n, size_t size, struct ct_err *e);
-/* These bytes are about to be written: have the system make their pages ready, at less cost than
- * one by one when they are first written. A hint; nothing changes. */
-void ct_mem_touch(void *p, size_t bytes);
-/* These bytes are about to be written once, in order: fewer, larger pages do. A hint as well. */
-void ct_mem_large(void *p, size_t bytes);
 /* CT_ENOMEM unless so many bytes are to be had just now: before a library that does not look. */
 int ct_mem_room(size_t bytes, struct ct_err *e);
 /* Grow *p (from malloc, realloc or NULL) to hold n elements; *cap is the count it holds now.

@@ -35,7 +35,8 @@ static struct kept kept_at(struct ct_slice_network *r, int i)
 	return it;
 }
 
-int ct_slice_network_alloc(struct ct_slice_network *r, struct ct_err *e)
+/* Its weights are not set yet. */
+static int make_room(struct ct_slice_network *r, struct ct_err *e)
 {
 	const size_t n = ct_patch_count(&r->shape), k = r->components;
 	size_t at = 0;
@@ -56,10 +57,21 @@ int ct_slice_network_alloc(struct ct_slice_network *r, struct ct_err *e)
 		at += part.dim[0] * part.dim[1];
 	}
 	r->at[CT_PARTS] = at;
-	if (ct_alloc0(&r->mean, n + k * n, sizeof *r->mean, e) ||
-		ct_alloc0(&r->all, at, sizeof *r->all, e))
+	if (ct_alloc(&r->mean, n + k * n, sizeof *r->mean, e) ||
+		ct_alloc(&r->all, at, sizeof *r->all, e))
 		return -1;
 	r->basis = r->mean + n;
+	return 0;
+}
+
+int ct_slice_network_alloc(struct ct_slice_network *r, struct ct_err *e)
+{
+	const size_t n = ct_patch_count(&r->shape);
+
+	if (make_room(r, e))
+		return -1;
+	memset(r->mean, 0, (n + r->components * n) * sizeof *r->mean);
+	memset(r->all, 0, r->at[CT_PARTS] * sizeof *r->all);
 	r->spread[0] = 1;
 	return 0;
 }
@@ -330,7 +342,7 @@ int ct_slice_network_get(
 	r->components = (size_t)shape[COMPONENTS];
 	r->width = (size_t)shape[WIDTH];
 	r->more = more_of(w, name, r->width);
-	if (ct_slice_network_alloc(r, e))
+	if (make_room(r, e))
 		return -1;
 	for (int i = 0; i < KEPT; i++) {
 		const struct kept it = kept_at(r, i);

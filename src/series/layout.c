@@ -337,13 +337,9 @@ int ct_layout_fill(float *data, const struct ct_layout *l, const struct ct_slice
 	for (int i = 0; i < 2 && !l->even; i++)
 		if (ct_alloc(&w.held[i], area, sizeof *w.held[i], e))
 			goto out;
-	if (data)
-		ct_mem_large(data, l->n[2] * area * sizeof *data);
 	for (size_t k = 0; k < l->n[2]; k++) {
 		float *out = data ? data + k * area : one;
 
-		if (data)
-			ct_mem_touch(out, area * sizeof *out);
 		if (ct_check_stop(env, e) || plane(&w, k, out, e) ||
 			from->take(from->ctx, k, out, e))
 			goto out;
