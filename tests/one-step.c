@@ -107,6 +107,7 @@ static int ddnm(const char *in, const char *out)
 	o.steps = (size_t)number("steps", 0);
 	o.samples = (size_t)number("samples", 0);
 	o.start = (int)number("start", o.start);
+	o.sigma_y = number("sigma_y", o.sigma_y);
 	o.pixel = (int)number("pixel", o.pixel);
 	rc = ctsr_projections_read(&p, in, &e) || ctsr_ddnm(&to, NULL, p, &o, NULL, &e) ||
 	     ctsr_projections_write(to, out, NULL, &e);
@@ -290,6 +291,7 @@ static int refine(ctsr_volume *in, const char *out)
 	o.factor[0] = o.factor[1] = o.factor[2] = number("factor", 0);
 	o.noise = number("noise", o.noise);
 	o.denoise = number("denoise", o.denoise);
+	o.tolerance = number("tolerance", o.tolerance);
 	o.trust = number("trust", 0) > 0;
 	o.method = (int)number("method", o.method);
 	o.prior_file = value("prior");

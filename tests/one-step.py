@@ -85,7 +85,7 @@ def main(step, *words):
     elif step == 'ddnm':
         ctsr.write_projections(ctsr.ddnm(ctsr.read_projections(files[0]), o.get('prior'), o.get('sampler'),
                                          pixel=PIXELS[int(o['pixel'])] if 'pixel' in o else None,
-                                         **whole(o, 'factor', 'steps', 'samples', 'start')), files[1])
+                                         **whole(o, 'factor', 'steps', 'samples', 'start'), **real(o, 'sigma_y')), files[1])
     elif step == 'reconstruct':
         how = {k: o[k] for k in ('like', 'method', 'filter') if k in o}
         ctsr.write(ctsr.reconstruct(ctsr.read_projections(files[0]), **how, **window(o), **real(o, 'tv'),
@@ -104,7 +104,7 @@ def main(step, *words):
     elif step == 'refine':
         f = ctsr.superres if 'prior' in o else ctsr.upsample
         how = {'method': METHODS[int(o['method'])]} if 'method' in o else {}
-        ctsr.write(f(files[0], prior=o.get('prior'), **real(o, 'factor', 'noise', 'denoise'), **how), files[1])
+        ctsr.write(f(files[0], prior=o.get('prior'), **real(o, 'factor', 'noise', 'denoise', 'tolerance'), **how), files[1])
 
 
 if __name__ == '__main__':

@@ -240,6 +240,11 @@ static void test_operators(void)
 	OK(ctsr_operator_get(&by, lo, &e) == 0 && by.factor[0] == 2 && by.sigma[2] == 0.85,
 		"its metadata name the operator");
 	o.method = CTSR_CUBIC;
+	OK(ctsr_superres(&out, NULL, NULL, lo, &o, NULL, &e) < 0 && e.code == CTSR_USAGE &&
+			strcmp(e.message, "iterations: needs method=auto|tv|htv|prior") == 0,
+		"iterations of what does not iterate are refused");
+	ctsr_superres_options_init(&o, sizeof o);
+	o.method = CTSR_CUBIC;
 	OK(ctsr_superres(&out, NULL, NULL, lo, &o, NULL, &e) == 0 && count(out) == count(hi) &&
 			ctsr_compare(&cubic, hi, out, NULL, NULL, NULL, &e) == 0,
 		"cubic");

@@ -136,6 +136,9 @@ step 'of parallel rays, as density' nii reconstruct parallel.exr 'density=1 voxe
 step 'a short scan of a fan, in its window' nii reconstruct fan.exr 'parker=1' ct-fdk -q --parker fan.exr
 step 'by iteration' nii reconstruct fine.exr 'method=cgls iterations=3' ct-fdk -q -m cgls -n 3 fine.exr
 step 'with the least variation' nii reconstruct fine.exr 'method=tv iterations=3 tv=40 nonnegative=1' ct-fdk -q -m tv -n 3 --tv 40 --nonnegative fine.exr
+refused 'iterations of what filters' 2 nii reconstruct fine.exr 'iterations=3' ct-fdk -q -n 3 fine.exr
+refused 'a filter of what iterates' 2 nii reconstruct fine.exr 'method=cgls filter=hann' ct-fdk -q -m cgls --filter hann fine.exr
+refused 'a variation without the solver that has one' 2 nii reconstruct fine.exr 'method=sirt tv=3' ct-fdk -q -m sirt --tv 3 fine.exr
 refused 'a method for another beam' 2 nii reconstruct fine.exr 'method=fbp' ct-fdk -q -m fbp fine.exr
 refused 'a window that contradicts the projections' 2 nii reconstruct fine.exr 'window=0:100' ct-fdk -q -w 0:100 fine.exr
 refused 'a grid beside the projections' 5 nii reconstruct fine.exr 'like=beside.nii' ct-fdk -q --grid beside.nii fine.exr
@@ -155,6 +158,8 @@ step 'two samples, from another start' exr ddnm tv.exr "prior=$prior samples=2 s
 step 'Gaussians, weighted by what projections carry' ply fit "tv.nii $own" "$few" ct-nabgs -q $with -b tv.nii $own
 refused 'a start without one' 2 exr ddnm low.exr "prior=$prior start=30" ct-ddnm -q -p "$prior" --expert t-start=30 low.exr
 step 'no network' exr ddnm low.exr 'sampler=none' ct-ddnm -q --sampler none low.exr
+refused 'noise for a sampler that knows none' 2 exr ddnm low.exr "sampler=ddim sigma_y=0.1 prior=$prior" ct-ddnm -q --sampler ddim --sigma-y .1 -p "$prior" low.exr
+refused 'samples of a single call' 2 exr ddnm low.exr "sampler=once samples=2 prior=$rdn" ct-ddnm -q --sampler once -k 2 -p "$rdn" low.exr
 refused 'another factor' 2 exr ddnm low.exr "factor=2 prior=$prior" ct-ddnm -q -x 2 -p "$prior" low.exr
 refused 'a larger factor than that of the pixels' 2 exr ddnm low.exr "factor=8 prior=$prior" ct-ddnm -q -x 8 -p "$prior" low.exr
 refused 'also without a network' 2 exr ddnm sinc.exr 'factor=8 sampler=none' ct-ddnm -q -x 8 --sampler none sinc.exr
@@ -219,6 +224,8 @@ step 'noise is kept' nii refine noisy.nii "prior=$slices" ct-sr -q noisy.nii
 step 'noise is taken off' nii refine noisy.nii "prior=$slices denoise=1" ct-sr -q --denoise noisy.nii
 step 'a half of the noise' nii refine lr-axes.nii 'method=7 noise=9 denoise=0.5' ct-upsample -q -m tv --noise 9 --denoise=.5 lr-axes.nii
 refused 'a share of the noise above one' 2 nii refine noisy.nii 'denoise=1.5' ct-upsample -q --denoise=1.5 noisy.nii
+refused 'a tolerance of what does not iterate' 2 nii refine lr.nii 'factor=2 method=2 tolerance=1' ct-upsample -q -x 2 -m cubic --tolerance 1 lr.nii
+refused 'a prior of what has none' 2 nii refine lr.nii "method=7 prior=$slices" ct-upsample -q -m tv -p "$slices" lr.nii
 refused 'no HU' 3 nii refine grey.nii 'factor=2 method=2' ct-upsample -q -x 2 -m cubic grey.nii
 refused 'another quantity for a prior' 3 nii refine mu.nii "factor=2 prior=$slices" ct-sr -q -x 2 mu.nii
 refused 'another quantity for an interpolation' 3 nii refine mu.nii 'factor=2 method=2' ct-upsample -q -x 2 -m cubic mu.nii

@@ -569,8 +569,8 @@ def backproject(p: Projections, like, threads=0, progress: Optional[Progress] = 
     return Image._own(out)
 
 
-def reconstruct(p: Projections, like=None, method='auto', filter='ram-lak', cutoff: float = 0, parker=False, iterations=0,
-                tolerance: float = 0, nonnegative=False, integral='siddon', tv: float = 10, density=False, voxels=0,
+def reconstruct(p: Projections, like=None, method='auto', filter: Optional[str] = None, cutoff: float = 0, parker=False,
+                iterations=0, tolerance: float = 0, nonnegative=False, integral='siddon', tv: float = 10, density=False, voxels=0,
                 window: Optional[Sequence[float]] = None, threads=0, progress: Optional[Progress] = None, log=None,
                 history: Optional[str] = None) -> Image:
     """A volume, HU, as ct-fdk, where methods and filters are explained.
@@ -578,12 +578,12 @@ def reconstruct(p: Projections, like=None, method='auto', filter='ram-lak', cuto
     like      its grid; default: that of the projected volume, or the cube that all views see
     method    auto, fdk, fbp; sirt, cgls or tv, which iterate: iterations (0: 30 of cgls, else 100), tolerance, nonnegative,
               integral (siddon or joseph), tv (weight, HU)
-    filter    of the first three, with cutoff (0: what the voxels can show) and parker (of a short scan)
+    filter    of the first three (ram-lak), with cutoff (0: what the voxels can show) and parker (of a short scan)
     density   the result is not HU. voxels: without `like`, along the longest side
     window    HU of density 0 and 1; default: what the projections say"""
     o, out, h = abi.Reconstruct(), abi.H(), Image.of(like)._handle() if like is not None else None
     _lib.ctsr_reconstruct_options_init(c.byref(o), c.sizeof(o))
-    o.method, o.filter = _text(method, 'method'), _text(filter, 'filter')
+    o.method, o.filter = _text(method, 'method'), _text(filter, 'filter') if filter is not None else None
     o.iterations, o.voxels = _whole(iterations, 31, 'iterations'), _whole(voxels, 31, 'voxels')
     o.cutoff, o.tolerance, o.tv = cutoff, tolerance, tv
     o.parker, o.nonnegative, o.density = bool(parker), bool(nonnegative), bool(density)

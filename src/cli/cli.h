@@ -58,7 +58,6 @@ struct ct_when {
 #define CT_IF_FILE(f) CT_CONDITION_(CT_WHEN_FILE, offsetof(CT_PARAMS, f), 0)
 #define CT_UNLESS(f) CT_CONDITION_(CT_WHEN_UNSET, offsetof(CT_PARAMS, f), 0)
 #define CT_UNLESS_WORD(f, bits) CT_CONDITION_(CT_WHEN_OTHER, offsetof(CT_PARAMS, f), bits)
-#define CT_BIT(index) (1u << (index))
 enum { CT_WHENS = 4 };
 /* What a run does with the file that a row names: files.h. */
 enum ct_role {

@@ -23,6 +23,7 @@
 #define CT_WORDS(list) (&list(CT_WORD_BAR)[1])
 /* With the words of a second list behind those of the first. */
 #define CT_WORDS_TWO(list, more) (&list(CT_WORD_BAR) more(CT_WORD_BAR)[1])
+#define CT_BIT(value) (1u << (value)) /* of a set of words */
 #define CT_WORD(list, value) (((const char *const[]){list(CT_WORD_TEXT)})[value])
 
 /* The word at this place of "a|b|c", from 0, and its length; NULL if there is none. */

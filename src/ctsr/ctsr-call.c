@@ -140,6 +140,38 @@ static size_t threads_of(const ctsr_context *c)
 	return sched_getaffinity(0, sizeof set, &set) == 0 ? (size_t)CPU_COUNT(&set) : 1;
 }
 
+/* Behind the message, the words whose place is in a set. */
+static void name_words(struct ct_err *e, const char *words, unsigned set)
+{
+	const char *word, *between = "";
+	size_t n;
+
+	for (int k = 0; (word = ct_words_at(words, k, &n)); k++)
+		if (set & CT_BIT(k)) {
+			const size_t at = strlen(e->msg);
+
+			snprintf(e->msg + at, sizeof e->msg - at, "%s%.*s", between, (int)n, word);
+			between = "|";
+		}
+}
+
+int ctsr_check_members(const struct ctsr_member *m, const char *what, const char *words, int place,
+	struct ct_err *e)
+{
+	int with = 0, without = 0;
+	size_t n;
+
+	while (m->name && (!m->given || m->with & CT_BIT(place)))
+		m++;
+	if (!m->name)
+		return 0;
+	while (ct_words_at(words, with + without, &n))
+		*(m->with & CT_BIT(with + without) ? &with : &without) += 1;
+	ct_fail(e, CT_EUSAGE, "%s: %s %s=", m->name, with > without ? "not with" : "needs", what);
+	name_words(e, words, with > without ? ~m->with : m->with);
+	return -1;
+}
+
 int ctsr_call_begin(struct ctsr_call *k, bool given, const ctsr_context *c)
 {
 	if (ctsr_call_given(k, given))

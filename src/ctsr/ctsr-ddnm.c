@@ -47,6 +47,25 @@ static int check(const ctsr_ddnm_options *o, struct ct_err *e)
 	return 0;
 }
 
+/* As the option table of ct-ddnm has it. */
+static int check_members(const ctsr_ddnm_options *o, int sampler, struct ct_err *e)
+{
+	const unsigned chains = CT_SAMPLER_CHAINS, bird = CT_BIT(CT_SAMPLER_BIRD);
+	const struct ctsr_member members[] = {{"prior", o->prior_file != NULL, CT_SAMPLER_ASKS},
+		{"steps", o->steps > 0, chains}, {"samples", o->samples > 0, chains},
+		{"pixel", o->pixel >= 0, chains}, {"eta", !isnan(o->eta), CT_SAMPLER_STOCHASTIC},
+		{"sigma_y", !isnan(o->sigma_y), CT_SAMPLER_NOISY},
+		{"norm", o->norm > 0, CT_SAMPLER_ASKS},
+		{"init", o->init != NULL, chains | CT_BIT(CT_SAMPLER_NONE)},
+		{"start", o->start >= 0, chains}, {"travel", o->travel[0] > 0, chains},
+		{"guidance", o->guidance != 2000, CT_BIT(CT_SAMPLER_GDP)},
+		{"iterations", o->iterations != 100, bird}, {"rate", o->rate != 1e-3, bird},
+		{"frozen", o->frozen != 0, bird},
+		{"first_channel", o->first_channel != 0, CT_SAMPLER_ASKS}, {NULL, false, 0}};
+
+	return ctsr_check_members(members, "sampler", CT_WORDS(CT_SAMPLER_LIST), sampler, e);
+}
+
 static int rule_of(struct ct_step_ddnm_rule *to, const ctsr_ddnm_options *o, struct ct_err *e)
 {
 	struct ct_step_ddnm_rule r = CT_STEP_DDNM_DEFAULTS;
@@ -58,6 +77,8 @@ static int rule_of(struct ct_step_ddnm_rule *to, const ctsr_ddnm_options *o, str
 		e->code = CT_EUSAGE;
 		return -1;
 	}
+	if (check_members(o, r.sampler, e))
+		return -1;
 	r.insists = o->sampler != NULL;
 	r.init = o->init ? "init" : NULL;
 	r.factor = (int)o->factor;

@@ -65,6 +65,17 @@ void ctsr_give_defaults(void *theirs, size_t size, const void *defaults, size_t 
 /* mine (initialised, of `size` bytes) <- the members that *theirs has; its first is its size.
  * NULL: all defaults. */
 int ctsr_take_options(void *mine, size_t size, const void *theirs, struct ct_err *e);
+/* A member of options, by its name; with these words of another alone it does something. A list
+ * ends with one of no name. */
+struct ctsr_member {
+	const char *name;
+	bool given; /* is it other than by default? */
+	unsigned with;
+};
+/* CTSR_USAGE for a member that is given and does nothing with the word at this place of `words`, as
+ * the commands refuse it. */
+int ctsr_check_members(const struct ctsr_member *m, const char *what, const char *words, int place,
+	struct ct_err *e);
 /* The window that is asked for; NaN: none. */
 int ctsr_take_window(struct ct_window_rule *r, const double asked[2], struct ct_err *e);
 /* As much of a report as fits into the caller's, whose first member is its size; or NULL. A call

@@ -23,6 +23,24 @@ static int take(int *place, const char *words, const char *what, const char *wor
 	return -1;
 }
 
+/* As the option table of ct-fdk has it. */
+static int check_members(const ctsr_reconstruct_options *o, int method, struct ct_err *e)
+{
+	const unsigned filters = CT_STEP_RECONSTRUCT_FILTERS,
+		       iterates = CT_STEP_RECONSTRUCT_ITERATES,
+		       tv = CT_STEP_RECONSTRUCT_SOLVER(CT_TV);
+	const struct ctsr_member members[] = {{"filter", o->filter != NULL, filters},
+		{"cutoff", o->cutoff > 0, filters}, {"parker", o->parker != 0, filters},
+		{"iterations", o->iterations > 0, iterates},
+		{"integral", o->integral != CTSR_SIDDON, iterates},
+		{"tolerance", o->tolerance > 0, iterates},
+		{"nonnegative", o->nonnegative != 0, tv | CT_STEP_RECONSTRUCT_SOLVER(CT_SIRT)},
+		{"tv", o->tv != 10, tv}, {NULL, false, 0}};
+
+	return ctsr_check_members(members, "method",
+		CT_WORDS_TWO(CT_STEP_RECONSTRUCT_METHODS, CT_SOLVER_LIST), method, e);
+}
+
 /* Written so that NaN is refused where a number is needed. */
 static int rule_of(
 	struct ct_step_reconstruct_rule *r, const ctsr_reconstruct_options *o, struct ct_err *e)
@@ -37,7 +55,8 @@ static int rule_of(
 	*r = (struct ct_step_reconstruct_rule)CT_STEP_RECONSTRUCT_DEFAULTS;
 	if (take(&r->method, CT_WORDS_TWO(CT_STEP_RECONSTRUCT_METHODS, CT_SOLVER_LIST), "method",
 		    o->method, e) ||
-		take(&r->filter, CT_WORDS(CT_RAMP_LIST), "filter", o->filter, e))
+		take(&r->filter, CT_WORDS(CT_RAMP_LIST), "filter", o->filter, e) ||
+		check_members(o, r->method, e))
 		return -1;
 	r->iterations = (int)o->iterations;
 	r->voxels = (int)o->voxels;

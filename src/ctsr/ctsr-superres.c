@@ -50,6 +50,20 @@ void ctsr_upsample_options_init(ctsr_superres_options *o, size_t size)
 	ctsr_give_defaults(o, size, &all, sizeof all);
 }
 
+/* As the option table of ct-upsample has it. */
+static int check_members(const ctsr_superres_options *o, struct ct_err *e)
+{
+	const unsigned prior = CT_BIT(CT_REFINE_PRIOR);
+	const struct ctsr_member members[] = {{"preset", o->preset != CTSR_BALANCED, prior},
+		{"prior", o->prior_file != NULL, prior | CT_BIT(CT_REFINE_ARSSR)},
+		{"start", o->start != NULL, CT_REFINE_INVERTED},
+		{"iterations", o->iterations != 300, CT_REFINE_ITERATES},
+		{"tolerance", o->tolerance != 0.1, CT_REFINE_ITERATES},
+		{"denoise", o->denoise > 0, CT_REFINE_ITERATES}, {NULL, false, 0}};
+
+	return ctsr_check_members(members, "method", CT_WORDS(CT_REFINE_LIST), o->method, e);
+}
+
 /* Written so that NaN is refused where a number is needed. */
 static int check(const ctsr_superres_options *o, struct ct_err *e)
 {
@@ -80,7 +94,7 @@ static int check(const ctsr_superres_options *o, struct ct_err *e)
 	if (o->iterations < 1 || !(o->tolerance >= 0) || !(o->memory >= 0))
 		return ct_fail(e, CT_EUSAGE,
 			"iterations must be at least 1, tolerance and memory not below 0");
-	return 0;
+	return check_members(o, e);
 }
 
 /* The slices as --profile and --slice-thickness say them. */

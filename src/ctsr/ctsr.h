@@ -242,10 +242,10 @@ typedef struct ctsr_superres_report {
 CTSR_API void ctsr_superres_options_init(ctsr_superres_options *o, size_t size);
 /* *out <- the CT on the finer grid over the same field of view. *error, unless error is NULL, <-
  * its predicted error: one standard deviation of each voxel, HU. report may be NULL. o NULL: all
- * defaults. CTSR_USAGE for options that contradict or are out of range; CTSR_INPUT for a prior
- * that is missing or broken, and for values that cannot be HU, or say that they are not (the
- * metadata key "quantity" has the last word); CTSR_NUMBER for voxels that are not finite;
- * CTSR_MEMORY also if the bound is too small; CTSR_CANCELLED. Methods: ct-upsample(1). */
+ * defaults. CTSR_USAGE for options that contradict, are out of range or do nothing with the method;
+ * CTSR_INPUT for a prior that is missing or broken, and for values that cannot be HU, or say that
+ * they are not (the metadata key "quantity" has the last word); CTSR_NUMBER for voxels that are not
+ * finite; CTSR_MEMORY also if the bound is too small; CTSR_CANCELLED. Methods: ct-upsample(1). */
 CTSR_API int ctsr_superres(ctsr_volume **out, ctsr_volume **error, ctsr_superres_report *report,
 	const ctsr_volume *in, const ctsr_superres_options *o, const ctsr_context *c,
 	ctsr_error *e);
@@ -336,9 +336,9 @@ typedef struct ctsr_reconstruct_options {
 } ctsr_reconstruct_options;
 CTSR_API void ctsr_reconstruct_options_init(ctsr_reconstruct_options *o, size_t size);
 /* *v <- a volume, HU, on the grid of `like`, or with NULL on that of the projected volume, or the
- * cube that all views see. As ct-fdk(1). CTSR_USAGE for what contradicts the projections;
- * CTSR_INPUT for another quantity; CTSR_GEOMETRY for a grid beside the scan, and a scan that cannot
- * be inverted so; CTSR_NUMBER. */
+ * cube that all views see. As ct-fdk(1). CTSR_USAGE for what contradicts the projections or does
+ * nothing with the method; CTSR_INPUT for another quantity; CTSR_GEOMETRY for a grid beside the
+ * scan, and a scan that cannot be inverted so; CTSR_NUMBER. */
 CTSR_API int ctsr_reconstruct(ctsr_volume **v, const ctsr_projections *p, const ctsr_volume *like,
 	const ctsr_reconstruct_options *o, const ctsr_context *c, ctsr_error *e);
 /* The same with all defaults: FDK for cones (Feldkamp et al. 1984), FBP for parallel rays. */

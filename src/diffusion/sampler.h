@@ -59,6 +59,12 @@
 	X(CT_SAMPLER_ONCE, "once")                                                                 \
 	X(CT_SAMPLER_NONE, "none")
 enum ct_sampler_rule { CT_SAMPLER_LIST(CT_WORD_VALUE) };
+/* Sets of them: samplers that know noise, that draw noise anew or not, that ask a network, and that
+ * do so in a chain. */
+#define CT_SAMPLER_NOISY (CT_BIT(CT_SAMPLER_PLUS) | CT_BIT(CT_SAMPLER_SIMPLE))
+#define CT_SAMPLER_STOCHASTIC (CT_SAMPLER_NOISY | CT_BIT(CT_SAMPLER_DDNM) | CT_BIT(CT_SAMPLER_DDIM))
+#define CT_SAMPLER_ASKS (CT_BIT(CT_SAMPLER_NONE) - 1)
+#define CT_SAMPLER_CHAINS (CT_BIT(CT_SAMPLER_ONCE) - 1)
 
 /* The prior: noise eps in x, both (channels, s h, s w), at timestep t. */
 typedef int ct_eps_fn(void *ctx, double t, const float *x, float *eps, struct ct_err *e);

@@ -33,6 +33,11 @@
 	X(CT_REFINE_PRIOR, "prior")                                                                \
 	X(CT_REFINE_ARSSR, "arssr")
 enum ct_refine_method { CT_REFINE_PRIOR = CT_UPSAMPLE_METHODS, CT_REFINE_ARSSR };
+/* Sets of them: methods that may come to iterate, and that invert the operator. */
+#define CT_REFINE_ITERATES                                                                         \
+	(CT_BIT(CT_REFINE_PRIOR) | CT_BIT(CT_UPSAMPLE_AUTO) | CT_BIT(CT_UPSAMPLE_TV) |             \
+		CT_BIT(CT_UPSAMPLE_HTV))
+#define CT_REFINE_INVERTED (CT_REFINE_ITERATES | CT_BIT(CT_UPSAMPLE_DC))
 
 struct ct_refine_rule {
 	int method; /* of CT_REFINE_LIST */

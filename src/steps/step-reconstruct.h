@@ -19,6 +19,13 @@ enum ct_step_reconstruct_method {
 	CT_STEP_RECONSTRUCT_METHODS(CT_WORD_VALUE) CT_STEP_RECONSTRUCT_ITERATE
 };
 
+/* Sets of them: those that filter, one that iterates, and all that iterate. */
+#define CT_STEP_RECONSTRUCT_FILTERS (CT_BIT(CT_STEP_RECONSTRUCT_ITERATE) - 1)
+#define CT_STEP_RECONSTRUCT_SOLVER(kind) CT_BIT(CT_STEP_RECONSTRUCT_ITERATE + (kind))
+#define CT_STEP_RECONSTRUCT_ITERATES                                                               \
+	(CT_STEP_RECONSTRUCT_SOLVER(CT_SIRT) | CT_STEP_RECONSTRUCT_SOLVER(CT_CGLS) |               \
+		CT_STEP_RECONSTRUCT_SOLVER(CT_TV))
+
 /* What is asked. */
 struct ct_step_reconstruct_rule {
 	const char *name, *like; /* of the projections, and of the volume whose grid is taken */

@@ -40,15 +40,12 @@ struct params {
 static const struct params defaults = {.rule = CT_STEP_DDNM_DEFAULTS};
 
 #define CT_PARAMS struct params
-/* Samplers that draw noise anew or not, that ask a network, that do so in a chain, that begin from
- * a picture, and that are fitted. */
-#define STOCHASTIC (NOISY | CT_BIT(CT_SAMPLER_DDNM) | CT_BIT(CT_SAMPLER_DDIM))
+/* Samplers that ask a network, that do so in a chain, that begin from a picture, and that are
+ * fitted. */
 #define WITH_NETWORK CT_UNLESS_WORD(rule.sampler, CT_BIT(CT_SAMPLER_NONE))
 #define CHAIN_OF CT_UNLESS_WORD(rule.sampler, CT_BIT(CT_SAMPLER_ONCE) | CT_BIT(CT_SAMPLER_NONE))
 #define BEGUN CT_UNLESS_WORD(rule.sampler, CT_BIT(CT_SAMPLER_ONCE))
 #define FITTED CT_WHEN(CT_IF_WORD(rule.sampler, CT_BIT(CT_SAMPLER_BIRD)))
-/* Samplers that know noise. */
-#define NOISY (CT_BIT(CT_SAMPLER_PLUS) | CT_BIT(CT_SAMPLER_SIMPLE))
 
 static const struct ct_opt opts[] = {
 	CT_ARG(in, CT_READS, "IN",
@@ -76,10 +73,10 @@ static const struct ct_opt opts[] = {
 	CT_EXPERT(rule.eta, "eta", "X", 0, 1,
 		"of the ddnm samplers the fraction of the noise that is drawn anew in every step "
 		"(0.99 unless given); of ddim the noise, ddpm having 1 (0 unless given)",
-		CT_WHEN(CT_IF_WORD(rule.sampler, STOCHASTIC))),
+		CT_WHEN(CT_IF_WORD(rule.sampler, CT_SAMPLER_STOCHASTIC))),
 	CT_OPT(rule.sigma_y, 0, "sigma-y", "X", 0, 1,
 		"noise of IN where its largest value is 1 (0.0015, as published)",
-		CT_WHEN(CT_IF_WORD(rule.sampler, NOISY))),
+		CT_WHEN(CT_IF_WORD(rule.sampler, CT_SAMPLER_NOISY))),
 	CT_EXPERT_CHOICE(op, "operator", CT_WORDS_TWO(BY_FILE, CT_MEASUREMENT_LIST),
 		"what IN measures of the fine projections: what it says of its pixels, and else "
 		"mean, of a refined CT matched; means of S x S pixels; or what a blur and the coarse "

@@ -22,10 +22,6 @@ struct params {
 	X(DENSITY, CT_QUANTITY_DENSITY)
 enum quantity { QUANTITIES(CT_WORD_VALUE) };
 
-#define FILTERS (CT_BIT(CT_STEP_RECONSTRUCT_ITERATE) - 1)
-#define SOLVER(kind) CT_BIT(CT_STEP_RECONSTRUCT_ITERATE + (kind))
-#define ITERATES (SOLVER(CT_SIRT) | SOLVER(CT_CGLS) | SOLVER(CT_TV))
-
 static const struct params defaults = {.rule = CT_STEP_RECONSTRUCT_DEFAULTS};
 
 #define CT_PARAMS struct params
@@ -42,30 +38,31 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(rule.filter, 0, "filter", CT_WORDS(CT_RAMP_LIST),
 		"window of the ramp filter; none "
 		"leaves the ramp out too, and needs --quantity density",
-		CT_WHEN(CT_IF_WORD(rule.method, FILTERS))),
+		CT_WHEN(CT_IF_WORD(rule.method, CT_STEP_RECONSTRUCT_FILTERS))),
 	CT_EXPERT(rule.how.cutoff, "cutoff", "X", 0, 1,
 		"end of the filter, as a part of the highest frequency of the detector; 0 stands "
 		"for that of the voxels",
-		CT_WHEN(CT_IF_WORD(rule.method, FILTERS),
+		CT_WHEN(CT_IF_WORD(rule.method, CT_STEP_RECONSTRUCT_FILTERS),
 			CT_UNLESS_WORD(rule.filter, CT_BIT(CT_RAMP_NONE)))),
 	CT_FLAG(rule.how.parker, 0, "parker",
 		"weigh the rays of a short scan so that those seen twice count once",
-		CT_WHEN(CT_IF_WORD(rule.method, FILTERS))),
+		CT_WHEN(CT_IF_WORD(rule.method, CT_STEP_RECONSTRUCT_FILTERS))),
 	CT_FLAG(find_centre, 0, "find-centre",
 		"find where the axis is on the detector, and move it there; --verbose prints it"),
 	CT_OPT(rule.iterations, 'n', "iterations", "N", 0, 1000000,
 		"at most so many iterations; 0 stands for 30 of cgls, 100 of sirt and tv",
-		CT_WHEN(CT_IF_WORD(rule.method, ITERATES))),
+		CT_WHEN(CT_IF_WORD(rule.method, CT_STEP_RECONSTRUCT_ITERATES))),
 	CT_EXPERT_CHOICE(rule.how.projector, "projector", CT_WORDS(CT_METHOD_LIST),
 		"voxels as boxes, or linear between their centres",
-		CT_WHEN(CT_IF_WORD(rule.method, ITERATES))),
+		CT_WHEN(CT_IF_WORD(rule.method, CT_STEP_RECONSTRUCT_ITERATES))),
 	CT_EXPERT(rule.how.rule.tolerance, "tolerance", "X", 0, 1,
 		"stop when the residual |A x - b| / |b| is below",
-		CT_WHEN(CT_IF_WORD(rule.method, ITERATES))),
+		CT_WHEN(CT_IF_WORD(rule.method, CT_STEP_RECONSTRUCT_ITERATES))),
 	CT_FLAG(rule.how.rule.nonnegative, 0, "nonnegative", "no density below 0",
-		CT_WHEN(CT_IF_WORD(rule.method, SOLVER(CT_SIRT) | SOLVER(CT_TV)))),
+		CT_WHEN(CT_IF_WORD(rule.method,
+			CT_STEP_RECONSTRUCT_SOLVER(CT_SIRT) | CT_STEP_RECONSTRUCT_SOLVER(CT_TV)))),
 	CT_OPT(rule.tv, 0, "tv", "HU", 0, 1e6, "weight of the total variation",
-		CT_WHEN(CT_IF_WORD(rule.method, SOLVER(CT_TV)))),
+		CT_WHEN(CT_IF_WORD(rule.method, CT_STEP_RECONSTRUCT_SOLVER(CT_TV)))),
 	CT_TEXT(window, 'w', "window", "LO:HI", "HU of density 0 and 1 (from IN, else -1024:3071)"),
 	CT_CHOICE(quantity, 0, "quantity", CT_WORDS(QUANTITIES), "what OUT holds"),
 	CT_OPT_END,

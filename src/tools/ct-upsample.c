@@ -29,12 +29,8 @@ struct params {
 static const struct params defaults = {
 	.said = SAID_DEFAULTS, .rule = CT_REFINE_DEFAULTS, .preset = BALANCED, .iterations = 300};
 
-/* Methods that invert the operator, that may come to iterate, and that have a prior. */
 #define PRIOR CT_BIT(CT_REFINE_PRIOR)
 #define ARSSR CT_BIT(CT_REFINE_ARSSR)
-#define ITERATES                                                                                   \
-	(PRIOR | CT_BIT(CT_UPSAMPLE_AUTO) | CT_BIT(CT_UPSAMPLE_TV) | CT_BIT(CT_UPSAMPLE_HTV))
-#define INVERTS (ITERATES | CT_BIT(CT_UPSAMPLE_DC))
 #define WITH(methods) CT_WHEN(CT_IF_WORD(rule.method, methods))
 #define WITH_PRIOR WITH(PRIOR)
 
@@ -51,17 +47,19 @@ static const struct ct_opt opts[] = {
 	SAID_OPTS(said,
 		"refine every axis S times, or the axes X, Y, Z times; need not be whole; default: "
 		"the factor that IN was reduced by, else as ct-sr",
-		CT_WHEN(CT_UNLESS(said.factor)), CT_WHEN(CT_ALWAYS), WITH(ITERATES),
+		CT_WHEN(CT_UNLESS(said.factor)), CT_WHEN(CT_ALWAYS), WITH(CT_REFINE_ITERATES),
 		CT_WHEN(CT_IF(estimate))),
 	CT_FLAG(estimate, 0, "estimate",
 		"estimate the blur of IN, from DICOM and edges, if IN does not say it",
-		CT_WHEN(CT_UNLESS(said.sigma), CT_IF_WORD(rule.method, INVERTS))),
+		CT_WHEN(CT_UNLESS(said.sigma), CT_IF_WORD(rule.method, CT_REFINE_INVERTED))),
 	CT_INPUT(start, 0, "start", "FILE",
-		"begin with this volume on the grid of OUT; with prior, add to it", WITH(INVERTS)),
+		"begin with this volume on the grid of OUT; with prior, add to it",
+		WITH(CT_REFINE_INVERTED)),
 	CT_OPT(iterations, 0, "iterations", "N", 1, 100000, "most iterations of tv and htv",
-		WITH(ITERATES)),
+		WITH(CT_REFINE_ITERATES)),
 	CT_OPT(rule.tolerance, 0, "tolerance", "HU", 0, 1e6,
-		"stop when an iteration moves the volume by less than this, RMS", WITH(ITERATES)),
+		"stop when an iteration moves the volume by less than this, RMS",
+		WITH(CT_REFINE_ITERATES)),
 	CT_OUTPUT(std, 0, "std", "FILE", CT_ENDS_VOLUME,
 		"also write the predicted error of each voxel (one standard deviation, HU), NIfTI",
 		WITH(CT_BIT(CT_UPSAMPLE_AUTO) | PRIOR)),
