@@ -237,6 +237,17 @@ refused 'LR held something else' "$@" up.nii lr-other.nii hr.exr
 refused '--base-projections held something else' "$@" --base-projections other.exr up.nii lr.nii hr.exr
 signalled 40 15 "$@" -v --residual-out r.nii --resume up-same.nii lr-same.nii same.exr f/o 2>err; [ $? -eq 75 ] && grep -q continuing err; ok $? 'other names, another output: goes on'
 
+cp f/o.state whole
+for at in 3 300; do
+	for byte in '\252' '\125'; do
+		printf "$byte" | dd of=f/o.state bs=1 seek=$(($(wc -c <f/o.state) - at)) conv=notrunc 2>/dev/null
+		! cmp -s f/o.state whole || continue
+		exits 3 "a state with another byte, $at from its end, is refused" "$@" --resume up.nii lr.nii hr.exr f/o
+		has err '^ct-fuse: f/o.state: is damaged' "a damaged state is named, $at from its end"
+		break
+	done
+	cp whole f/o.state
+done
 sed 's/run\.version/run.versi0n/' f/o.state >cut && mv cut f/o.state
 exits 3 'what is no state' "$@" --resume up.nii lr.nii hr.exr f/o
 has err 'is not the state of a run' 'is said to be none'

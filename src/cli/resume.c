@@ -6,6 +6,7 @@
 #include "cli/stop.h"
 #include "cli/table.h"
 #include "formats/format.h"
+#include "formats/hash.h"
 #include "formats/io.h"
 #include "formats/temp.h"
 
@@ -20,6 +21,8 @@
 /* In front of the keys of a run, among the metadata of its state. */
 #define RUN "run."
 #define WHICH "version"
+/* The hash of what a state holds. */
+#define CONTENT "content"
 
 static int take(struct ct_resume *r, const char *name, const char *value, struct ct_err *e)
 {
@@ -149,6 +152,45 @@ int ct_resume_input(
 	return 0;
 }
 
+/* Of all that a state holds but the keys of its run. */
+static void digest(char hex[static CT_HASH_HEX], const struct ct_tensors *state)
+{
+	struct ct_hash h;
+	uint64_t bits[2];
+
+	ct_hash_begin(&h);
+	for (size_t i = 0; i < state->meta.n; i++) {
+		const struct ct_pair *p = &state->meta.pair[i];
+
+		if (strncmp(p->key, RUN, sizeof RUN - 1) == 0 || strcmp(p->key, CONTENT) == 0 ||
+			strcmp(p->key, CT_META_INPUT) == 0)
+			continue;
+		ct_hash_add(&h, p->key, strlen(p->key) + 1);
+		ct_hash_add(&h, p->value, strlen(p->value) + 1);
+	}
+	for (size_t i = 0; i < state->n; i++) {
+		const struct ct_tensor *t = &state->t[i];
+
+		ct_hash_add(&h, t->name, strlen(t->name) + 1);
+		ct_hash_add(&h, t->data, ct_tensor_count(t) * sizeof *t->data);
+	}
+	ct_hash_digest(&h, bits);
+	snprintf(hex, CT_HASH_HEX, "%016llx%016llx", (unsigned long long)bits[1],
+		(unsigned long long)bits[0]);
+}
+
+static int check_content(
+	const struct ct_resume *r, const struct ct_tensors *state, struct ct_err *e)
+{
+	const char *content = ct_meta_get(&state->meta, CONTENT);
+	char hex[CT_HASH_HEX];
+
+	digest(hex, state);
+	if (content && strcmp(content, hex) == 0)
+		return 0;
+	return ct_fail(e, CT_EINPUT, "%s: is damaged: it holds other than what was saved", r->path);
+}
+
 /* Is what every option names that is an input part of the key? */
 static bool complete(const struct ct_resume *r)
 {
@@ -205,7 +247,7 @@ int ct_resume_load(struct ct_resume *r, ct_resume_unpack *unpack, void *work, st
 		return 1;
 	if (ct_tensors_read(r->path, &state, e))
 		return -1;
-	rc = compare(r, &state.meta, e);
+	rc = ct_err_any(compare(r, &state.meta, e) || check_content(r, &state, e));
 	if (rc == 0 && unpack(work, &state, e))
 		rc = ct_blame(e, r->path);
 	r->own |= rc == 0;
@@ -217,10 +259,14 @@ static int write_to(const struct ct_resume *r, const char *path, ct_resume_pack 
 	const void *work, struct ct_err *e)
 {
 	struct ct_tensors state = {0};
+	char content[CT_HASH_HEX];
 	int rc = pack(&state, work, e);
 
 	for (size_t i = 0; i < r->key.n && rc == 0; i++)
 		rc = ct_meta_set(&state.meta, r->key.pair[i].key, r->key.pair[i].value, e);
+	digest(content, &state);
+	if (rc == 0)
+		rc = ct_meta_set(&state.meta, CONTENT, content, e);
 	if (rc == 0)
 		rc = ct_tensors_write_private(path, &state, e);
 	ct_tensors_free(&state);

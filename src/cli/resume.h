@@ -3,10 +3,11 @@
  * A state belongs to one run: the command and its version, the seed, the options that decide what
  * is computed (enum ct_counts of their rows, and what is added here), and what the inputs hold. It
  * is refused, by the name of what differs, if any of these is another; an input of another name
- * that holds the same is the same. The state is for its owner alone, is never seen half-written,
- * and a run without --resume does not write over one unless it is forced. A file of that name that
- * is no state, or that another run has put there meanwhile, is neither written over nor removed. A
- * run that keeps one is stopped where it has saved it (stop.h).
+ * that holds the same is the same. So is a state that holds other than what was saved. The state is
+ * for its owner alone, is never seen half-written, and a run without --resume does not write over
+ * one unless it is forced. A file of that name that is no state, or that another run has put there
+ * meanwhile, is neither written over nor removed. A run that keeps one is stopped where it has
+ * saved it (stop.h).
  * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_CLI_RESUME_H
