@@ -295,6 +295,7 @@ import json, re, struct
 b = open('whole.state', 'rb').read()
 n = 8 + struct.unpack('<Q', b[:8])[0]
 h = json.loads(b[8:n])
+del h['__metadata__']['content']
 h['__metadata__']['best'] = re.sub('^([^ ,]*[ ,]+)[0-9]+', r'\1-1', h['__metadata__']['best'])
 h = json.dumps(h).encode()
 open('part.safetensors.state', 'wb').write(struct.pack('<Q', len(h)) + h + b[n:])

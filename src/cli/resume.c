@@ -21,7 +21,7 @@
 /* In front of the keys of a run, among the metadata of its state. */
 #define RUN "run."
 #define WHICH "version"
-/* The hash of what a state holds. */
+/* The hash of what a state holds; those of builds before it was have none. */
 #define CONTENT "content"
 
 static int take(struct ct_resume *r, const char *name, const char *value, struct ct_err *e)
@@ -186,7 +186,7 @@ static int check_content(
 	char hex[CT_HASH_HEX];
 
 	digest(hex, state);
-	if (content && strcmp(content, hex) == 0)
+	if (!content || strcmp(content, hex) == 0)
 		return 0;
 	return ct_fail(e, CT_EINPUT, "%s: is damaged: it holds other than what was saved", r->path);
 }
