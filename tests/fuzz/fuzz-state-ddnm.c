@@ -59,7 +59,7 @@ size_t fuzz_seed(size_t k, unsigned char **data)
 	for (size_t i = 0; i < ct_stack_count(&s[0]); i++)
 		s[0].data[i] = s[1].data[i] = (float)i / 8;
 	state_run(&run, seed_path());
-	n = seed_file(data, ddnm_state_save(&state, true, &e));
+	n = state_seed(data, ddnm_state_save(&state, true, &e));
 	ct_resume_close(&run);
 	ct_stack_free(&s[0]);
 	ct_stack_free(&s[1]);

@@ -83,7 +83,7 @@ size_t fuzz_seed(size_t k, unsigned char **data)
 	if (k && ct_field_fit_run(&f, &d, &env, &e))
 		exit(99);
 	state_run(&run, seed_path());
-	n = seed_file(data, ct_resume_save(&run, ct_field_fit_pack, &f, &e));
+	n = state_seed(data, ct_resume_save(&run, ct_field_fit_pack, &f, &e));
 	ct_resume_close(&run);
 	ct_field_fit_free(&f);
 	ct_vol_free(&v);

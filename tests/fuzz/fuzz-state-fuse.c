@@ -94,7 +94,7 @@ size_t fuzz_seed(size_t k, unsigned char **data)
 	j.at.fista.next = k == 2 ? 1.5 : 0;
 	state_run(&run, seed_path());
 	f.joint = j;
-	n = seed_file(data, ct_resume_save(&run, ct_fuse_pack, &f, &e));
+	n = state_seed(data, ct_resume_save(&run, ct_fuse_pack, &f, &e));
 	ct_resume_close(&run);
 	ct_joint_free(&j);
 	return n;

@@ -102,7 +102,7 @@ size_t fuzz_seed(size_t k, unsigned char **data)
 	if (ct_fit_init(&f, &s.options, &s.data, &env, &e))
 		exit(99);
 	state_run(&run, seed_path());
-	n = seed_file(data, ct_resume_save(&run, ct_fit_state_pack, &f, &e));
+	n = state_seed(data, ct_resume_save(&run, ct_fit_state_pack, &f, &e));
 	ct_resume_close(&run);
 	ct_fit_free(&f);
 	scene_free(&s);

@@ -72,7 +72,7 @@ size_t fuzz_seed(size_t k, unsigned char **data)
 	if (k)
 		return 0;
 	state_run(&run, seed_path());
-	n = seed_file(data, ct_resume_save(&run, pack, training(), &e));
+	n = state_seed(data, ct_resume_save(&run, pack, training(), &e));
 	memcpy(&header, *data, sizeof header);
 	ct_resume_close(&run);
 	return n < 8 + header ? n : 8 + (size_t)header;
