@@ -172,6 +172,7 @@ static void digest(char hex[static CT_HASH_HEX], const struct ct_tensors *state)
 		const struct ct_tensor *t = &state->t[i];
 
 		ct_hash_add(&h, t->name, strlen(t->name) + 1);
+		ct_hash_add(&h, t->dim, t->rank * sizeof *t->dim);
 		ct_hash_add(&h, t->data, ct_tensor_count(t) * sizeof *t->data);
 	}
 	ct_hash_digest(&h, bits);
