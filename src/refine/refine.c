@@ -15,8 +15,7 @@
 /* Methods that may come to iterate: of these it counts what noise there is. */
 static bool iterates(int method)
 {
-	return method == CT_REFINE_PRIOR || method == CT_UPSAMPLE_AUTO ||
-	       method == CT_UPSAMPLE_TV || method == CT_UPSAMPLE_HTV;
+	return CT_REFINE_ITERATES & CT_BIT(method);
 }
 
 /* Methods that know no HU. */
