@@ -146,7 +146,13 @@ printf '#!/bin/sh\nkill -9 $$\n' >to/bin/ct-picture; chmod +x to/bin/ct-picture
 exits 3 'a picture that kills its reader is refused with status 3' to/bin/ct-convert --radiograph intensity a8.png no.exr; has err 'a8.png: the picture cannot be decoded: it kills its reader' 'the error of a killed reader names the picture'
 printf '#!/bin/sh\nexit 7\n' >to/bin/ct-picture; exits 7 'a reader of pictures without memory ends with status 7' to/bin/ct-convert --radiograph intensity a8.png no.exr
 printf '#!/bin/sh\nhead -c 510 /dev/zero\n' >to/bin/ct-picture; exits 3 'a picture that breaks off is refused with status 3' to/bin/ct-convert --radiograph intensity a8.png no.exr; has err 'cannot be decoded$' 'the error of a picture that breaks off says undecodable'
-exits 2 'ct-picture alone is refused as usage' ct-picture; has err 'reads a picture for other commands' 'ct-picture alone says what it is for'
+real=$(command -v ct-picture)
+printf '#!/bin/sh\necho >>starts\nexec "%s" "$@"\n' "$real" >to/bin/ct-picture
+exits 0 'several pictures are read by one reader' to/bin/ct-convert -f --radiograph intensity a8.png a16.tif a8.png o.exr; py holds o.exr a8 a16 a8 && [ "$(wc -l <starts)" -eq 1 ]; ok $? 'three pictures start one reader'
+printf '#!/bin/sh\nkill -INT 0\nexec "%s" "$@"\n' "$real" >to/bin/ct-picture # as a terminal does: both are told
+mkdir pics; cp a8.png a16.tif pics; cp "$(command -v ct-train)" to/bin
+exits 75 'an interrupt while pictures are read stops the command' setsid -w to/bin/ct-train -q -a model_channels=32,channel_mult=1 -p 8 -n 1 none.safetensors pics
+exits 2 'ct-picture alone is refused as usage' ct-picture; has err 'reads pictures for other commands' 'ct-picture alone says what it is for'
 [ ! -e no.exr ]; ok $? 'pictures that were refused leave no output'
 mkdir hostile; tar -xf "$srcdir/tests/fuzz/corpus/image.tar" -C hostile
 for f in hostile/*; do

@@ -164,7 +164,7 @@ fits() { # until the fit has made iterations, or the run has ended
 		sleep 0.1
 	done
 }
-set -- ct-sr -v -x 4 --paper --expert views=4,iterations=1000000,gaussians=200 --keep g
+set -- ct-sr -v -x 4 --paper --expert views=4,iterations=1000000,gaussians=200,max-gaussians=200 --keep g
 rm -f err1; setsid "$@" marks.nii g.nii 2>err1 & pid=$!
 fits $pid
 exits 4 'a second run in one folder is refused' "$@" marks.nii g2.nii

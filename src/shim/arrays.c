@@ -72,11 +72,13 @@ int ct_arrays_read(struct ct_arrays *a, const char *path, struct ct_err *e)
 	static const struct ct_reader reader = {
 		"ct-arrays", "file", "files of MATLAB and HDF5", "ctsr-scans", "--with-hdf5"};
 
-	if (ct_reader_run(&reader, path, take, a, e)) {
+	struct ct_reading s = {0};
+	int rc = ct_reading_next(&s, &reader, path, take, a, e);
+
+	ct_reading_end(&s);
+	if (rc)
 		ct_arrays_free(a);
-		return -1;
-	}
-	return 0;
+	return rc;
 }
 
 struct ct_array *ct_arrays_find(const struct ct_arrays *a, const char *name)

@@ -25,14 +25,15 @@ static int take(FILE *f, void *ctx, struct ct_err *e)
 	return fread(p->gray, sizeof *p->gray, size[0] * size[1], f) == size[0] * size[1] ? 0 : 1;
 }
 
-int ct_image_read(const char *path, size_t *w, size_t *h, float **gray, struct ct_err *e)
+int ct_image_read_next(struct ct_reading *s, const char *path, size_t *w, size_t *h, float **gray,
+	struct ct_err *e)
 {
 	static const struct ct_reader reader = {
 		"ct-picture", "picture", "pictures", "ctsr-pictures", "--with-oiio"};
 	struct picture p = {0};
 
 	*gray = NULL;
-	if (ct_reader_run(&reader, path, take, &p, e)) {
+	if (ct_reading_next(s, &reader, path, take, &p, e)) {
 		free(p.gray);
 		return -1;
 	}
@@ -40,6 +41,15 @@ int ct_image_read(const char *path, size_t *w, size_t *h, float **gray, struct c
 	*h = p.size[1];
 	*gray = p.gray;
 	return 0;
+}
+
+int ct_image_read(const char *path, size_t *w, size_t *h, float **gray, struct ct_err *e)
+{
+	struct ct_reading s = {0};
+	const int rc = ct_image_read_next(&s, path, w, h, gray, e);
+
+	ct_reading_end(&s);
+	return rc;
 }
 
 int ct_image_read_check(const char *path, size_t w, size_t h, const float *gray, struct ct_err *e)

@@ -7,7 +7,7 @@
  */
 #ifndef CT_SHIM_IMAGE_READ_H
 #define CT_SHIM_IMAGE_READ_H
-#include "core/err.h"
+#include "shim/reader.h"
 
 #include <stddef.h>
 
@@ -16,6 +16,9 @@
  * ignored. CT_EINPUT naming the file, also if it holds several pictures or kills its reader;
  * CT_EFAIL if ct-picture is not installed. */
 int ct_image_read(const char *path, size_t *w, size_t *h, float **gray, struct ct_err *e);
+/* One of several, by a reader that is kept for the next: its libraries take most of a second. */
+int ct_image_read_next(struct ct_reading *s, const char *path, size_t *w, size_t *h, float **gray,
+	struct ct_err *e);
 /* CT_EINPUT naming the file and the first pixel that is not in [0,1]. */
 int ct_image_read_check(const char *path, size_t w, size_t h, const float *gray, struct ct_err *e);
 #endif

@@ -1,6 +1,6 @@
-/* array-reader.c: ct-arrays FILE TIMES: the arrays of a file of MATLAB or Data Exchange, to
- * standard output, for the commands, which start it (shim/arrays.h). TIMES is as for
- * ct_inflate_allow. SPDX-License-Identifier: Apache-2.0 */
+/* array-reader.c: ct-arrays TIMES: the arrays of the file of MATLAB or Data Exchange that standard
+ * input names, to standard output, for the commands, which start it (shim/reader.h): of one file,
+ * as its memory is limited by that. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/inflate.h"
 #include "shim/arrays.h"
@@ -31,14 +31,19 @@ int main(int argc, char **argv)
 	static const struct ct_array end;
 	struct ct_arrays a = {0};
 	struct ct_err e = {0};
+	char *path = NULL;
+	size_t room = 0;
 	int rc;
 
-	if (argc != 3) {
+	if (argc != 2) {
 		fputs("ct-arrays: reads a file of MATLAB or HDF5 for other commands\n", stderr);
 		return CT_EUSAGE;
 	}
-	limit(argv[1], argv[2]);
-	rc = arrays_file_read(&a, argv[1], &e);
+	if (getdelim(&path, &room, '\0', stdin) <= 0)
+		return CT_OK;
+	limit(path, argv[1]);
+	rc = arrays_file_read(&a, path, &e);
+	free(path);
 	fwrite(&e, sizeof e, 1, stdout);
 	for (size_t i = 0; i < a.n && rc == 0; i++) {
 		fwrite(&a.a[i], sizeof a.a[i], 1, stdout);

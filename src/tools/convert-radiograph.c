@@ -47,13 +47,14 @@ static int check(const struct ct_vol *v, bool intensity, struct ct_err *e)
 	return 0;
 }
 
-static int read_picture(const char *path, struct ct_vol *v, struct ct_err *e)
+static int read_picture(
+	struct ct_reading *reading, const char *path, struct ct_vol *v, struct ct_err *e)
 {
 	float *gray = NULL;
 	size_t w, h;
 	int rc = -1;
 
-	if (ct_image_read(path, &w, &h, &gray, e) == 0 &&
+	if (ct_image_read_next(reading, path, &w, &h, &gray, e) == 0 &&
 		ct_vol_alloc(v, (const size_t[]){w, h, 1}, e) == 0) {
 		memcpy(v->data, gray, w * h * sizeof *gray);
 		rc = 0;
@@ -125,8 +126,8 @@ static int read_volume(const struct convert *p, const char *path, struct ct_vol 
 	return convert_read(&one, v, env, e);
 }
 
-static int read_plane(const struct convert *p, const char *path, struct ct_vol *v,
-	const struct ct_env *env, struct ct_err *e)
+static int read_plane(const struct convert *p, struct ct_reading *reading, const char *path,
+	struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
 {
 	const double none[2] = {(double)NAN, (double)NAN};
 
@@ -134,7 +135,7 @@ static int read_plane(const struct convert *p, const char *path, struct ct_vol *
 		return read_dicom(p, path, v, env, e);
 	if (p->raw || !convert_is_picture(path))
 		return read_volume(p, path, v, env, e);
-	return read_picture(path, v, e) ? -1 : finish(v, p, path, none, env, e);
+	return read_picture(reading, path, v, e) ? -1 : finish(v, p, path, none, env, e);
 }
 
 /* View k of s, which is made for the first. */
@@ -159,6 +160,7 @@ int convert_radiograph(const struct convert *p, const struct ct_env *env, struct
 {
 	const size_t n = p->files.n - 1;
 	const struct ct_meta **from = NULL;
+	struct ct_reading reading = {0};
 	struct ct_vol *v = NULL;
 	struct ct_stack s = {0};
 	int rc = -1;
@@ -166,7 +168,8 @@ int convert_radiograph(const struct convert *p, const struct ct_env *env, struct
 	if (ct_alloc0(&v, n, sizeof *v, e) || ct_alloc0(&from, n, sizeof *from, e))
 		goto out;
 	for (size_t k = 0; k < n; k++) {
-		if (ct_check_stop(env, e) || read_plane(p, p->files.v[k], &v[k], env, e) ||
+		if (ct_check_stop(env, e) ||
+			read_plane(p, &reading, p->files.v[k], &v[k], env, e) ||
 			add(&s, k, p, &v[k], e))
 			goto out;
 		from[k] = &v[k].meta;
@@ -181,6 +184,7 @@ int convert_radiograph(const struct convert *p, const struct ct_env *env, struct
 		ct_meta_step(&s.meta, env, n, from, e) == 0)
 		rc = ct_stack_write(p->out, &s, env, e);
 out:
+	ct_reading_end(&reading);
 	for (size_t k = 0; v && k < n; k++)
 		ct_vol_free(&v[k]);
 	free(v);

@@ -1,6 +1,5 @@
-/* picture.c: ct-picture FILE TIMES: one picture, decoded, to standard output, for the
- * commands, which start it (shim/image-read.h). TIMES is as for ct_inflate_allow.
- * SPDX-License-Identifier: Apache-2.0 */
+/* picture.c: ct-picture TIMES: the pictures that standard input names, decoded, to standard output,
+ * for the commands, which start it (shim/reader.h). SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/inflate.h"
 #include "shim/picture-file.h"
@@ -8,19 +7,13 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-int main(int argc, char **argv)
+static int answer(const char *path)
 {
 	struct ct_err e = {0};
 	size_t size[2] = {0};
 	float *gray = NULL;
-	int rc;
+	int rc = picture_file_read(path, &size[0], &size[1], &gray, &e);
 
-	if (argc != 3) {
-		fputs("ct-picture: reads a picture for other commands\n", stderr);
-		return CT_EUSAGE;
-	}
-	ct_inflate_allow((unsigned)strtoul(argv[2], NULL, 10));
-	rc = picture_file_read(argv[1], &size[0], &size[1], &gray, &e);
 	fwrite(&e, sizeof e, 1, stdout);
 	if (rc == 0) {
 		fwrite(size, sizeof size, 1, stdout);
@@ -28,4 +21,21 @@ int main(int argc, char **argv)
 	}
 	free(gray);
 	return fflush(stdout) || ferror(stdout) ? CT_EOUTPUT : (int)e.code;
+}
+
+int main(int argc, char **argv)
+{
+	char *path = NULL;
+	size_t room = 0;
+	int rc = CT_OK;
+
+	if (argc != 2) {
+		fputs("ct-picture: reads pictures for other commands\n", stderr);
+		return CT_EUSAGE;
+	}
+	ct_inflate_allow((unsigned)strtoul(argv[1], NULL, 10));
+	while (rc == CT_OK && getdelim(&path, &room, '\0', stdin) > 0)
+		rc = answer(path);
+	free(path);
+	return rc;
 }

@@ -285,37 +285,42 @@ static int read_raw(
 	return 0;
 }
 
+/* View k is a picture; the first one says how large they all are. */
+static int read_picture(struct scan_source *s, struct ct_reading *r, const struct convert *p,
+	size_t k, struct ct_err *e)
+{
+	float *gray = NULL;
+	size_t w, h;
+	int rc = ct_image_read_next(r, p->files.v[k], &w, &h, &gray, e);
+
+	if (rc == 0 && k == 0) {
+		s->n[1] = h;
+		s->n[2] = w;
+		rc = ct_alloc(&s->data, s->n[0] * h * w, sizeof *s->data, e);
+	}
+	if (rc == 0 && (h != s->n[1] || w != s->n[2]))
+		rc = ct_fail(e, CT_EGEOM, "%s: has %zux%zu pixels, but %s has %zux%zu",
+			p->files.v[k], w, h, p->in, s->n[2], s->n[1]);
+	if (rc == 0) {
+		memcpy(s->data + k * h * w, gray, h * w * sizeof *gray);
+		rescale(s->data + k * h * w, h * w, p);
+	}
+	free(gray);
+	return rc;
+}
+
 /* A picture a view, in the order in which they are named. */
 static int read_pictures(
 	struct scan_source *s, const struct convert *p, const struct ct_env *env, struct ct_err *e)
 {
-	const size_t views = p->files.n - 1;
-	size_t w, h;
+	struct ct_reading reading = {0};
+	int rc = 0;
 
-	for (size_t k = 0; k < views; k++) {
-		float *gray = NULL;
-
-		if (ct_check_stop(env, e) || ct_image_read(p->files.v[k], &w, &h, &gray, e))
-			return -1;
-		if (k == 0) {
-			s->n[0] = views;
-			s->n[1] = h;
-			s->n[2] = w;
-			if (ct_alloc(&s->data, views * h * w, sizeof *s->data, e)) {
-				free(gray);
-				return -1;
-			}
-		}
-		if (h == s->n[1] && w == s->n[2]) {
-			memcpy(s->data + k * h * w, gray, h * w * sizeof *gray);
-			rescale(s->data + k * h * w, h * w, p);
-		}
-		free(gray);
-		if (h != s->n[1] || w != s->n[2])
-			return ct_fail(e, CT_EGEOM, "%s: has %zux%zu pixels, but %s has %zux%zu",
-				p->files.v[k], w, h, p->in, s->n[2], s->n[1]);
-	}
-	return 0;
+	s->n[0] = p->files.n - 1;
+	for (size_t k = 0; rc == 0 && k < s->n[0]; k++)
+		rc = ct_err_any(ct_check_stop(env, e) || read_picture(s, &reading, p, k, e));
+	ct_reading_end(&reading);
+	return rc;
 }
 
 static bool is_arrays(const char *path)

@@ -47,12 +47,13 @@ out:
 	return rc;
 }
 
-static int read_picture(struct ct_pictures *s, const char *path, struct ct_err *e)
+static int read_picture(
+	struct ct_pictures *s, struct ct_reading *reading, const char *path, struct ct_err *e)
 {
 	size_t w, h;
 	float *px;
 
-	if (ct_any_check_picture(path, e) || ct_image_read(path, &w, &h, &px, e))
+	if (ct_any_check_picture(path, e) || ct_image_read_next(reading, path, &w, &h, &px, e))
 		return -1;
 	if (ct_image_read_check(path, w, h, px, e)) {
 		free(px);
@@ -61,9 +62,10 @@ static int read_picture(struct ct_pictures *s, const char *path, struct ct_err *
 	return ct_pictures_add(s, h, w, px, path, e);
 }
 
-static int read_file(struct ct_pictures *s, const char *path, struct ct_err *e)
+static int read_file(
+	struct ct_pictures *s, struct ct_reading *reading, const char *path, struct ct_err *e)
 {
-	return ct_any_is_stack(path) ? read_stack(s, path, e) : read_picture(s, path, e);
+	return ct_any_is_stack(path) ? read_stack(s, path, e) : read_picture(s, reading, path, e);
 }
 
 /* The files that a path names: itself, or what a folder holds, in the order of their names. */
@@ -123,15 +125,18 @@ static void names_free(struct names *names)
 	*names = (struct names){0};
 }
 
-int train_data_read(struct ct_pictures *s, const char *path, struct ct_meta *meta, struct ct_err *e)
+int train_data_read(struct ct_pictures *s, const char *path, struct ct_meta *meta,
+	const struct ct_env *env, struct ct_err *e)
 {
+	struct ct_reading reading = {0};
 	const size_t first = s->n;
 	struct names names = {0};
 	struct ct_hash hash;
 	int rc = names_of(&names, path, e);
 
 	for (size_t i = 0; rc == 0 && i < names.n; i++)
-		rc = read_file(s, names.path[i], e);
+		rc = ct_err_any(ct_check_stop(env, e) || read_file(s, &reading, names.path[i], e));
+	ct_reading_end(&reading);
 	names_free(&names);
 	if (rc)
 		return -1;

@@ -8,9 +8,9 @@
 
 /* Add what `path` names to the set: an EXR stack, divided by its largest value; a picture; or all
  * pictures and stacks of a folder in the order of their names. The key "input" of *meta becomes
- * the name and a hash of it all. CT_EINPUT, CT_ENUMERIC naming the file. */
-int train_data_read(
-	struct ct_pictures *s, const char *path, struct ct_meta *meta, struct ct_err *e);
+ * the name and a hash of it all. CT_EINPUT, CT_ENUMERIC naming the file; CT_ESTOP. */
+int train_data_read(struct ct_pictures *s, const char *path, struct ct_meta *meta,
+	const struct ct_env *env, struct ct_err *e);
 
 #define TRAIN_DATA_READS 0.05 /* of a training, about */
 

@@ -21,11 +21,11 @@ static int read_data(struct train_pictures_job *j, struct train_data *data, stru
 	const struct train_files *d = &j->p->files;
 
 	for (size_t i = 0; i < d->n; i++)
-		if (train_data_read(&j->data, d->v[i], &data->input[i], e))
+		if (train_data_read(&j->data, d->v[i], &data->input[i], &j->env, e))
 			return -1;
 	if (!d->validate)
 		return 0;
-	return ct_err_any(train_data_read(&j->held, d->validate, &data->held, e) ||
+	return ct_err_any(train_data_read(&j->held, d->validate, &data->held, &j->env, e) ||
 			  ct_patches_check(&j->p->opts.patches, &j->held, d->validate, e));
 }
 
