@@ -64,7 +64,8 @@ mkdir empty
 ct-convert empty e.nii 2>err
 if grep -q 'with-vtk' err; then skip 'numbers of DICOM' 'built without vtk-dicom'; done_testing; fi
 if ! python_with pydicom; then skip 'numbers of DICOM' 'no pydicom'; done_testing; fi
-py() { PYTHONPATH=$srcdir/tests PYTHONDONTWRITEBYTECODE=1 "$PY" "$srcdir/tests/t-numbers.py" "$@" 2>pyerr || sed 's/^/# /' pyerr; }
+calls numpy pydicom dicom
+py() { called "$srcdir/tests/t-numbers.py" "$@" 2>pyerr || sed 's/^/# /' pyerr; }
 py s; exits 0 'the plain series of this test is converted' ct-convert s s.nii
 bad() { # bad KEYWORD VR TEXT PATTERN [SLICE]
 	rm -rf d; py bad "$1" "$2" "$3" d ${5-}

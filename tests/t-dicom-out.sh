@@ -54,8 +54,9 @@ part out
 ct-phantom -q --size 7x6x5 --spacing 2,2.5,3 marks f.nii && ct-convert -q --type i16 f.nii v.nii
 ct-convert v.nii first/ 2>err
 if grep -q 'with-vtk' err; then skip 'DICOM out' 'built without vtk-dicom'; done_testing; fi
-py() { PYTHONPATH=$srcdir/tests PYTHONDONTWRITEBYTECODE=1 "$PY" "$srcdir/tests/t-dicom-out.py" "$@"; }
 python_with pydicom && "$PY" -c 'import nibabel' && oracle=1 || oracle=
+[ -z "$oracle" ] || calls numpy nibabel pydicom dicom
+py() { called "$srcdir/tests/t-dicom-out.py" "$@"; }
 clean() { # clean NAME FILE...: dciodvfy finds no error
 	name_=$1; shift
 	if ! command -v dciodvfy >/dev/null; then skip "$name_: dciodvfy" 'no dciodvfy'; return; fi

@@ -7,7 +7,8 @@ ct-convert empty e.nii 2>err
 if grep -q 'with-vtk' err; then skip 'DICOM series' 'built without vtk-dicom'; done_testing; fi
 exits 3 'an empty folder is refused with status 3' ct-convert empty e.nii
 if ! python_with pydicom && ! python_with numpy || ! "$PY" -c 'import nibabel'; then skip 'DICOM series' 'no numpy or no nibabel'; done_testing; fi
-py() { file=$1; shift; PYTHONPATH=$srcdir/tests PYTHONDONTWRITEBYTECODE=1 "$PY" "$srcdir/tests/$file.py" "$@"; }
+calls numpy nibabel pydicom dicom
+py() { file=$1; shift; called "$srcdir/tests/$file.py" "$@"; }
 
 # PixelData that are laid out in unusual ways are read as they are meant, or refused; none in silence as something else.
 part pixels
@@ -125,8 +126,8 @@ sys.exit(not numpy.array_equal(v, 11 * i + 7 * j + 30 * k - 1024))'; ok $? 'a se
 # nested sequences and the order of elements
 for way in undefined private defined unknown implicit after; do same deep-$way-60 "sequences 60 deep ($way)"; done
 alone() { # the same data set in one file without a name that says DICOM
-	cp "$1/0.dcm" alone
-	timeout 20 ct-info alone >out 2>err
+	mkdir -p lone; cp "$1/0.dcm" lone/alone
+	timeout 20 ct-info lone/alone >out 2>err
 	has err 'nested more than 64 deep' "a file with nested sequences is refused by ct-info without a name that says DICOM: $1"
 }
 for way in undefined private bytes defined unknown implicit after; do

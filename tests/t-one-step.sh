@@ -9,7 +9,8 @@ if [ -z "$lib" ] || ! python_with numpy; then echo '1..0 # SKIP no shared librar
 ! sanitized ct-project || { echo '1..0 # SKIP sanitizers are not of Python'; exit 0; }
 CTSR_LIBRARY=$lib PYTHONDONTWRITEBYTECODE=1 PYTHONPATH="$srcdir/python"; export CTSR_LIBRARY PYTHONDONTWRITEBYTECODE PYTHONPATH
 c() { "$builddir/tests/one-step" "$@"; }
-py() { "$PY" "$srcdir/tests/one-step.py" "$@"; }
+calls numpy ctsr
+py() { called "$srcdir/tests/one-step.py" "$@"; }
 # step NAME END STEP 'IN...' 'KEY=VALUE...' COMMAND...: the three make OUT, which ends so; the command's is OUT in COMMAND
 step() {
 	name_=$1 end_=$2 step_=$3 in_=$4 how_=$5; shift 5

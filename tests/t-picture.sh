@@ -48,9 +48,10 @@ fi
 
 # Pictures and DICOM radiographs as stacks: their numbers, where they lie, and what is refused.
 part read
-py() { PYTHONPATH=$srcdir/tests PYTHONDONTWRITEBYTECODE=1 "$PY" "$srcdir/tests/t-picture.py" "$@"; }
+py() { called "$srcdir/tests/t-picture.py" "$@"; }
 one() { ct-convert -f --radiograph "$@"; }
 if ! python_with numpy,pydicom && ! python_with numpy; then skip 'pictures and DICOM radiographs become stacks' 'no numpy'; done_testing; fi
+calls numpy exr PIL.Image tifffile pydicom
 
 # DICOM
 "$PY" -c 'import pydicom' 2>/dev/null && py radiographs && one intensity dx.dcm o.exr 2>err

@@ -4,7 +4,8 @@
 . "$srcdir/tests/tap.sh"
 python_with h5py && python_with scipy || { skip 'measured scans' 'no h5py or scipy'; done_testing; }
 PYTHONPATH=$srcdir/tests; export PYTHONPATH
-py() { "$PY" "$srcdir/tests/t-scans.py" "$@"; }
+calls numpy exr h5py scipy.io
+py() { called "$srcdir/tests/t-scans.py" "$@"; }
 py make || exit 99
 stack() { ct-convert -f --projections "$@"; }
 cat >cone.json <<'JSON'

@@ -6,7 +6,8 @@ mkdir empty
 ct-convert empty e.nii 2>err
 if grep -q 'with-vtk' err; then skip 'series' 'built without vtk-dicom'; done_testing; fi
 if ! python_with pydicom || ! "$PY" -c 'import nibabel'; then skip 'series' 'no pydicom or no nibabel'; done_testing; fi
-py() { PYTHONPATH=$srcdir/tests PYTHONDONTWRITEBYTECODE=1 "$PY" "$srcdir/tests/t-series-kinds.py" "$@"; }
+calls numpy nibabel pydicom dicom
+py() { called "$srcdir/tests/t-series-kinds.py" "$@"; }
 py make; ok $? 'the series of this test are made'
 one() { exits 0 "$2 are one stack" ct-convert -f "$1" o.nii; py planes o.nii $3 $4; ok $? "$2 give $3 planes"; }
 several() { # several FOLDER N WORDS NAME [SPACING]

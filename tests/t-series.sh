@@ -7,7 +7,8 @@ mkdir empty
 ct-convert empty e.nii 2>err
 if grep -q 'with-vtk' err; then skip 'series' 'built without vtk-dicom'; done_testing; fi
 if ! python_with pydicom || ! "$PY" -c 'import nibabel'; then skip 'series' 'no pydicom or no nibabel'; done_testing; fi
-py() { PYTHONPATH=$srcdir/tests PYTHONDONTWRITEBYTECODE=1 "$PY" "$srcdir/tests/t-series.py" "$@"; }
+calls numpy nibabel pydicom dicom
+py() { called "$srcdir/tests/t-series.py" "$@"; }
 
 # Folders as clinics have them: what becomes of every file, and what is one series.
 py make_folders; ok $? 'the series of this test are made'

@@ -164,12 +164,13 @@ fits() { # until the fit has made iterations, or the run has ended
 		sleep 0.1
 	done
 }
-set -- ct-sr -v -x 4 --paper --expert views=4,iterations=1000000,gaussians=200,max-gaussians=200 --keep g
+set -- ct-sr -v -x 4 --paper --expert views=4,iterations=1000000,gaussians=200 --keep g
 rm -f err1; setsid "$@" marks.nii g.nii 2>err1 & pid=$!
 fits $pid
+kill -STOP -$pid # it gets slower the more Gaussians it has
 exits 4 'a second run in one folder is refused' "$@" marks.nii g2.nii
 has err 'g: another run works in it' 'the error of a second run names the folder'
-kill -INT -$pid; wait $pid; [ $? -eq 75 ]; ok $? 'an interrupt of the fit ends with status 75'
+kill -CONT -$pid; kill -INT -$pid; wait $pid; [ $? -eq 75 ]; ok $? 'an interrupt of the fit ends with status 75'
 has err1 '^ct-sr: stopped on request; the same command goes on$' 'a run that is stopped says how to go on'
 [ -s g/residual.ply.state ]; ok $? 'a fit that is stopped leaves its state'
 [ -z "$(find g . -maxdepth 1 -name '.ctsr-*')" ]; ok $? 'a fit that is stopped leaves nothing temporary'
