@@ -295,6 +295,7 @@ static int refine(ctsr_volume *in, const char *out)
 	o.trust = number("trust", 0) > 0;
 	o.method = (int)number("method", o.method);
 	o.prior_file = value("prior");
+	o.units = value("units");
 	rc = (prior ? ctsr_superres : ctsr_upsample)(&v, NULL, NULL, in, &o, NULL, &e) ||
 	     ctsr_volume_write(v, out, ctsr_nifti(), NULL, &e);
 	ctsr_volume_free(v);

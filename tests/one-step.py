@@ -104,6 +104,7 @@ def main(step, *words):
     elif step == 'refine':
         f = ctsr.superres if 'prior' in o else ctsr.upsample
         how = {'method': METHODS[int(o['method'])]} if 'method' in o else {}
+        how.update({'units': o['units']} if 'units' in o else {})
         ctsr.write(f(files[0], prior=o.get('prior'), **real(o, 'factor', 'noise', 'denoise', 'tolerance'), **how), files[1])
 
 

@@ -34,7 +34,7 @@ refused() {
 	[ ! -e "no.$end_" ]; ok $? "$step_ of $in_ that is refused makes no output"
 }
 # The message, without the name, the dashes of options, and what only a command or only a call can do about it.
-words() { sed "$1; s/^[^: ]*: //; s/--//g; s/ (but see .*//; s/: give .*//; s/-m fbp/method fbp/; s/add quantity/add/; s/\(low\|fine\|sinc\)\.exr/projections/; s/fine\.nii/reference/; 1q" err; }
+words() { sed "$1; s/^[^: ]*: //; s/--//g; s/ (but see .*//; s/: give .*//; s/-m fbp/method fbp/; s/add quantity/add/; s/^units //; s/\(low\|fine\|sinc\)\.exr/projections/; s/fine\.nii/reference/; 1q" err; }
 # figures NAME STEP 'IN...' 'KEY=VALUE...' OPTION...: the three report the same of ct-metrics, of views those of --per-slice
 figures() {
 	name_=$1 step_=$2 in_=$3 how_=$4; shift 4
@@ -230,5 +230,8 @@ refused 'a prior of what has none' 2 nii refine lr.nii "method=7 prior=$slices" 
 refused 'no HU' 3 nii refine grey.nii 'factor=2 method=2' ct-upsample -q -x 2 -m cubic grey.nii
 refused 'another quantity for a prior' 3 nii refine mu.nii "factor=2 prior=$slices" ct-sr -q -x 2 mu.nii
 refused 'another quantity for an interpolation' 3 nii refine mu.nii 'factor=2 method=2' ct-upsample -q -x 2 -m cubic mu.nii
+step 'values of another unit are refined' nii refine grey.nii "factor=2 units=other prior=$slices" ct-sr -q -x 2 --units other grey.nii
+step 'what cannot be HU is said to be' nii refine grey.nii 'factor=2 units=hu' ct-upsample -q -x 2 --units hu grey.nii
+refused 'a unit that is not known' 2 nii refine grey.nii 'factor=2 units=mm' ct-upsample -q -x 2 --units mm grey.nii
 refused 'nor for a prior' 3 nii refine grey.nii "factor=2 prior=$slices" ct-sr -q -x 2 grey.nii
 done_testing

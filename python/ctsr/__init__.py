@@ -364,7 +364,7 @@ def superres(image, factor: Optional[Axes] = None, spacing: Optional[Axes] = Non
              profile=None, slice_thickness: Optional[float] = None, method: Optional[str] = None,
              estimate=True, prior=None, memory: float = 0, error=False, threads=0,
              progress: Optional[Progress] = None, log=None, history: Optional[str] = None, denoise: float = 0,
-             trust=False) -> Image:
+             trust=False, units: Optional[str] = None) -> Image:
     """The CT on a finer grid, over the same field of view, as ct-sr; result.report says what was done.
 
     factor    times finer along each axis, or one number; default: what the metadata say, else thick slices to the
@@ -378,11 +378,12 @@ def superres(image, factor: Optional[Axes] = None, spacing: Optional[Axes] = Non
     memory    bytes that the call may use; 0: what is free
     error     result.error is the predicted error, one standard deviation of each voxel, HU
     denoise   share of the noise to take off, 0 (the scan's own stays) to 1
-    trust     take the estimate as measured: no bounds on what may be softness of the scan itself"""
+    trust     take the estimate as measured: no bounds on what may be softness of the scan itself
+    units     of the values: auto (default: what cannot be HU is refused), hu or other, such as micro-CT"""
     _index(_QUALITIES, quality, 'quality')
     return _refine('superres', image, factor, spacing, method or ('auto' if quality == 'draft' else 'prior'),
                    quality if quality in _PRESETS else 'balanced', sigma, decimate, noise, profile, slice_thickness, estimate, prior,
-                   memory, error, None, 300, .1, threads, progress, log, history, denoise, trust)
+                   memory, error, None, 300, .1, threads, progress, log, history, denoise, trust, units)
 
 
 def upsample(image, factor: Optional[Axes] = None, spacing: Optional[Axes] = None, method='auto', preset='balanced',
@@ -390,17 +391,17 @@ def upsample(image, factor: Optional[Axes] = None, spacing: Optional[Axes] = Non
              profile=None, slice_thickness: Optional[float] = None, estimate=False, prior=None, memory: float = 0,
              error=False, start=None, iterations=300, tolerance: float = .1, threads=0,
              progress: Optional[Progress] = None, log=None, history: Optional[str] = None,
-             denoise: float = 0, trust=False) -> Image:
+             denoise: float = 0, trust=False, units: Optional[str] = None) -> Image:
     """The CT on a finer grid by any method, as ct-upsample: what superres does, with the defaults of that command, and nothing is
     measured unless `estimate`. method: auto, linear, cubic, bspline, lanczos, sinc, dc, tv, htv, prior or arssr, as in
     ct-upsample(1). preset: of the prior, fast or balanced. start: begin with this volume, on the grid of the result; iterations,
     tolerance (HU): at most so many of tv and htv, which stop when one moves less. arssr needs its network as `prior`."""
     return _refine('upsample', image, factor, spacing, method, preset, sigma, decimate, noise, profile, slice_thickness, estimate,
-                   prior, memory, error, start, iterations, tolerance, threads, progress, log, history, denoise, trust)
+                   prior, memory, error, start, iterations, tolerance, threads, progress, log, history, denoise, trust, units)
 
 
 def _refine(name, image, factor, spacing, method, preset, sigma, decimate, noise, profile, slice_thickness, estimate, prior, memory,
-            error, start, iterations, tolerance, threads, progress, log, history, denoise, trust):
+            error, start, iterations, tolerance, threads, progress, log, history, denoise, trust, units):
     o, r = abi.Options(), abi.Report(c.sizeof(abi.Report))
     getattr(_lib, 'ctsr_%s_options_init' % name)(c.byref(o), c.sizeof(o))
     o.iterations, o.tolerance = _whole(iterations, 31, 'iterations'), tolerance
@@ -421,6 +422,7 @@ def _refine(name, image, factor, spacing, method, preset, sigma, decimate, noise
     o.noise = math.nan if noise is None else noise
     o.estimate, o.memory, o.denoise, o.trust = bool(estimate), memory, denoise, bool(trust)
     o.prior_file = _path(prior) if prior is not None else None
+    o.units = _text(units, 'units') if units is not None else None
     out, std, h = abi.H(), abi.H(), Image.of(image)._handle()
     begin = Image.of(start)._handle() if start is not None else None
     o.start = begin.p if begin else None

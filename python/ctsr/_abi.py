@@ -22,7 +22,8 @@ Paper = _struct('Paper', ('factor', c.c_size_t), ('views', c.c_size_t), ('iterat
 Options = _struct('Options', ('method', c.c_int), ('preset', c.c_int), ('factor', D3), ('spacing', D3), ('sigma', D3),
                   ('sampling', c.c_int), ('noise', c.c_double), ('estimate', c.c_int), ('prior_file', c.c_char_p),
                   ('memory', c.c_double), ('iterations', c.c_int), ('tolerance', c.c_double), ('start', c.c_void_p),
-                  ('slice_thickness', c.c_double), ('profile', c.c_char_p), ('denoise', c.c_double), ('trust', c.c_int))
+                  ('slice_thickness', c.c_double), ('profile', c.c_char_p), ('denoise', c.c_double), ('trust', c.c_int),
+                  ('units', c.c_char_p))
 Report = _struct('Report', ('method', c.c_int), ('prior', c.c_int), ('factor', D3), ('sigma', D3), ('sampling', c.c_int),
                  ('noise', c.c_double), ('residual', c.c_double), ('added', c.c_double), ('iterations', c.c_size_t),
                  ('slabs', c.c_size_t), ('why_not', c.c_char * 160), ('off', c.c_double), ('back', c.c_double))

@@ -172,6 +172,15 @@ int ctsr_check_members(const struct ctsr_member *m, const char *what, const char
 	return -1;
 }
 
+int ctsr_take_word(
+	int *place, const char *words, const char *what, const char *word, struct ct_err *e)
+{
+	if (!word || ct_words_take(place, words, what, word, e) == 0)
+		return 0;
+	e->code = CT_EUSAGE;
+	return -1;
+}
+
 int ctsr_call_begin(struct ctsr_call *k, bool given, const ctsr_context *c)
 {
 	if (ctsr_call_given(k, given))

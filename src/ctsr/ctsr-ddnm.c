@@ -72,12 +72,8 @@ static int rule_of(struct ct_step_ddnm_rule *to, const ctsr_ddnm_options *o, str
 
 	if (check(o, e))
 		return -1;
-	if (o->sampler &&
-		ct_words_take(&r.sampler, CT_WORDS(CT_SAMPLER_LIST), "sampler", o->sampler, e)) {
-		e->code = CT_EUSAGE;
-		return -1;
-	}
-	if (check_members(o, r.sampler, e))
+	if (ctsr_take_word(&r.sampler, CT_WORDS(CT_SAMPLER_LIST), "sampler", o->sampler, e) ||
+		check_members(o, r.sampler, e))
 		return -1;
 	r.insists = o->sampler != NULL;
 	r.init = o->init ? "init" : NULL;

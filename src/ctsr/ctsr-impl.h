@@ -76,6 +76,9 @@ struct ctsr_member {
  * the commands refuse it. */
 int ctsr_check_members(const struct ctsr_member *m, const char *what, const char *words, int place,
 	struct ct_err *e);
+/* ct_words_take of an option, whose word may be NULL: as it is. CTSR_USAGE. */
+int ctsr_take_word(
+	int *place, const char *words, const char *what, const char *word, struct ct_err *e);
 /* The window that is asked for; NaN: none. */
 int ctsr_take_window(struct ct_window_rule *r, const double asked[2], struct ct_err *e);
 /* As much of a report as fits into the caller's, whose first member is its size; or NULL. A call

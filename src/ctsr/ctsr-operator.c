@@ -155,11 +155,9 @@ static int rule_of(struct ct_step_degrade_rule *r, const ctsr_operator *o, struc
 	if (take(&by, &mine, o, e))
 		return -1;
 	memcpy(r->factor, by.factor, sizeof r->factor);
-	if (mine.protocol && ct_words_take(&r->protocol, CT_WORDS(CT_STEP_DEGRADE_PROTOCOLS),
-				     "protocol", mine.protocol, e)) {
-		e->code = CT_EUSAGE;
+	if (ctsr_take_word(&r->protocol, CT_WORDS(CT_STEP_DEGRADE_PROTOCOLS), "protocol",
+		    mine.protocol, e))
 		return -1;
-	}
 	r->insists = mine.protocol != NULL;
 	for (int a = 0; a < 3; a++)
 		if (all || by.sigma[0] > 0 || by.sigma[1] > 0 || by.sigma[2] > 0)

@@ -13,16 +13,6 @@ void ctsr_reconstruct_options_init(ctsr_reconstruct_options *o, size_t size)
 	ctsr_give_defaults(o, size, &all, sizeof all);
 }
 
-/* The place of a word; NULL: of the first. */
-static int take(int *place, const char *words, const char *what, const char *word, struct ct_err *e)
-{
-	*place = 0;
-	if (!word || ct_words_take(place, words, what, word, e) == 0)
-		return 0;
-	e->code = CT_EUSAGE;
-	return -1;
-}
-
 /* As the option table of ct-fdk has it. */
 static int check_members(const ctsr_reconstruct_options *o, int method, struct ct_err *e)
 {
@@ -53,9 +43,9 @@ static int rule_of(
 	if (o->integral < CTSR_SIDDON || o->integral > CTSR_JOSEPH)
 		return ct_fail(e, CT_EUSAGE, "the integral %d is not one of 0 and 1", o->integral);
 	*r = (struct ct_step_reconstruct_rule)CT_STEP_RECONSTRUCT_DEFAULTS;
-	if (take(&r->method, CT_WORDS_TWO(CT_STEP_RECONSTRUCT_METHODS, CT_SOLVER_LIST), "method",
-		    o->method, e) ||
-		take(&r->filter, CT_WORDS(CT_RAMP_LIST), "filter", o->filter, e) ||
+	if (ctsr_take_word(&r->method, CT_WORDS_TWO(CT_STEP_RECONSTRUCT_METHODS, CT_SOLVER_LIST),
+		    "method", o->method, e) ||
+		ctsr_take_word(&r->filter, CT_WORDS(CT_RAMP_LIST), "filter", o->filter, e) ||
 		check_members(o, r->method, e))
 		return -1;
 	r->iterations = (int)o->iterations;

@@ -6,6 +6,7 @@
 #include "ctsr/ctsr-impl.h"
 #include "formats/any.h"
 #include "formats/io.h"
+#include "formats/units.h"
 #include "refine/refine.h"
 
 #include <math.h>
@@ -95,6 +96,23 @@ static int check(const ctsr_superres_options *o, struct ct_err *e)
 		return ct_fail(e, CT_EUSAGE,
 			"iterations must be at least 1, tolerance and memory not below 0");
 	return check_members(o, e);
+}
+
+/* What is said of the units of v is in the metadata of *to, whose voxels are those of v. */
+static int take_units(struct ct_vol *to, const ctsr_volume *v, const ctsr_superres_options *o,
+	const char *name, struct ct_err *e)
+{
+	int units = CT_UNITS_AUTO;
+
+	if (ctsr_take_word(&units, CT_WORDS(CT_UNITS_LIST), "units", o->units, e))
+		return -1;
+	*to = v->v;
+	to->meta = (struct ct_meta){0};
+	if (ct_meta_copy(&to->meta, &v->v.meta, e) || ct_units_note(to, (enum ct_units)units, e))
+		return -1;
+	if (units == CT_UNITS_AUTO)
+		return ctsr_check_hu(v, name, e);
+	return ct_vol_check_finite(to, e) ? ct_blame(e, name) : 0;
 }
 
 /* The slices as --profile and --slice-thickness say them. */
@@ -212,29 +230,30 @@ static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	const ctsr_volume *in, const ctsr_superres_options *o, struct ctsr_call *k)
 {
 	struct ct_refine_rule rule = rule_of(o, error != NULL);
-	const ctsr_volume *start = o->start;
+	struct ct_vol scan = {0}, start = {0};
 	struct nets n = {0};
-	const struct ct_meta *const from[] = {&in->v.meta, &n.meta};
+	const struct ct_meta *const from[] = {&scan.meta, &n.meta};
 	const double began = ct_clock_wall();
 	struct ct_err *e = &k->err;
 	int rc;
 
 	rule.prior = &n.prior;
 	rule.arssr = &n.arssr;
-	rule.start = start ? &start->v : NULL;
+	rule.start = o->start ? &start : NULL;
 	rc = ct_err_any(check(o, e) || take_slices(&rule.said.slice, o, e) ||
-			ctsr_check_hu(in, "volume", e) || ctsr_check_volume(in, e) ||
-			(start && ctsr_check_hu(start, "start", e)) ||
-			ct_meta_need_hu(&in->v.meta, false, e) ||
+			take_units(&scan, in, o, "volume", e) || ctsr_check_volume(in, e) ||
+			(o->start && take_units(&start, o->start, o, "start", e)) ||
 			read_prior(&n, o->method, o->prior_file, e) ||
-			ct_refine_plan(r, &rule, &in->v, &k->env, e) ||
-			ct_refine_run(r, out, error, &in->v, &k->env, e) ||
-			say(r, &in->v, ct_clock_wall() - began, &k->env, e) ||
+			ct_refine_plan(r, &rule, &scan, &k->env, e) ||
+			ct_refine_run(r, out, error, &scan, &k->env, e) ||
+			say(r, &scan, ct_clock_wall() - began, &k->env, e) ||
 			ctsr_note_history(k, &out->meta, 2, from) ||
 			(error && ctsr_note_history(k, &error->meta, 2, from)));
 	ct_slice_prior_free(&n.prior);
 	ct_arssr_free(&n.arssr);
 	ct_meta_free(&n.meta);
+	ct_meta_free(&scan.meta);
+	ct_meta_free(&start.meta);
 	return rc;
 }
 

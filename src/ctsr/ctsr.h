@@ -203,8 +203,7 @@ typedef struct ctsr_superres_options {
 	size_t size;
 	int method;        /* of enum ctsr_method; default CTSR_PRIOR */
 	int preset;        /* of enum ctsr_preset, for CTSR_PRIOR; default CTSR_BALANCED */
-	double factor[3];  /* how many times finer; 0 (default): what the metadata say, else
-			    * thick slices to the voxel size in plane, else 2 */
+	double factor[3];  /* times finer; 0: as in the metadata, else slices as in plane, else 2 */
 	double spacing[3]; /* or voxel size of the result, mm; 0 (default): by the factor */
 	/* How the scan was made; the default of each is unknown: what the metadata say, else sinc;
 	 * noise is measured. A contradiction with the metadata is CTSR_USAGE. */
@@ -222,6 +221,7 @@ typedef struct ctsr_superres_options {
 	const char *profile; /* of slices: a shape or file of ct-sr --profile; NULL (default) */
 	double denoise; /* share of the noise to take off, 0 (default: the scan's own stays) to 1 */
 	int trust;      /* 1: take the estimate as measured; default 0 */
+	const char *units; /* of the values: auto, hu or other, as ct-sr --units; NULL: auto */
 } ctsr_superres_options;
 
 /* What was done. The caller sets size = sizeof, the library fills in as much as fits. */
@@ -243,9 +243,9 @@ CTSR_API void ctsr_superres_options_init(ctsr_superres_options *o, size_t size);
 /* *out <- the CT on the finer grid over the same field of view. *error, unless error is NULL, <-
  * its predicted error: one standard deviation of each voxel, HU. report may be NULL. o NULL: all
  * defaults. CTSR_USAGE for options that contradict, are out of range or do nothing with the method;
- * CTSR_INPUT for a prior that is missing or broken, and for values that cannot be HU, or say that
- * they are not (the metadata key "quantity" has the last word); CTSR_NUMBER for voxels that are not
- * finite; CTSR_MEMORY also if the bound is too small; CTSR_CANCELLED. Methods: ct-upsample(1). */
+ * CTSR_INPUT for a prior that is missing or broken and, unless units says what they are, values
+ * that are not HU; CTSR_NUMBER for one that is not finite; CTSR_MEMORY also if the bound is too
+ * small; CTSR_CANCELLED. Methods: ct-upsample(1). */
 CTSR_API int ctsr_superres(ctsr_volume **out, ctsr_volume **error, ctsr_superres_report *report,
 	const ctsr_volume *in, const ctsr_superres_options *o, const ctsr_context *c,
 	ctsr_error *e);
