@@ -19,8 +19,7 @@
  * both, and a reader that it ended would make a whole file look damaged. */
 static void become(char *program, char *times, int talk, pid_t parent)
 {
-	const int nowhere =
-		open("/dev/null", O_WRONLY | O_CLOEXEC); /* for words of the libraries */
+	const int nowhere = open("/dev/null", O_WRONLY); /* for words of the libraries */
 	struct sigaction now;
 	sigset_t none;
 
@@ -30,8 +29,8 @@ static void become(char *program, char *times, int talk, pid_t parent)
 	sigemptyset(&none);
 	sigprocmask(SIG_SETMASK, &none, NULL);
 	prctl(PR_SET_PDEATHSIG, SIGKILL);
-	if (getppid() == parent && dup2(talk, STDIN_FILENO) >= 0 &&
-		dup2(talk, STDOUT_FILENO) >= 0 && dup2(nowhere, STDERR_FILENO) >= 0)
+	if (getppid() == parent && dup2(nowhere, STDERR_FILENO) >= 0 &&
+		dup2(talk, STDIN_FILENO) >= 0 && dup2(talk, STDOUT_FILENO) >= 0)
 		execl(program, program, times, (char *)NULL);
 	_exit(CT_EFAIL);
 }
@@ -40,16 +39,19 @@ static int start(struct ct_reading *s, char *program, const char *path, struct c
 {
 	const pid_t parent = getpid();
 	char times[16];
-	int fd[2];
+	int fd[2], talk;
 
 	snprintf(times, sizeof times, "%u", ct_inflate_allowed());
 	if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, fd) != 0)
 		return ct_fail(e, CT_ENOMEM, "%s: no pipe: %s", path, strerror(errno));
-	s->from = fdopen(fd[0], "rb");
+	talk = fcntl(fd[1], F_DUPFD_CLOEXEC, STDERR_FILENO + 1); /* if one of these is closed */
+	close(fd[1]);
+	s->from = talk < 0 ? NULL : fdopen(fd[0], "rb");
 	s->pid = s->from ? fork() : -1;
 	if (s->pid == 0)
-		become(program, times, fd[1], parent);
-	close(fd[1]);
+		become(program, times, talk, parent);
+	if (talk >= 0)
+		close(talk);
 	if (s->pid > 0)
 		return 0;
 	if (s->from)
