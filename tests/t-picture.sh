@@ -150,9 +150,12 @@ printf '#!/bin/sh\nhead -c 510 /dev/zero\n' >to/bin/ct-picture; exits 3 'a pictu
 real=$(command -v ct-picture)
 printf '#!/bin/sh\necho >>starts\nexec "%s" "$@"\n' "$real" >to/bin/ct-picture
 exits 0 'several pictures are read by one reader' to/bin/ct-convert -f --radiograph intensity a8.png a16.tif a8.png o.exr; py holds o.exr a8 a16 a8 && [ "$(wc -l <starts)" -eq 1 ]; ok $? 'three pictures start one reader'
+cp "$(command -v ct-train)" to/bin; rm starts
+to/bin/ct-train -q -a model_channels=32,channel_mult=1 -p 8 -n 0 --validate a16.tif none.safetensors a8.png a16.tif && rm none.safetensors* && [ "$(wc -l <starts)" -eq 1 ]
+ok $? 'pictures named one by one and those held out start one reader'
 printf '#!/bin/sh\nkill -INT 0\nexec "%s" "$@"\n' "$real" >to/bin/ct-picture # as a terminal does: both are told
-mkdir pics; cp a8.png a16.tif pics; cp "$(command -v ct-train)" to/bin
 exits 0 'a picture is read where standard input and output are closed' sh -c 'ct-convert -f --radiograph intensity a8.png o.exr <&- >&-'
+mkdir pics; cp a8.png a16.tif pics
 exits 75 'an interrupt while pictures are read stops the command' setsid -w to/bin/ct-train -q -a model_channels=32,channel_mult=1 -p 8 -n 1 none.safetensors pics
 exits 2 'ct-picture alone is refused as usage' ct-picture; has err 'reads pictures for other commands' 'ct-picture alone says what it is for'
 [ ! -e no.exr ]; ok $? 'pictures that were refused leave no output'

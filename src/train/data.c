@@ -125,18 +125,16 @@ static void names_free(struct names *names)
 	*names = (struct names){0};
 }
 
-int train_data_read(struct ct_pictures *s, const char *path, struct ct_meta *meta,
-	const struct ct_env *env, struct ct_err *e)
+int train_data_read(struct ct_pictures *s, struct ct_reading *reading, const char *path,
+	struct ct_meta *meta, const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_reading reading = {0};
 	const size_t first = s->n;
 	struct names names = {0};
 	struct ct_hash hash;
 	int rc = names_of(&names, path, e);
 
 	for (size_t i = 0; rc == 0 && i < names.n; i++)
-		rc = ct_err_any(ct_check_stop(env, e) || read_file(s, &reading, names.path[i], e));
-	ct_reading_end(&reading);
+		rc = ct_err_any(ct_check_stop(env, e) || read_file(s, reading, names.path[i], e));
 	names_free(&names);
 	if (rc)
 		return -1;

@@ -4,13 +4,14 @@
 #define CT_TRAIN_DATA_H
 #include "core/vol.h"
 #include "diffusion/patches.h"
+#include "shim/reader.h"
 #include "train/subject.h"
 
 /* Add what `path` names to the set: an EXR stack, divided by its largest value; a picture; or all
  * pictures and stacks of a folder in the order of their names. The key "input" of *meta becomes
  * the name and a hash of it all. CT_EINPUT, CT_ENUMERIC naming the file; CT_ESTOP. */
-int train_data_read(struct ct_pictures *s, const char *path, struct ct_meta *meta,
-	const struct ct_env *env, struct ct_err *e);
+int train_data_read(struct ct_pictures *s, struct ct_reading *reading, const char *path,
+	struct ct_meta *meta, const struct ct_env *env, struct ct_err *e);
 
 #define TRAIN_DATA_READS 0.05 /* of a training, about */
 

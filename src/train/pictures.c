@@ -19,14 +19,17 @@ struct train_pictures_job {
 static int read_data(struct train_pictures_job *j, struct train_data *data, struct ct_err *e)
 {
 	const struct train_files *d = &j->p->files;
+	struct ct_reading reading = {0};
+	int rc = 0;
 
-	for (size_t i = 0; i < d->n; i++)
-		if (train_data_read(&j->data, d->v[i], &data->input[i], &j->env, e))
-			return -1;
-	if (!d->validate)
-		return 0;
-	return ct_err_any(train_data_read(&j->held, d->validate, &data->held, &j->env, e) ||
-			  ct_patches_check(&j->p->opts.patches, &j->held, d->validate, e));
+	for (size_t i = 0; rc == 0 && i < d->n; i++)
+		rc = train_data_read(&j->data, &reading, d->v[i], &data->input[i], &j->env, e);
+	if (rc == 0 && d->validate)
+		rc = ct_err_any(
+			train_data_read(&j->held, &reading, d->validate, &data->held, &j->env, e) ||
+			ct_patches_check(&j->p->opts.patches, &j->held, d->validate, e));
+	ct_reading_end(&reading);
+	return rc;
 }
 
 static int held(void *it, double *loss, struct ct_err *e)
