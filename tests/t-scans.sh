@@ -64,6 +64,9 @@ exits 0 'counts of numpy are read' stack counts --scanner cone.json --flat flat.
 exits 0 'counts of raw numbers are read' stack counts --raw 20x3x12:f32:1,1,1 --scanner cone.json --flat flat.npy --dark dark.npy views.raw x.exr; py ball x.exr; ok $? 'counts of raw numbers become the ball'
 if [ -e v00.tif ]; then
 	exits 0 'counts of pictures are read' stack counts --scanner cone.json --flat flat.tif --dark dark.tif v??.tif x.exr; py ball x.exr; ok $? 'counts of pictures become the ball'
+	! grep 'is before' err; ok $? 'views in the order of their numbers give no warning of it'
+	for i in 0 1 2 3 4 5 6 7 8 9 10 11; do cp "v$(printf %02d $i).tif" w$i.tif; done
+	stack counts --scanner cone.json --flat flat.tif --dark dark.tif w*.tif x.exr 2>err; has err 'w11.tif is before w2.tif: ' 'views that a shell sorts by letters are warned of'
 else
 	skip 'pictures of counts' 'no tifffile'
 fi

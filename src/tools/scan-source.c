@@ -309,6 +309,25 @@ static int read_picture(struct scan_source *s, struct ct_reading *r, const struc
 	return rc;
 }
 
+/* A shell sorts names by letters: v1, v10, v2. */
+static void warn_order(const struct convert *p, size_t views, const struct ct_env *env)
+{
+	const char *const *name = p->files.v;
+	size_t early = 0;
+
+	for (size_t k = 1; k < views; k++) {
+		if (strcmp(name[k - 1], name[k]) > 0)
+			return;
+		if (early == 0 && strverscmp(name[k - 1], name[k]) > 0)
+			early = k;
+	}
+	if (early)
+		ct_log(env, CT_WARN,
+			"%s is before %s: the names are in the order of letters, and so are the "
+			"views; ls -v names them in that of numbers",
+			name[early - 1], name[early]);
+}
+
 /* A picture a view, in the order in which they are named. */
 static int read_pictures(
 	struct scan_source *s, const struct convert *p, const struct ct_env *env, struct ct_err *e)
@@ -317,6 +336,7 @@ static int read_pictures(
 	int rc = 0;
 
 	s->n[0] = p->files.n - 1;
+	warn_order(p, s->n[0], env);
 	for (size_t k = 0; rc == 0 && k < s->n[0]; k++)
 		rc = ct_err_any(ct_check_stop(env, e) || read_picture(s, &reading, p, k, e));
 	ct_reading_end(&reading);
