@@ -54,7 +54,7 @@ static void test_orientation(void)
 {
 	static const int order[6][3] = {
 		{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
-	size_t bad[3] = {0}, shape = 0, places = 0;
+	size_t bad[3] = {0}, shape = 0, places = 0, middles = 0;
 
 	for (int p = 0; p < 48; p++) {
 		struct ct_vol v;
@@ -85,6 +85,10 @@ static void test_orientation(void)
 					at(&s, r, c) != f(1, 5 - 2 * (double)c, 8 - 2 * (double)r);
 		places += ct_montage_slice_volume(&s, &v, CT_MONTAGE_AXIAL, 9.1) != 1 ||
 			  ct_montage_slice_volume(&s, &v, CT_MONTAGE_AXIAL, -3.1) != 1;
+		middles += ct_montage_slice_volume(&s, &v, CT_MONTAGE_CORONAL,
+				   ct_montage_position(&v, CT_MONTAGE_CORONAL, 0.5)) ||
+			   at(&s, 0, 0) != f(3, 3, 8) ||
+			   ct_montage_centre(&v, CT_MONTAGE_AXIAL, 3) != 4;
 		ct_vol_free(&v);
 	}
 	OK(shape == 0, "48 orientations: sizes");
@@ -92,6 +96,7 @@ static void test_orientation(void)
 	OK(bad[1] == 0, "coronal from the front");
 	OK(bad[2] == 0, "sagittal from the left");
 	OK(places == 0, "places in the world, and none outside");
+	OK(middles == 0, "a middle between two planes is one plane in 48 orientations");
 }
 
 static const unsigned char *pixel(const unsigned char *rgb, size_t w, size_t y, size_t x)

@@ -97,14 +97,16 @@ double ct_montage_position(const struct ct_vol *v, enum ct_montage_plane plane, 
 	return f.centre[0] + (at - 0.5) * (double)f.n[0] * fabs(f.step[0]);
 }
 
-/* The voxels at that coordinate across the plane. -1 outside. */
+/* The voxels at that coordinate across the plane; on the border of two, as a middle often is, those
+ * of the higher coordinate, whichever end the volume is stored from. -1 outside. */
 static ptrdiff_t plane_at(const struct frame *f, double mm)
 {
-	const double index = frame_index(f, mm), depth = (double)f->n[0];
+	const double index = frame_index(f, mm), depth = (double)f->n[0], near = 1e-6;
 
-	if (!(index >= -1e-6 && index <= depth + 1e-6))
+	if (!(index >= -near && index <= depth + near))
 		return -1;
-	return (ptrdiff_t)fmin(fmax(floor(index), 0), depth - 1);
+	return (ptrdiff_t)fmin(
+		fmax(f->step[0] > 0 ? floor(index + near) : ceil(index - near) - 1, 0), depth - 1);
 }
 
 double ct_montage_centre(const struct ct_vol *v, enum ct_montage_plane plane, double mm)
@@ -147,7 +149,7 @@ int ct_montage_slice_volume(
 static void planes(size_t range[2], const struct frame *f, double mm, double thickness)
 {
 	const double at = frame_index(f, mm), half = thickness / 2 / f->mm[0],
-		     last = (double)f->n[0] - 1, one = fmin(fmax(floor(at), 0), last),
+		     last = (double)f->n[0] - 1, one = (double)plane_at(f, mm),
 		     from = ceil(ct_cell_index(at - half) - 1e-9),
 		     to = floor(ct_cell_index(at + half) + 1e-9);
 
