@@ -76,6 +76,8 @@ static const struct ct_signature all[] = {
 	{PICTURE("PNG"), 0, 4, "\x89PNG", NULL},
 	{PICTURE("TIFF"), 0, 4, "II*\0", NULL},
 	{PICTURE("TIFF"), 0, 4, "MM\0*", NULL},
+	{PICTURE("TIFF"), 0, 4, "II+\0", NULL}, /* of more than 4 GB, or that may be */
+	{PICTURE("TIFF"), 0, 4, "MM\0+", NULL},
 	{PICTURE("JPEG"), 0, 3, "\xff\xd8\xff", NULL},
 	{"safetensors", CT_KIND_TENSORS, false, "a network (safetensors)", 4, 5, "\0\0\0\0{",
 		is_json},

@@ -29,6 +29,10 @@ def pictures():
     tifffile.imwrite("a16.tif", A16, photometric="minisblack")
     tifffile.imwrite("big.tif", A16, photometric="minisblack", byteorder=">")
     tifffile.imwrite("white.tif", A8, photometric="miniswhite")
+    tifffile.imwrite("white16.tif", A16, photometric="miniswhite")
+    tifffile.imwrite("large.tif", A16, photometric="minisblack", bigtiff=True)
+    tifffile.imwrite("double.tif", A16 / 65535)
+    tifffile.imwrite("tiled.tif", A16, photometric="minisblack", tile=(16, 16))
     tifffile.imwrite("f.tif", F)
     tifffile.imwrite("nan.tif", np.full((H, W), np.nan, np.float32))
     tifffile.imwrite("multi.tif", np.stack([A8, A8]), photometric="minisblack")
@@ -101,6 +105,7 @@ G = A16 % 4096 / 4095
 P = np.where(S == -2000, 0, (S + 2048.0) / 4095)
 WANT = dict(
     a8=A8 / 255, a16=A16 / 65535, rgb=A8 / 255, palette=A8 / 255, alpha=A8 / 255, big=A16 / 65535, white=1 - A8 / 255,
+    white16=1 - A16 / 65535, large=A16 / 65535, tiled=A16 / 65535,
     colour=(A8 / 255 + A8 // 2 / 255 + A8 // 4 / 255) / 3, f=F, dx=G, one=1 - G, full=A16 / 65535, cr=G, rf=G, rle=G,
     sign=P, pad1=np.where(S == -2000, 0, 1 - P), slope=G, down=1 - G, both=G, folder=G)
 

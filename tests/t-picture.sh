@@ -96,7 +96,7 @@ if ! "$PY" -c 'import PIL, tifffile' 2>/dev/null; then skip 'pictures become sta
 py pictures
 one intensity a8.png o.exr 2>err
 if grep -q 'with-oiio' err; then skip 'pictures become stacks of views' 'built without OpenImageIO'; done_testing; fi
-for f in a8.png a16.png rgb.png colour.png palette.png alpha.png a16.tif big.tif a8.tif white.tif; do
+for f in a8.png a16.png rgb.png colour.png palette.png alpha.png a16.tif big.tif a8.tif white.tif white16.tif large.tif tiled.tif; do
 	exits 0 "picture $f is read by ct-convert" one intensity $f o.exr; py holds o.exr ${f%.*}; ok $? "picture $f has the grey values of numpy"
 done
 py lies o.exr 1,0,0 0,0,-1 0,-1000,0; ok $? 'a picture lies upright on pixels of 1 mm'
@@ -118,6 +118,7 @@ exits 3 'ct-ddnm refuses a TIFF of two pictures' ct-ddnm -q -x 2 -n 1 multi.tif 
 exits 3 'ct-ddnm refuses a picture beyond [0, 1]' ct-ddnm -q -x 2 -n 1 f.tif no.exr; has err 'f.tif: column 0, row 0: .* is not in \[0,1\]' 'the error of a picture beyond [0, 1] names the pixel'
 no() { rm -f no.exr; exits "$1" "picture $2 is refused with status $1" one intensity "$2" no.exr; has err "^ct-convert: $2: $3" "the error of picture $2 says why"; [ ! -e no.exr ]; ok $? "the refused picture $2 makes no output"; }
 no 3 multi.tif 'holds several pictures, not one'
+no 3 double.tif 'floats of 64 bits: save it in 32 bits'
 no 3 f.tif '--radiograph: pixel 0,0 is .*, no grey value from 0 to 1'
 no 6 nan.tif 'voxel (0,0,0) is NaN'
 no 3 text.png 'not a NIfTI file, nor MetaImage or NRRD'

@@ -10,6 +10,7 @@ extern "C" {
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <memory>
 #include <string>
@@ -38,6 +39,25 @@ int colours(const OIIO::ImageSpec &s)
 	return s.alpha_channel >= 0 && s.alpha_channel < n ? s.alpha_channel : n;
 }
 
+/* Rows y to y + n of the picture. The library ends the program if tiles are read as rows. */
+bool read_rows(OIIO::ImageInput &in, int y, int n, float *rows)
+{
+	const OIIO::ImageSpec &s = in.spec();
+
+	y += s.y;
+	if (s.tile_width)
+		return in.read_tiles(0, 0, s.x, s.x + s.width, y, y + n, s.z, s.z + 1, 0,
+			s.nchannels, OIIO::TypeFloat, rows);
+	return in.read_scanlines(0, 0, y, y + n, 0, 0, s.nchannels, OIIO::TypeFloat, rows);
+}
+
+/* Is 0 white? The library sees to it if there are 8 bits. */
+bool is_negative(const OIIO::ImageSpec &s)
+{
+	return (s.format == OIIO::TypeDesc::UINT16 || s.format == OIIO::TypeDesc::UINT32) &&
+	       s.get_int_attribute("tiff:PhotometricInterpretation", 1) == 0;
+}
+
 int read_gray(const char *path, size_t *w, size_t *h, float **gray, ct_err *e)
 {
 	OIIO::ImageSpec hints;
@@ -54,6 +74,8 @@ int read_gray(const char *path, size_t *w, size_t *h, float **gray, ct_err *e)
 	int used = colours(s);
 	if (s.width < 1 || s.height < 1 || s.depth != 1 || used < 1 || s.deep)
 		return ct_fail(e, CT_EINPUT, "%s: not a flat picture", path);
+	if (s.format == OIIO::TypeDesc::DOUBLE) /* the library makes zeros of them */
+		return ct_fail(e, CT_EINPUT, "%s: floats of 64 bits: save it in 32 bits", path);
 	const size_t nw = (size_t)s.width, nh = (size_t)s.height;
 	float *px = nullptr;
 	if (nw > most_pixels / nh)
@@ -64,17 +86,20 @@ int read_gray(const char *path, size_t *w, size_t *h, float **gray, ct_err *e)
 	if (ct_alloc(&px, nw * nh, sizeof *px, e))
 		return ct_blame(e, path);
 	std::unique_ptr<float, void (*)(void *)> owned(px, std::free);
-	std::vector<float> row(nw * (size_t)s.nchannels);
-	for (size_t y = 0; y < nh; y++) {
-		if (!in->read_scanlines(0, 0, s.y + (int)y, s.y + (int)y + 1, 0, 0, s.nchannels,
-			    OIIO::TypeFloat, row.data()))
+	const bool negative = is_negative(s);
+	const size_t band = s.tile_width ? std::min((size_t)s.tile_height, nh) : 1;
+	std::vector<float> rows(nw * band * (size_t)s.nchannels);
+	for (size_t y = 0; y < nh; y += band) {
+		const size_t n = std::min(band, nh - y);
+
+		if (!read_rows(*in, (int)y, (int)n, rows.data()))
 			return ct_fail(e, CT_EINPUT, "%s: %s", path, words(in->geterror()).c_str());
-		for (size_t x = 0; x < nw; x++) {
+		for (size_t i = 0; i < n * nw; i++) {
 			double sum = 0;
 
 			for (int c = 0; c < used; c++)
-				sum += (double)row[x * (size_t)s.nchannels + (size_t)c];
-			px[y * nw + x] = (float)(sum / used);
+				sum += (double)rows[i * (size_t)s.nchannels + (size_t)c];
+			px[y * nw + i] = (float)(negative ? 1 - sum / used : sum / used);
 		}
 	}
 	if (in->seek_subimage(1, 0))
