@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The package ctsr for Python: the commands' voxels, numpy and nibabel, errors, Ctrl-C, threads."""
-import gc, os, re, shutil, signal, subprocess, sys, tempfile, threading, time
+import gc, os, re, shutil, signal, subprocess, sys, tempfile, threading, time, weakref
 import numpy as np
 import ctsr
 
@@ -281,6 +281,15 @@ try:
 except KeyboardInterrupt:
     ok(len(ticks) > 0, 'Ctrl-C ends a call, and other threads ran')
 ok(threading.active_count() <= 2, 'which has ended when it is raised')
+run, held, coarse, begin = ctsr._Call.run, [], ctsr.project(hr, views=2), ctsr.project(hr, views=2)
+ctsr._Call.run = lambda self, f, *arguments, **_: held.extend(arguments) or [].pop()  # Ctrl-C, and the call goes on for a while
+left = raises(IndexError, ctsr.ddnm, coarse, init=begin)
+ctsr._Call.run, begin = run, weakref.ref(begin)
+gc.collect()
+ok(left and begin(), 'what ddnm begins from stays while a call that was left alone reads it')
+held.clear()
+gc.collect()
+ok(not begin(), 'what ddnm begins from is freed with its call')
 with tempfile.TemporaryDirectory() as folder:
     for read in ctsr.read, ctsr.read_projections:  # as long as nobody writes: a call that hears of nothing
         pipe = os.path.join(folder, read.__name__)

@@ -543,7 +543,7 @@ def ddnm(projections: Projections, prior=None, sampler: Optional[str] = None, fa
         raise ValueError('travel: %r: expected 2 numbers' % (travel,))
     o.travel = (c.c_size_t * 2)(*[_whole(x, 31, 'travel') for x in travel])
     o.eta, o.sigma_y = o.eta if eta is None else eta, o.sigma_y if sigma_y is None else sigma_y
-    o.init = _rays(init, 'init').p if init is not None else None
+    o.init, o.keeps = _rays(init, 'init').p if init is not None else None, init  # as long as the call, which may outlive Ctrl-C
     _Call(threads, progress, log, seed, history=history).run(
         _lib.ctsr_ddnm, c.byref(out), c.byref(std) if samples != 1 else None, _rays(projections), c.byref(o), made=[out, std],
         free=_lib.ctsr_projections_free)
