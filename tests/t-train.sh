@@ -77,6 +77,9 @@ is 'weights("held") == weights("plain") and [s for s, _ in held("held")] == [3, 
 is 'min(x for _, x in held("held")) > 0 and losses("held") == losses("plain")' 'tells a loss, and changes none'
 run more --validate b.exr --expert=validate-every=7,validate-pieces=5
 is '[s for s, _ in held("more")] == [7] and held("more") != held("held")[2:]' 'validate-pieces'
+ct-phantom -q -f --size 64x64x64 ellipsoids c.nii; ct-project -q -f -n 2 --det 16 c.nii c.exr
+train some some.safetensors -n 1 -p 24 --validate a.exr a.exr c.exr; has some.log 'warning: 2 of 8 pictures are smaller than a piece of 24 x 24, and not used$' 'pictures that are too small are counted in a warning'
+[ "$(grep -c warning some.log)" -eq 1 ]; ok $? 'pictures that are large enough are not warned of'
 exits 5 'or are too small' ct-train -a $net -p 64 --validate b.exr no.safetensors a.exr
 
 # more steps of the same, with and without the cosine, which ends at the last

@@ -46,14 +46,20 @@ static size_t usable(const struct ct_patches *p, const struct ct_picture *pic, s
 	return n;
 }
 
+size_t ct_patches_count(const struct ct_patches *p, const struct ct_pictures *s)
+{
+	size_t scale[8], n = 0;
+
+	for (size_t i = 0; i < s->n; i++)
+		n += usable(p, &s->picture[i], scale) > 0;
+	return n;
+}
+
 int ct_patches_check(
 	const struct ct_patches *p, const struct ct_pictures *s, const char *what, struct ct_err *e)
 {
-	size_t scale[8];
-
-	for (size_t i = 0; i < s->n; i++)
-		if (usable(p, &s->picture[i], scale))
-			return 0;
+	if (ct_patches_count(p, s))
+		return 0;
 	return ct_fail(e, CT_EGEOM, "%s: none of %zu pictures is as large as a piece of %zu x %zu",
 		what, s->n, p->size, p->size);
 }

@@ -26,6 +26,8 @@ struct ct_patches {
 int ct_pictures_add(
 	struct ct_pictures *s, size_t h, size_t w, float *px, const char *name, struct ct_err *e);
 void ct_pictures_free(struct ct_pictures *s);
+/* How many pictures are as large as a piece at one of the scales. */
+size_t ct_patches_count(const struct ct_patches *p, const struct ct_pictures *s);
 /* CT_EGEOM if no picture is as large as a piece at the smallest scale. */
 int ct_patches_check(const struct ct_patches *p, const struct ct_pictures *s, const char *what,
 	struct ct_err *e);

@@ -16,6 +16,18 @@ struct train_pictures_job {
 	struct ct_train *train;
 };
 
+static void warn_small(
+	const struct ct_pictures *s, const char *what, const struct train_pictures_job *j)
+{
+	const struct ct_patches *p = &j->p->opts.patches;
+	const size_t used = ct_patches_count(p, s);
+
+	if (used && used < s->n)
+		ct_log(&j->env, CT_WARN,
+			"%zu of %zu %s are smaller than a piece of %zu x %zu, and not used",
+			s->n - used, s->n, what, p->size, p->size);
+}
+
 static int read_data(struct train_pictures_job *j, struct train_data *data, struct ct_err *e)
 {
 	const struct train_files *d = &j->p->files;
@@ -29,6 +41,10 @@ static int read_data(struct train_pictures_job *j, struct train_data *data, stru
 			train_data_read(&j->held, &reading, d->validate, &data->held, &j->env, e) ||
 			ct_patches_check(&j->p->opts.patches, &j->held, d->validate, e));
 	ct_reading_end(&reading);
+	if (rc == 0) {
+		warn_small(&j->data, "pictures", j);
+		warn_small(&j->held, "held-out pictures", j);
+	}
 	return rc;
 }
 
