@@ -2,6 +2,7 @@
 #include "config.h"
 #include "formats/signature.h"
 
+#include <ctype.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -22,7 +23,21 @@ static bool is_field(const unsigned char *data, size_t n, size_t at)
 	return at < n && data[at] == '=';
 }
 
+/* A data set without a preamble, by its first element; one of group 2 is not empty. */
+static bool is_bare(const unsigned char *data, size_t n, size_t at)
+{
+	(void)at;
+	return n >= 8 && data[3] == 0 && (data[0] == 8 || data[4]);
+}
+
+static bool is_bare_big(const unsigned char *data, size_t n, size_t at)
+{
+	(void)at;
+	return n >= 8 && isupper(data[4]) && isupper(data[5]);
+}
+
 #define R2 "R2-Gaussian", CT_KIND_GAUSS, false, "a pickle, as Gaussians of R2-Gaussian are"
+#define DICOM "DICOM", CT_KIND_DICOM, false, "DICOM, of which ct-convert makes a volume"
 #define TORCH "PyTorch", CT_KIND_TENSORS, true
 #define VOLUME(format) format, CT_KIND_VOLUME, false, "a volume (" format ")"
 #define PICTURE(format)                                                                            \
@@ -71,8 +86,7 @@ static const struct ct_signature all[] = {
 	{ARCHIVE("xz"), 0, 5, "\3757zXZ", NULL},
 	{ARCHIVE("zstd"), 0, 4, "\x28\xb5\x2f\xfd", NULL},
 	/* its first 128 bytes are anything, often a TIFF header */
-	{"DICOM", CT_KIND_DICOM, false, "DICOM, of which ct-convert makes a volume", 128, 4, "DICM",
-		NULL},
+	{DICOM, 128, 4, "DICM", NULL},
 	{PICTURE("PNG"), 0, 4, "\x89PNG", NULL},
 	{PICTURE("TIFF"), 0, 4, "II*\0", NULL},
 	{PICTURE("TIFF"), 0, 4, "MM\0*", NULL},
@@ -92,6 +106,10 @@ static const struct ct_signature all[] = {
 	{VOLUME("NIfTI"), 0, 4, "\x1c\x02\0\0", NULL},
 	{VOLUME("NIfTI"), 0, 4, "\0\0\x01\x5c", NULL},
 	{VOLUME("NIfTI"), 0, 4, "\0\0\x02\x1c", NULL},
+	/* without a preamble: an element of group 2 or 8 */
+	{DICOM, 0, 2, "\2\0", is_bare},
+	{DICOM, 0, 2, "\10\0", is_bare},
+	{DICOM, 0, 3, "\0\10\0", is_bare_big},
 };
 
 const char *ct_kind_name(enum ct_kind kind)

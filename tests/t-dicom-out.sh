@@ -231,6 +231,11 @@ for o in 'ct-convert bare d.nii --sidecar' 'ct-convert bare/ctsr0001 d.nii --sid
 done
 exits 4 'a list of slices without an ending and without OUT is refused' ct-convert -f bare/*
 diff -r bare was >/dev/null; ok $? 'DICOM without an ending stays as it was'
+tail -c +$((145 + $(od -An -tu4 -j140 -N4 was/ctsr0002))) was/ctsr0002 >bare/ctsr0002; cp bare/ctsr0002 no-preamble
+for o in 'ct-convert bare d.nii --sidecar' 'ct-sr -q -x 2 -Q draft bare d.nii --report' 'ct-phantom cube'; do
+	exits 4 "$o does not write over a slice without preamble" $o bare/ctsr0002 -f
+done
+cmp bare/ctsr0002 no-preamble; ok $? 'a slice without preamble stays as it was'
 rm -r bare was
 [ "$(sum first)" = "$(sum again)" ]; ok $? 'outputs that are refused leave the series of the input as it was'
 mkdir named; echo scan >named/ctsr0001.dcm; cp v.nii named/ctsr0002.dcm

@@ -5,7 +5,6 @@
 #include "formats/ends.h"
 #include "dicom/form.h"
 
-#include <ctype.h>
 #include <stdlib.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -38,11 +37,8 @@ enum dicom_form dicom_form_of(const char *path)
 	if (S_ISDIR(st.st_mode))
 		return FOLDER;
 	n = ct_signature_read(head, path);
-	if (ct_signature_kind(head, n) == CT_KIND_DICOM ||
-		(n >= 8 && (head[0] == 2 || head[0] == 8) && !head[1] && !head[3]) ||
-		(n >= 8 && head[0] == 0 && head[1] == 8 && !head[2] && isupper(head[4]) &&
-			isupper(head[5]))) /* big-endian */
-		return FILE_OF_SERIES;     /* with or without its preamble */
+	if (ct_signature_kind(head, n) == CT_KIND_DICOM)
+		return FILE_OF_SERIES;
 	s = ct_signature_next(NULL, head, n);
 	if (s && (s->archive || (head[0] == 0x1f && head[1] == 0x8b &&
 					!ct_ends_match(path, "img.gz") && is_other_gzip(path))))
