@@ -334,7 +334,7 @@ static void test_spread(void)
 	ct_edge_spread(&f, e, 96, 1);
 	NEAR(f.rise, 8, 1e-9, "plateaus are the outer quarters");
 	for (int b = 0; b < 96; b++)
-		e[b] = b < 50 ? 2 : 1 + 1e-3 * b;
+		e[b] = 700 * fmin(fmax((55 - b) / 15.0, 0), 1);
 	ct_edge_spread(&f, e, 96, 1);
 	OK(isnan(f.rise) && isnan(f.mtf50) && isnan(f.mtf10),
 		"a profile that falls has no figures");
