@@ -126,6 +126,11 @@ PY
 sed 's/^/# /' log
 ct-info first.nii >out; has out '^  clip  *-512:' 'the release clips from below, and says so'
 has out '^  first  *yes' 'the release says that samples are first voxels'
+ct-phantom -q -w -512:1000 --size 25x24x23 ellipsoids whole.nii; ct-degrade -q -p release -x 3 whole.nii third.nii
+ct-sr -q -Q draft -x 3 third.nii about.nii
+for f in whole about; do
+	exits 0 "every third voxel agrees with $f.nii" ct-metrics --max residual-max-hu=0.01 --consistency third.nii $f.nii
+done
 ct-degrade -q -x 3,3,1 -p release --clip -100:100 hr.nii clipped.nii -f; ct-info clipped.nii >out
 has out '^  clip  *-100:100' 'a clip that is given is the one of the release too'
 # what the release makes of them: V_up is scipy.ndimage.zoom on the grid of the volume, and the box of its projections too

@@ -132,25 +132,47 @@ int ct_data_residual_operator(struct ct_degrade *d, const struct ct_meta **from,
 	return known;
 }
 
+/* D, and the grid that test is degraded to: lr's. */
+static int plan(struct ct_separable *s, struct ct_vol *grid, const struct ct_vol *lr,
+	const struct ct_vol *test, const struct ct_degrade *d, struct ct_par *par, struct ct_err *e)
+{
+	if (ct_degrade_plan(s, d, test->n, par, e))
+		return -1;
+	for (int a = 0; a < 3; a++)
+		grid->n[a] = s->t[a].n_out;
+	ct_degrade_affine(grid->affine, test->affine, test->n, d);
+	if (ct_vol_same_grid(grid, lr, e) == 0)
+		return 0;
+	ct_separable_free(s);
+	return ct_blame(e, "degraded");
+}
+
+/* Where lr is the first voxels of cells, test may lie about them, or in these cells. */
+static int plan_either(struct ct_separable *s, struct ct_vol *grid, const struct ct_vol *lr,
+	const struct ct_vol *test, const struct ct_degrade *d, struct ct_par *par, struct ct_err *e)
+{
+	struct ct_degrade first = *d;
+	struct ct_err other;
+
+	first.decimate = CT_DECIMATE_FIRST;
+	if (ct_meta_get(&lr->meta, CT_META_FIRST) &&
+		plan(s, grid, lr, test, &first, par, &other) == 0)
+		return 0;
+	return plan(s, grid, lr, test, d, par, e);
+}
+
 int ct_data_residual(struct ct_data_residual *c, struct ct_vol *map, const struct ct_vol *lr,
 	const struct ct_vol *test, const struct ct_degrade *d, const struct ct_env *env,
 	struct ct_err *e)
 {
 	struct ct_separable s = {0};
-	size_t n[3];
+	struct ct_vol grid = {0};
 	int rc = -1;
 
-	if (ct_degrade_plan(&s, d, test->n, env->par, e))
+	if (plan_either(&s, &grid, lr, test, d, env->par, e))
 		return -1;
-	for (int a = 0; a < 3; a++)
-		n[a] = s.t[a].n_out;
-	if (ct_vol_alloc(map, n, e))
+	if (ct_vol_alloc(map, grid.n, e))
 		goto out;
-	ct_degrade_affine(map->affine, test->affine, test->n, d);
-	if (ct_vol_same_grid(map, lr, e)) {
-		ct_blame(e, "degraded");
-		goto out;
-	}
 	ct_separable_apply(&s, map->data, test->data, env->par);
 	ct_separable_free(&s);
 	for (size_t i = 0; i < ct_vol_count(map); i++)

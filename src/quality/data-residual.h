@@ -31,9 +31,10 @@ struct ct_data_residual {
 int ct_data_residual_operator(struct ct_degrade *d, const struct ct_meta **from,
 	const struct ct_meta *lr, const struct ct_meta *hr, struct ct_err *e);
 /* map gets the residual, on the grid and without the metadata of lr; it must be zero and is to be
- * freed. CT_EGEOM if D(test) is on another grid than lr, CT_ENOMEM. Volumes must be finite. The
- * result does not depend on the number of threads. Memory: as much as ct_degrade_plan takes, and
- * two lr. */
+ * freed. An lr that says that it is the first voxel of each cell (degrade.h) may be explained by a
+ * test on either grid. CT_EGEOM if D(test) is on another grid than lr, CT_ENOMEM. Volumes must be
+ * finite. The result does not depend on the number of threads. Memory: as much as ct_degrade_plan
+ * takes, and two lr. */
 int ct_data_residual(struct ct_data_residual *c, struct ct_vol *map, const struct ct_vol *lr,
 	const struct ct_vol *test, const struct ct_degrade *d, const struct ct_env *env,
 	struct ct_err *e);
