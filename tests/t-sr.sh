@@ -38,7 +38,7 @@ done
 exits 0 'the published method takes an output named .mha' ct-sr -q --paper --expert views=4,iterations=2,gaussians=20 lr.nii chain.mha
 head -c 10 chain.mha | grep -q '^ObjectType'; ok $? 'an output of the published method named .mha is MetaImage'
 exits 0 'a dry run prints the commands' ct-sr --dry-run -x 4 --paper lr.nii no.nii
-[ "$(sed 's/ .*//' out | tr '\n' ' ')" = 'ct-convert ct-upsample ct-project ct-project ct-ddnm ct-nabgs ct-compose # ' ]
+[ "$(sed 's/ .*//' out | tr '\n' ' ')" = 'mkdir ct-convert ct-upsample ct-project ct-project ct-ddnm ct-nabgs ct-compose # ' ]
 ok $? 'a dry run of the paper prints all commands in order'
 [ ! -e no.nii ]; ok $? 'a dry run of the paper makes no output'
 for q in draft fast balanced; do
@@ -49,6 +49,8 @@ ct-convert -q --type f32 lr.nii - | tail -c 2048 >lr.raw
 ct-convert -q --raw 8x8x8:f32:16 lr.raw plain.nii; ok $? 'a scan that does not say how it was made'
 exits 0 'a scan that does not say how it was made is refined' ct-sr -x 4 plain.nii blind.nii
 exits 0 'by the published method' ct-sr -q "$@" plain.nii blind2.nii
+ct-sr --dry-run --paper "$@" plain.nii blind3.nii | sh >/dev/null 2>&1; voxels blind2.nii >a; voxels blind3.nii >b
+cmp -s a b; ok $? 'the commands that a dry run prints make the same voxels'
 exits 2 'no projections, no views' ct-sr --expert views=16 lr.nii no.nii
 exits 2 'a seed without --paper is refused with status 2' ct-sr -s 3 lr.nii no.nii
 has err '^ct-sr: --seed: needs --paper or --release' 'the error of a seed without --paper names --seed'

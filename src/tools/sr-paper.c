@@ -286,6 +286,8 @@ static int ahead(struct paper *j, struct ct_err *e)
 	struct ct_env own = j->env;
 	struct ct_err why;
 
+	if (!own.command->json && !w->p->keep)
+		puts("mkdir -p " SR_FOLDER);
 	if (!own.command->json)
 		sr_words_print(w, "", stdout);
 	own.log = NULL;

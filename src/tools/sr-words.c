@@ -3,7 +3,6 @@
 #include "config.h"
 #include "core/installed.h"
 #include "cli/files.h"
-#include "cli/keep.h"
 #include "core/inflate.h"
 #include "core/stream.h"
 #include "dicom/form.h"
@@ -70,14 +69,12 @@ static int find_files(struct sr_words *s, struct ct_err *e)
 	const struct sr *p = s->p;
 	const bool converts =
 		ct_files_is_dicom(p->out) || ct_ends_match(p->out, CT_ENDS_HEADED_ONE);
-	char *keep = p->keep ? plain(p->keep) : NULL;
+	char *keep = plain(p->keep ? p->keep : SR_FOLDER);
 
 	s->file[SR_IN] = plain(p->in);
 	s->file[SR_OUT] = plain(p->out);
 	s->file[SR_PAGE] = strdup(p->report ? p->report : "");
 	s->file[SR_SERIES] = strdup(p->series ? p->series : "");
-	if (!p->keep && asprintf(&keep, "%s/ct-sr.ct-XXXXXX", ct_keep_folder()) < 0)
-		keep = NULL;
 	s->folder = keep;
 	if (!s->file[SR_IN] || !s->file[SR_OUT] || !s->file[SR_PAGE] || !s->file[SR_SERIES] ||
 		!keep)
@@ -89,7 +86,8 @@ static int find_files(struct sr_words *s, struct ct_err *e)
 			s->file[i] = NULL;
 			return no_memory(e);
 		}
-		if (ct_out_same(s->file[i], p->in, true) || ct_out_same(s->file[i], p->out, false))
+		if (p->keep && (ct_out_same(s->file[i], p->in, true) ||
+				       ct_out_same(s->file[i], p->out, false)))
 			return ct_fail(
 				e, CT_EOUTPUT, "%s: is written between IN and OUT", s->file[i]);
 	}

@@ -26,6 +26,8 @@ struct sr {
 
 /* HU RMS, of the inversion. */
 #define SR_TOLERANCE 0.1
+/* Where the commands of --dry-run put what lies between the steps, without --keep. */
+#define SR_FOLDER "steps"
 
 /* Files of the published method: those that are given, and, in the order in which steps make them,
  * those between. */
