@@ -116,6 +116,10 @@ has smooth.html '<li>The scan is smooth: its edges rise within ' 'the page of a 
 exits 0 'a noisy scan is refined with a page' ct-sr -Q draft -x 2 --report loud.html loud.nii loud-hr.nii
 has err '^ct-sr: noise: [0-9.]* HU or texture; ' 'what was measured of the noise is said, and what is done'
 has loud.html '^ct-sr: noise: [0-9.]* HU or texture; ' 'on the page, too'
+ct-phantom -q --size 94x92x88 shepp-logan odd.nii && ct-degrade -q -x 2 odd.nii - | tail -c 380512 >odd.raw &&
+	ct-convert -q --raw 47x46x44:f32:4 --orient LAI odd.raw turned.nii || exit 99
+ct-sr -f -Q draft -x 2 --report turned.html turned.nii turned-hr.nii 2>err
+has turned.html "Noise</th><td>$(sed -n 's/^ct-sr: noise: \([0-9.]* HU\) or texture.*/\1/p' err) or texture" 'the page has the noise that is said, whichever way the scan is stored'
 exits 0 'the consistency of a result with a scan that names no operator' ct-metrics --consistency bare.nii hr.nii
 has out '^residual-rms-hu ' 'the consistency of such a result has figures'
 has out '^factor 2,2,2$' 'and the operator that counted'

@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "inverse/upsample.h"
+#include "operator/mirror.h"
 #include "operator/padding.h"
 #include "report/page.h"
 
@@ -70,6 +71,19 @@ static int know(struct ct_page *p, struct ct_err *e)
 			return ct_fail(e, CT_EGEOM, "%s: is not 1 to 64 times as fine as %s",
 				p->hr.name, p->lr.name);
 	return 0;
+}
+
+/* Its values on the axes of the world, as refine/frame.h works on them. */
+static int measure_scan(struct ct_page *p, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_vol *lr = &p->lr.vol;
+	const unsigned axes = ct_mirror_against(lr);
+	int rc;
+
+	ct_mirror_volume(lr->data, lr->n, axes, env->par);
+	rc = ct_err_any(know(p, e) || ct_profile_measure(p->seen, lr, p->by.factor, env->par, e));
+	ct_mirror_volume(lr->data, lr->n, axes, env->par);
+	return rc;
 }
 
 /* What a simple program would have shown. */
@@ -322,10 +336,8 @@ static int warn_found(struct ct_page *p)
 
 int ct_page_measure(struct ct_page *p, const struct ct_env *env, struct ct_err *e)
 {
-	if (check_std(p, e) || know(p, e) ||
-		ct_profile_measure(p->seen, &p->lr.vol, p->by.factor, env->par, e) ||
-		certify(p, env, e) || upsample(p, env, e) || sharpness(p, env, e) ||
-		judge(p, env, e))
+	if (check_std(p, e) || measure_scan(p, env, e) || certify(p, env, e) ||
+		upsample(p, env, e) || sharpness(p, env, e) || judge(p, env, e))
 		return -1;
 	count(p);
 	return warn_said(p) || warn_found(p) ? ct_fail(e, CT_ENOMEM, "no memory") : 0;
