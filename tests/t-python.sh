@@ -77,6 +77,8 @@ all_offer() {
 	"${shell}_offers" 'ct-degrade --decimate '; there sinc point mean; ok $? "$shell: the words of a choice"
 	"${shell}_offers" 'ct-degrade --decimate=p'
 	grep -qE '^(--decimate=)?point$' got && not_there '.*sinc' '.*mean'; ok $? "$shell: a word behind ="
+	"${shell}_offers" 'ct-sr --expert=vi'
+	grep -qE '^(--expert=)?views=?$' got; ok $? "$shell: a key of --expert behind ="
 	"${shell}_offers" 'ct-degrade -p '; there P1 P2 P3; ok $? "$shell: the words of a short option"
 	"${shell}_offers" 'ct-degrade -'
 	there "--sigma$value" "--factor$value" --force; ok $? "$shell: all long names"
@@ -109,6 +111,8 @@ for t in $CT_TOOLS; do
 		grep -q "^--$o=\{0,1\}	" all || bad="$bad --$o"
 	done
 	[ -z "$bad" ]; ok $? "$t: all options are told$bad"
+	[ "$("$t" --complete --expert= | sed -n 's/=	.*//p')" = "$("$t" --help | sed '1,/^Keys of/d' | sed -n 's/^      \([a-z0-9-]*\)=.*/\1/p')" ]
+	ok $? "$t: all keys of --expert are told"
 	! grep -qE '(;|\. )' all; ok $? "$t: a description ends at its first remark"
 done
 exits 2 'an unknown shell is an unknown option' ct-degrade --complete=csh

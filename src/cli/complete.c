@@ -2,8 +2,8 @@
  *
  * A value is one of the words of a choice, a file, or a folder; of the files that are written those
  * are offered that end as the row says, and folders on the way to them. What is read is told by its
- * content, so that any file may be meant. An option is not offered beside itself, nor beside one
- * that excludes it. SPDX-License-Identifier: Apache-2.0 */
+ * content, so that any file may be meant. An option is not offered beside itself, but --expert, nor
+ * beside one that excludes it. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "cli/table.h"
 
@@ -58,33 +58,50 @@ static bool excludes(const struct ct_opt *o, const struct ct_opt *other)
 	return false;
 }
 
+static bool is_expert(const struct ct_opt *o)
+{
+	return o->common && strcmp(o->name, "expert") == 0;
+}
+
 static bool may_stand(const struct line *l, const struct ct_opt *o)
 {
 	for (size_t i = 0; i < l->n; i++)
-		if (l->given[i] == o || excludes(o, l->given[i]) || excludes(l->given[i], o))
+		if ((l->given[i] == o && !is_expert(o)) || excludes(o, l->given[i]) ||
+			excludes(l->given[i], o))
 			return false;
 	return true;
 }
 
-/* Both names, each with the help up to its first remark. */
-static void put_option(const struct ct_opt *o)
+/* A name with the help up to its first remark. */
+static void put_name(const char *dashes, const char *name, const char *sign, const char *help)
 {
-	const char *dot = strstr(o->help, ". "), *semicolon = strchr(o->help, ';');
-	size_t n = strlen(o->help);
+	const char *dot = strstr(help, ". "), *semicolon = strchr(help, ';');
+	size_t n = strlen(help);
 
-	n = dot ? (size_t)(dot - o->help) : n;
-	n = semicolon && (size_t)(semicolon - o->help) < n ? (size_t)(semicolon - o->help) : n;
-	printf("--%s%s\t%.*s\n", o->name, o->type == CT_T_FLAG || o->alone ? "" : "=", (int)n,
-		o->help);
-	if (o->c)
-		printf("-%c\t%.*s\n", o->c, (int)n, o->help);
+	n = dot ? (size_t)(dot - help) : n;
+	n = semicolon && (size_t)(semicolon - help) < n ? (size_t)(semicolon - help) : n;
+	printf("%s%s%s\t%.*s\n", dashes, name, sign, (int)n, help);
 }
 
-static void put_value(const struct ct_opt *o)
+static void put_option(const struct ct_opt *o)
 {
+	put_name("--", o->name, o->type == CT_T_FLAG || o->alone ? "" : "=", o->help);
+	if (o->c)
+		put_name("-", (char[]){o->c, '\0'}, "", o->help);
+}
+
+/* `begun` is what stands of it. */
+static void put_value(const struct ct_tool *t, const struct ct_opt *o, const char *begun)
+{
+	const struct ct_opt *key;
+
 	if (!o)
 		return;
-	if (o->choice) {
+	if (is_expert(o) && !strchr(begun, '=')) {
+		puts("words");
+		for (size_t k = 0; (key = ct_table_expert(t, k)); k++)
+			put_name("", key->name, "=", key->help);
+	} else if (o->choice) {
 		puts("words");
 		for (const char *c = o->arg; *c; c++)
 			putchar(*c == '|' ? '\n' : *c);
@@ -110,8 +127,11 @@ void ct_table_complete(const struct ct_tool *t, int n, char **word)
 	for (int i = 0; i < n - 1; i++)
 		take(&l, word[i]);
 	if (l.pending || (!l.only && strncmp(at, "--", 2) == 0 && strchr(at, '='))) {
-		put_value(
-			l.pending ? l.pending : ct_table_find(t, at + 2, strcspn(at + 2, "="), 0));
+		if (l.pending)
+			put_value(t, l.pending, at);
+		else
+			put_value(t, ct_table_find(t, at + 2, strcspn(at + 2, "="), 0),
+				strchr(at, '=') + 1);
 		return;
 	}
 	if (!l.only && *at == '-') {
@@ -123,7 +143,7 @@ void ct_table_complete(const struct ct_tool *t, int n, char **word)
 	}
 	for (size_t k = 0; (o = ct_table_row(t, k)); k++)
 		if (!o->name && (operand++ == l.operands || o->type == CT_T_LIST)) {
-			put_value(o);
+			put_value(t, o, at);
 			return;
 		}
 }
