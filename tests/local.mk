@@ -22,7 +22,7 @@ EXTRA_DIST += tests/extremes.py
 EXTRA_DIST += tests/long/all.sh tests/long/lib.sh tests/long/kill.sh tests/long/full.sh \
 	tests/long/peak.sh tests/long/memory.sh tests/long/two.sh tests/long/sanitize.sh tests/long/threads.sh tests/long/fuzz.sh \
 	tests/long/network.sh tests/long/network.py tests/long/train.sh tests/long/cluster.sh tests/long/conda.sh tests/long/faults.sh tests/long/fault.c tests/long/io-faults.sh tests/long/io-fault.c
-EXTRA_DIST += tests/tap.sh tests/calls.py tests/tap.h tests/numbers.h tests/alarm.h
+EXTRA_DIST += tests/tap.sh tests/tap.h tests/numbers.h tests/alarm.h
 check_PROGRAMS += tests/t-core
 tests_t_core_SOURCES = tests/t-core.c
 dist_check_SCRIPTS += tests/t-believed.sh tests/t-locale.sh
