@@ -257,6 +257,14 @@ has err 'resume wants OUT to be a file' '--resume to a stream says that OUT must
 mkfifo fifo; cat fifo >piped & ct-ddnm -q -n 1 -x 4 hr-low.exr fifo; ok $? 'a command that keeps a state writes a FIFO'; wait
 [ -s piped ] && [ "$(echo fifo*)" = fifo ]; ok $? 'a FIFO gets the result and no state beside it'
 ct-info piped | grep ^hash >1; ct-ddnm -q -n 1 -x 4 hr-low.exr /dev/stdout | ct-info - | grep ^hash | cmp -s - 1; ok $? '/dev/stdout in a pipe gets the same projections'
+# nobody reads the words of a command that is stopped, as of one that ssh left behind
+mkfifo silent; exec 7<>silent
+{ { ct-info - <&7 & echo $! >pid; wait $!; echo $? >status; } 2>&1 | true; } &
+until [ -s pid ]; do sleep 0.05; done
+pid=$(cat pid); listens "$pid"; kill -TERM "$pid"
+for _ in 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20; do [ -s status ] || sleep 0.5; done
+kill -KILL "$pid" 2>/dev/null; wait; exec 7<&-
+[ "$(cat status)" = 75 ]; ok $? 'a command whose words nobody reads is stopped with status 75'
 # one run an output, while it lives
 exits 4 'two runs into one output' flock two.exr.state.ct-locked ct-ddnm -n 2 -x 4 hr-low.exr two.exr
 has err 'two.exr.state: another run is making it' 'a state that another run is making is named'

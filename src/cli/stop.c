@@ -27,6 +27,7 @@ static sem_t came;
 
 static void end_now(void)
 {
+	signal(SIGPIPE, SIG_IGN); /* its handler waits for the thread that writes here */
 	ct_temp_remove_all();
 	dprintf(STDERR_FILENO, "%s%s: stopped on request\n",
 		isatty(STDERR_FILENO) ? "\r\033[K" : "", program);
