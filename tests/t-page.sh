@@ -120,6 +120,10 @@ ct-phantom -q --size 94x92x88 shepp-logan odd.nii && ct-degrade -q -x 2 odd.nii 
 	ct-convert -q --raw 47x46x44:f32:4 --orient LAI odd.raw turned.nii || exit 99
 ct-sr -f -Q draft -x 2 --report turned.html turned.nii turned-hr.nii 2>err
 has turned.html "Noise</th><td>$(sed -n 's/^ct-sr: noise: \([0-9.]* HU\) or texture.*/\1/p' err) or texture" 'the page has the noise that is said, whichever way the scan is stored'
+ct-convert -q --raw 48x48x48:f32:4 --rescale .00048828125,.5 --orient RAS l.raw unit.nii || exit 99
+exits 0 'a scan of another unit is refined with a page' ct-sr -Q draft -x 2 --units other --report unit.html unit.nii unit-hr.nii
+has unit.html "Noise, standard deviation</th><td>$(sed -n 's/.*; \([0-9.]* HU\) is taken for noise$/\1/p' err)<" 'the page of another unit counts values as the log does'
+has unit.html 'Residual, RMS</th><td>[1-9][0-9.]* HU' 'the residual on the page of another unit is counted, too'
 exits 0 'the consistency of a result with a scan that names no operator' ct-metrics --consistency bare.nii hr.nii
 has out '^residual-rms-hu ' 'the consistency of such a result has figures'
 has out '^factor 2,2,2$' 'and the operator that counted'

@@ -45,6 +45,25 @@ static int scale_noise(struct ct_meta *m, double times, struct ct_err *e)
 	return none < 0 ? -1 : none ? 0 : ct_meta_setf(m, e, CT_META_NOISE, "%.9g", times * noise);
 }
 
+static void map(float *to, const float *from, size_t n, double times, double plus)
+{
+	for (size_t i = 0; i < n; i++)
+		to[i] = (float)(times * (double)from[i] + plus);
+}
+
+int ct_frame_map(struct ct_vol *v, const struct ct_frame *f, struct ct_err *e)
+{
+	if (!ct_frame_maps(f))
+		return 0;
+	map(v->data, v->data, ct_vol_count(v), f->times, f->plus);
+	return scale_noise(&v->meta, f->times, e);
+}
+
+void ct_frame_map_error(struct ct_vol *error, const struct ct_frame *f)
+{
+	map(error->data, error->data, ct_vol_count(error), f->times, 0);
+}
+
 int ct_frame_enter(struct ct_vol *own, const struct ct_vol **use, const struct ct_frame *f,
 	const struct ct_vol *v, struct ct_par *par, struct ct_err *e)
 {
@@ -55,8 +74,7 @@ int ct_frame_enter(struct ct_vol *own, const struct ct_vol **use, const struct c
 	if (ct_vol_like(own, v, e) || ct_meta_copy(&own->meta, &v->meta, e) ||
 		(ct_frame_maps(f) && scale_noise(&own->meta, f->times, e)))
 		return -1;
-	for (size_t i = 0; i < ct_vol_count(v); i++)
-		own->data[i] = (float)(f->times * (double)v->data[i] + f->plus);
+	map(own->data, v->data, ct_vol_count(v), f->times, f->plus);
 	ct_mirror(own, f->mirrored, par);
 	return 0;
 }

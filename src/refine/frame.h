@@ -35,6 +35,10 @@ struct ct_frame ct_frame_of(const struct ct_vol *v);
 bool ct_frame_maps(const struct ct_frame *f);
 /* Is what is worked on a copy? Pure. */
 bool ct_frame_copies(const struct ct_frame *f);
+/* The values in HU, and the noise of the metadata, in place. CT_EINPUT, CT_ENOMEM. */
+int ct_frame_map(struct ct_vol *v, const struct ct_frame *f, struct ct_err *e);
+/* The same of predicted errors. */
+void ct_frame_map_error(struct ct_vol *error, const struct ct_frame *f);
 /* *use is v, or *own (zeroed struct), which gets v as it is worked on: voxels, affine and the noise
  * of its metadata. CT_EINPUT for metadata that are wrong, CT_ENOMEM. */
 int ct_frame_enter(struct ct_vol *own, const struct ct_vol **use, const struct ct_frame *f,

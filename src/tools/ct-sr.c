@@ -256,13 +256,27 @@ static void hide(char *text, const char *name, const char *by)
 	}
 }
 
+/* What a page says is in HU: values of another unit become what they were counted as. */
+static int count(struct files *f, struct ct_err *e)
+{
+	const struct ct_frame frame = ct_frame_of(&f->in);
+
+	if (f->p->confidence)
+		ct_frame_map_error(&f->error, &frame);
+	return ct_err_any(ct_frame_map(&f->in, &frame, e) || ct_frame_map(&f->out, &frame, e));
+}
+
 static int write_report(struct files *f, double seconds, const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_page page = {.lr = {f->name[0], f->in}, .hr = {f->name[1], f->out}};
+	struct ct_page page = {0};
 	struct ct_command command = *env->command;
 	struct ct_env own = *env;
 	int rc;
 
+	if (count(f, e))
+		return -1;
+	page.lr = (struct ct_page_volume){f->name[0], f->in};
+	page.hr = (struct ct_page_volume){f->name[1], f->out};
 	fprintf(f->notes, "%s: took %.1f s, %.1f s of CPU time, %.0f MiB\n", env->tool, seconds,
 		ct_clock_cpu(), ct_memory_held() / 0x1p20);
 	fflush(f->notes);
