@@ -108,6 +108,7 @@ def make():
         f["x"] = np.eye(3)
     d, w, k, _ = counted()
     np.save("views.npy", d)
+    np.save("whole.npy", np.round(d).astype(np.uint16))
     np.save("flat.npy", w)
     np.save("dark.npy", k[0])
     d.astype("<f4").tofile("views.raw")

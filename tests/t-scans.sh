@@ -70,6 +70,7 @@ if [ -e v00.tif ]; then
 else
 	skip 'pictures of counts' 'no tifffile'
 fi
+stack auto --scanner cone.json whole.npy x.exr 2>err; has err '^ct-convert: warning: whole.npy: whole numbers are taken for line integrals: --projections counts' 'counts that are taken for line integrals are warned of'
 exits 5 'a flat field of another size is refused' stack counts --scanner cone.json --flat ringed5.npy views.npy no.exr
 exits 2 'numpy without a scanner file is refused' stack counts --flat flat.npy views.npy no.exr; has err 'pass a scanner file by --scanner' 'the error of missing rays names --scanner'
 exits 0 'rings are removed when that is asked for' stack integral --scanner cone.json --rings 9 ringed.npy u.exr; py unringed u.exr; ok $? 'a ring is gone'

@@ -99,6 +99,20 @@ static int keep_views(struct ct_stack *s, const struct convert *p, struct ct_err
 	return 0;
 }
 
+/* Line integrals are no whole numbers, and hardly above ten. */
+static bool counted(const struct ct_stack *s)
+{
+	const size_t n = ct_stack_count(s);
+	float most = 0;
+
+	for (size_t i = 0; i < n; i++) {
+		if (s->data[i] != floorf(s->data[i]))
+			return false;
+		most = fmaxf(most, s->data[i]);
+	}
+	return most > 50;
+}
+
 /* Counts to line integrals; what is bad. */
 static int correct(struct ct_stack *s, struct scan_source *in, const struct convert *p,
 	const struct ct_env *env, struct ct_err *e)
@@ -112,6 +126,11 @@ static int correct(struct ct_stack *s, struct scan_source *in, const struct conv
 		return ct_fail(e, CT_EUSAGE,
 			"--flat, --dark: only with --projections counts: %s has "
 			"line integrals",
+			p->in);
+	if (!rule.counts && p->projections != CONVERT_INTEGRALS && counted(s))
+		ct_log(env, CT_WARN,
+			"%s: whole numbers are taken for line integrals: --projections counts if "
+			"the detector counted them",
 			p->in);
 	if (!p->projections && !rule.counts && !p->rings)
 		return 0; /* as computed: nothing is bad */
