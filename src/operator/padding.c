@@ -7,6 +7,7 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
+#include <string.h>
 
 enum { LEAST = 27, VALUES = 2, KNOWN = 16, BINS = 256 };
 
@@ -24,6 +25,7 @@ struct finder {
 	const float *x;
 	size_t n[3], stride[3], all;
 	unsigned char *is;
+	unsigned char *passes; /* of a row: how many are left, one each way after each change */
 	struct value value[KNOWN];
 	size_t values;
 };
@@ -34,6 +36,8 @@ static bool is_core(const struct finder *f, const size_t at[3])
 	const float *p = f->x + at[0] + at[1] * f->stride[1] + at[2] * f->stride[2];
 	ptrdiff_t lo[3], hi[3];
 
+	if (at[0] > 0 && p[-1] != *p)
+		return false;
 	for (int a = 0; a < 3; a++) {
 		lo[a] = at[a] > 0 ? -1 : 0;
 		hi[a] = at[a] + 1 < f->n[a] ? 1 : 0;
@@ -94,38 +98,63 @@ static bool is_at_border(const struct finder *f, size_t i)
 	return false;
 }
 
-/* Voxel i joins the region that a neighbour along an axis is of: forwards the one before it. */
-static bool join(struct finder *f, size_t i, float hu, bool forwards)
+/* Voxels of row j, k join the region that a neighbour along an axis is of: forwards the one before,
+ * and the row from its beginning. */
+static bool join_row(struct finder *f, size_t j, size_t k, float hu, bool forwards)
 {
-	if (f->is[i] || f->x[i] != hu)
-		return false;
-	for (int a = 0; a < 3; a++) {
-		const size_t at = i / f->stride[a] % f->n[a];
+	const size_t n = f->n[0], begin = j * f->stride[1] + k * f->stride[2];
+	const ptrdiff_t back = forwards ? -1 : 1;
+	const bool rows = forwards ? j > 0 : j + 1 < f->n[1];
+	const bool planes = forwards ? k > 0 : k + 1 < f->n[2];
+	const ptrdiff_t by_row = back * (ptrdiff_t)f->stride[1];
+	const ptrdiff_t by_plane = back * (ptrdiff_t)f->stride[2];
+	bool joined = false;
 
-		if (forwards ? at > 0 : at + 1 < f->n[a]) {
-			const size_t j = forwards ? i - f->stride[a] : i + f->stride[a];
+	for (size_t m = 0; m < n; m++) {
+		const size_t i = begin + (forwards ? m : n - 1 - m);
+		const float *x = f->x + i;
+		unsigned char *is = f->is + i;
 
-			if (f->is[j] && f->x[j] == hu) {
-				f->is[i] = 1;
-				return true;
-			}
-		}
+		if (*is || *x != hu)
+			continue;
+		*is = (m > 0 && is[back] && x[back] == hu) ||
+		      (rows && is[by_row] && x[by_row] == hu) ||
+		      (planes && is[by_plane] && x[by_plane] == hu);
+		joined |= *is;
 	}
-	return false;
+	return joined;
+}
+
+/* One pass over the rows that it may change; are there more? */
+static bool pass(struct finder *f, float hu, bool forwards)
+{
+	const size_t *n = f->n, rows = n[1] * n[2];
+	bool more = false;
+
+	for (size_t m = 0; m < rows; m++) {
+		const size_t r = forwards ? m : rows - 1 - m, j = r % n[1], k = r / n[1];
+
+		if (!f->passes[r])
+			continue;
+		more |= --f->passes[r] > 0;
+		if (!join_row(f, j, k, hu, forwards))
+			continue;
+		more = true;
+		f->passes[r] = 2;
+		f->passes[j > 0 ? r - 1 : r] = f->passes[j + 1 < n[1] ? r + 1 : r] = 2;
+		f->passes[k > 0 ? r - n[1] : r] = f->passes[k + 1 < n[2] ? r + n[1] : r] = 2;
+	}
+	return more;
 }
 
 /* All of a value that touches its cores; false if these do not reach the border. */
 static bool grow(struct finder *f, float hu)
 {
-	bool reaches = false;
+	bool reaches = false, forwards = true;
 
-	for (bool more = true; more;) {
-		more = false;
-		for (size_t i = 0; i < f->all; i++)
-			more |= join(f, i, hu, true);
-		for (size_t i = f->all; i-- > 0;)
-			more |= join(f, i, hu, false);
-	}
+	memset(f->passes, 2, f->n[1] * f->n[2]);
+	while (pass(f, hu, forwards))
+		forwards = !forwards;
 	for (size_t i = 0; i < f->all && !reaches; i++)
 		reaches = f->is[i] && f->x[i] == hu && is_at_border(f, i);
 	return reaches;
@@ -247,8 +276,9 @@ int ct_padding_find(
 	size_t values;
 
 	*p = (struct ct_padding){0};
-	if (ct_alloc0(&f.is, all, sizeof *f.is, e))
+	if (ct_alloc0(&f.is, all + n[1] * n[2], sizeof *f.is, e))
 		return -1;
+	f.passes = f.is + all;
 	find_cores(&f);
 	values = regions(&f);
 	keep(&f, values);
