@@ -192,6 +192,7 @@ libct_a_SOURCES += src/inverse/flat.c src/inverse/flat.h
 
 # src/estimate
 # What a scan does not say: its blur, its noise, its slices, what a scanner does; and the error to expect.
+libct_a_SOURCES += src/estimate/frame.c src/estimate/frame.h
 libct_a_SOURCES += src/estimate/operator.c src/estimate/operator.h
 libct_a_SOURCES += src/estimate/assumed.c src/estimate/assumed.h
 libct_a_SOURCES += src/estimate/scanner.c src/estimate/scanner.h
@@ -300,7 +301,6 @@ SIMD_SOURCES += src/arssr/arssr-kernels.c src/arssr/arssr-kernels.h
 # src/refine
 # A CT on a finer grid: what is known of it, which method, how much memory, what it costs; and the call.
 libct_a_SOURCES += src/refine/rest.c src/refine/rest.h
-libct_a_SOURCES += src/refine/frame.c src/refine/frame.h
 libct_a_SOURCES += src/refine/damp.c src/refine/damp.h
 libct_a_SOURCES += src/refine/slabs.c src/refine/slabs.h
 libct_a_SOURCES += src/refine/rehearsal.c src/refine/rehearsal.h

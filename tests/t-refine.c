@@ -4,7 +4,7 @@
  */
 #include "config.h"
 #include "core/rng.h"
-#include "operator/mirror.h"
+#include "operator/regrid.h"
 #include "refine/rehearsal.h"
 #include "refine/slabs.h"
 #include "tests/tap.h"
@@ -501,44 +501,89 @@ static bool is_same(const struct ct_vol *a, const struct ct_vol *b)
 	return same(a, b) && ct_vol_same_grid(a, b, &err) == 0;
 }
 
-/* A scan whose slices, rows or columns are stored from the other end. */
-static void stored(const struct ct_vol *noisy)
+/* A scan whose axes are stored in another order, and from the other end where `ends` has their bit;
+ * and that turned back. */
+struct storage {
+	int axis[3], sign[3], back[3], sign_back[3];
+};
+
+static struct storage storage_of(const int axis[3], unsigned ends)
 {
-	struct call as_is = {.lo = noisy, .rule = rule_of(CT_REFINE_PRIOR)};
-	bool results = true, errors = true;
+	struct storage s;
+
+	for (int d = 0; d < 3; d++) {
+		s.axis[d] = axis[d];
+		s.sign[d] = ends >> d & 1 ? -1 : 1;
+		s.back[axis[d]] = d;
+		s.sign_back[axis[d]] = s.sign[d];
+	}
+	return s;
+}
+
+/* noisy by the prior with its error; or by TV, from its cubic interpolation. */
+static struct call stored_call(const struct ct_vol *noisy, const struct storage *s, bool starts)
+{
+	struct call c = {.rule = rule_of(starts ? CT_UPSAMPLE_TV : CT_REFINE_PRIOR)};
+	struct call first = {.rule = rule_of(CT_UPSAMPLE_CUBIC)};
+	struct ct_vol turned = {0};
 	double cpu = 0;
 
-	as_is.rule.said.noise = (double)NAN;
-	as_is.rule.error = true;
-	call(&as_is);
-	OK(as_is.rc == 0 && !ct_frame_copies(&as_is.did.frame),
-		"a scan stored as the world's axes run is worked on as it is");
-	for (unsigned axes = 1; axes < 8; axes++) {
-		struct call other = {.rule = as_is.rule};
-		struct ct_vol turned = {0};
-
-		must(ct_vol_like(&turned, noisy, &err) ||
-			ct_meta_copy(&turned.meta, &noisy->meta, &err));
-		memcpy(turned.data, noisy->data, ct_vol_count(noisy) * sizeof *turned.data);
-		ct_mirror(&turned, axes, NULL);
-		other.lo = &turned;
-		call(&other);
-		must(other.rc);
-		if (axes == 5)
-			OK(!same(&other.out, &as_is.out) && other.out.affine[0][0] < 0 &&
-					other.out.affine[1][1] > 0 && other.out.affine[2][2] < 0,
-				"the result of another is stored as its scan is");
-		must(ct_refine_cost(&cpu, &other.did, &turned, &quiet, &err));
-		ct_mirror(&other.out, axes, NULL);
-		ct_mirror(&other.error, axes, NULL);
-		results &= is_same(&other.out, &as_is.out);
-		errors &= is_same(&other.error, &as_is.error);
-		end(&other);
-		ct_vol_free(&turned);
+	must(ct_vol_like(&turned, noisy, &err) || ct_meta_copy(&turned.meta, &noisy->meta, &err));
+	memcpy(turned.data, noisy->data, ct_vol_count(noisy) * sizeof *turned.data);
+	must(ct_regrid_turn(&turned, s->axis, s->sign, &err));
+	c.rule.said.noise = (double)NAN;
+	c.rule.error = !starts;
+	c.lo = first.lo = &turned;
+	if (starts) {
+		call(&first);
+		must(first.rc);
+		c.rule.start = &first.out;
 	}
-	OK(results, "whichever end slices, rows and columns begin at, the result is the same");
-	OK(errors, "whichever end they begin at, so is the predicted error");
+	call(&c);
+	err = c.failed;
+	must(c.rc || ct_refine_cost(&cpu, &c.did, &turned, &quiet, &err));
+	for (int a = 0; a < 3; a++)
+		must(c.did.n[a] != c.out.n[a] ||
+			c.did.scan.operator.factor[a] !=(turned.n[a] == THICK ? 4 : 1));
+	must(ct_regrid_turn(&c.out, s->back, s->sign_back, &err) ||
+		(!starts && ct_regrid_turn(&c.error, s->back, s->sign_back, &err)));
+	end(&first);
+	ct_vol_free(&turned);
+	return c;
+}
+
+static void stored(const struct ct_vol *noisy)
+{
+	static const int order[6][3] = {
+		{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+	const struct storage none = storage_of(order[0], 0);
+	struct call as_is = stored_call(noisy, &none, false),
+		    from = stored_call(noisy, &none, true);
+	bool results[2] = {true, true}, errors = true, starts = true;
+
+	OK(!ct_frame_copies(&as_is.did.frame),
+		"a scan stored as the world's axes run is worked on as it is");
+	for (int p = 0; p < 6; p++)
+		for (unsigned ends = 0; ends < 8; ends += p == 0 ? 1 : 5) {
+			const struct storage s = storage_of(order[p], ends);
+			struct call other;
+
+			if (p == 0 && ends == 0)
+				continue;
+			other = stored_call(noisy, &s, false);
+			results[p > 0] &= is_same(&other.out, &as_is.out);
+			errors &= is_same(&other.error, &as_is.error);
+			end(&other);
+			other = stored_call(noisy, &s, true);
+			starts &= is_same(&other.out, &from.out);
+			end(&other);
+		}
+	OK(results[0], "whichever end slices, rows and columns begin at, the result is the same");
+	OK(results[1], "in whichever order axes are stored, the result is the same");
+	OK(errors, "however it is stored, so is the predicted error");
+	OK(starts, "however it is stored, it begins with a volume that is stored alike");
 	end(&as_is);
+	end(&from);
 }
 
 int main(void)

@@ -2,6 +2,8 @@
 #ifndef CT_CORE_VEC3_H
 #define CT_CORE_VEC3_H
 #include <math.h>
+#include <stddef.h>
+#include <string.h>
 
 static inline double ct_vec3_dot(const double a[static 3], const double b[static 3])
 {
@@ -73,6 +75,22 @@ static inline void ct_vec3_axes(
 				axis[d] = all[p][d];
 		}
 	}
+}
+
+/* Three elements of `size` bytes, 512 at most: x[d] becomes what x[axis[d]] was. */
+static inline void ct_vec3_order(void *x, size_t size, const int axis[static 3])
+{
+	char was[3 * 512];
+
+	memcpy(was, x, 3 * size);
+	for (int d = 0; d < 3; d++)
+		memcpy((char *)x + (size_t)d * size, was + (size_t)axis[d] * size, size);
+}
+
+/* Where in axis[] a is. */
+static inline int ct_vec3_place(int a, const int axis[static 3])
+{
+	return a == axis[0] ? 0 : a == axis[1] ? 1 : 2;
 }
 
 /* out = the map m after the affine map a, both 3x4. */

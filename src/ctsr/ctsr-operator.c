@@ -1,7 +1,7 @@
 /* ctsr-operator.c: what makes a low-resolution CT. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "ctsr/ctsr-impl.h"
-#include "refine/frame.h"
+#include "estimate/frame.h"
 #include "estimate/operator.h"
 #include "steps/step-degrade.h"
 
@@ -107,11 +107,13 @@ static int estimate(ctsr_operator *o, const ctsr_volume *v, struct ctsr_call *k)
 	memcpy(said.factor, d.factor, sizeof said.factor);
 	said.estimate = true;
 	frame = ct_frame_of(&bare);
+	ct_frame_said(&said, frame.axis);
 	rc = ct_err_any(ct_frame_enter(&own, &use, &frame, &bare, k->env.par, &k->err) ||
 			ct_operator_find(&r, &said, true, use, &k->env, &k->err));
 	ct_vol_free(&own);
 	if (rc)
 		return -1;
+	ct_frame_operator(&r, frame.back);
 	if (!r.known)
 		return ct_fail(&k->err, CT_EINPUT, "too few edges to measure the blur");
 	return give(o, &r.operator, r.noise, &k->err);

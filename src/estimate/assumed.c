@@ -143,7 +143,7 @@ static const char *sampling_of(const struct ct_operator *is)
 void ct_assumed_words(char to[static CT_ASSUMED_WORDS], const struct ct_operator *is,
 	const double spacing[static 3])
 {
-	const int said = is->by_slices ? ct_slice_profile_axis(is->operator.factor) : -1;
+	const int said = is->by_slices ? is->slices : -1;
 	bool any = false, told = false;
 	char axes[8];
 

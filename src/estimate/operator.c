@@ -124,7 +124,7 @@ static int operator_of(
 static int slice_of(struct ct_operator *r, const struct ct_said *said, const struct ct_vol *in,
 	struct ct_err *e)
 {
-	const int axis = ct_slice_profile_axis(r->operator.factor);
+	const int axis = ct_slice_profile_axis(r->operator.factor, said->third);
 	const bool alone = ct_slice_profile_is_alone(r->operator.factor, axis);
 	const struct ct_degrade had = r->operator;
 	double mm[3];
@@ -146,6 +146,7 @@ static int slice_of(struct ct_operator *r, const struct ct_said *said, const str
 			"--profile and --slice-thickness contradict the file, which says its "
 			"operator");
 	r->by_slices = true;
+	r->slices = axis;
 	r->known = r->known || alone;
 	if (alone && r->from != CT_BY_FILE)
 		r->from = CT_BY_CALLER;
@@ -341,7 +342,7 @@ static int estimate_operator(struct ct_operator *r, const struct ct_vol *in,
 	const struct ct_said *said, const struct ct_env *env, struct ct_err *e)
 {
 	const bool slice = ct_slice_profile_is_said(&said->slice);
-	const int given = slice ? ct_slice_profile_axis(r->operator.factor) : -1;
+	const int given = slice ? ct_slice_profile_axis(r->operator.factor, said->third) : -1;
 	double x[3] = {r->operator.factor[0], r->operator.factor[1], r->operator.factor[2] };
 	struct ct_profile *got = r->seen;
 	bool scanner = false;
@@ -480,7 +481,7 @@ int ct_operator_find(struct ct_operator *r, const struct ct_said *said, bool nee
 	axis = ct_soft_axis(r->operator.factor);
 	settled = ct_slice_profile_is_said(&said->slice) &&
 		  ct_slice_profile_is_alone(
-			  r->operator.factor, ct_slice_profile_axis(r->operator.factor));
+			  r->operator.factor, ct_slice_profile_axis(r->operator.factor, 2));
 	if ((said->estimate && !r->known && !settled && estimate_operator(r, in, said, env, e)) ||
 		slice_of(r, said, in, e))
 		return -1;

@@ -35,6 +35,7 @@ struct ct_said {
 	int decimate;       /* enum ct_decimate; -1: not said */
 	double noise;       /* standard deviation, HU; NaN: not said */
 	struct ct_slice_profile_said slice; /* of the slice axis, in place of the two */
+	int third;                          /* that axis, where the factors do not tell it */
 	bool estimate;                      /* ... the operator if nothing says it */
 	bool trust;                         /* ... and take it as it was measured (soft.h) */
 };
@@ -42,7 +43,7 @@ struct ct_said {
 #define CT_SAID_NOTHING                                                                            \
 	{                                                                                          \
 		.sigma = {(double)NAN, (double)NAN, (double)NAN}, .decimate = -1,                  \
-		.noise = (double)NAN, .slice = CT_SLICE_PROFILE_NOTHING                            \
+		.noise = (double)NAN, .slice = CT_SLICE_PROFILE_NOTHING, .third = 2                \
 	}
 
 /* Who says it. */
@@ -63,6 +64,7 @@ struct ct_operator {
 	double alike[3];         /* correlation of the noise of neighbours, if it was measured */
 	bool correlated;         /* more than white noise shows */
 	bool by_slices;          /* the caller said the profile of the slices */
+	int slices;              /* ... along this axis */
 	enum ct_by from, noise_from;
 	/* What was measured, what DICOM lets expect, and both together, where the operator is
 	 * estimated; of no spread (NaN) if there is none. */

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "operator/degrade.h"
 #include "core/rng.h"
+#include "core/vec3.h"
 #include "core/vol.h"
 #include "operator/slice-profile.h"
 
@@ -19,6 +20,13 @@ void ct_degrade_protocol(struct ct_degrade *d, int protocol)
 	d->decimate = protocol == 4   ? CT_DECIMATE_FIRST
 		      : protocol == 3 ? CT_DECIMATE_POINT
 				      : CT_DECIMATE_SINC;
+}
+
+void ct_degrade_turn(struct ct_degrade *d, const int axis[static 3])
+{
+	ct_vec3_order(d->factor, sizeof *d->factor, axis);
+	ct_vec3_order(d->sigma, sizeof *d->sigma, axis);
+	d->profile.axis = ct_vec3_place(d->profile.axis, axis);
 }
 
 /* by: standard deviation, and what the sum is divided by. */

@@ -2,7 +2,6 @@
 #include "config.h"
 #include "operator/mirror.h"
 
-#include <math.h>
 #include <string.h>
 
 struct mirror_job {
@@ -63,21 +62,6 @@ void ct_mirror(struct ct_vol *v, unsigned axes, struct ct_par *par)
 			v->affine[r][3] += ((double)v->n[a] - 1) * v->affine[r][a];
 			v->affine[r][a] = -v->affine[r][a];
 		}
-}
-
-unsigned ct_mirror_against(const struct ct_vol *v)
-{
-	unsigned axes = 0;
-
-	for (int a = 0; a < 3; a++) {
-		double along = 0;
-
-		for (int r = 0; r < 3; r++)
-			if (fabs(v->affine[r][a]) > fabs(along))
-				along = v->affine[r][a];
-		axes |= along < 0 ? 1U << a : 0;
-	}
-	return axes;
 }
 
 /* Each voxel of a plane takes the value of the next one along the axis, with the other sign. */

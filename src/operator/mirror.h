@@ -14,8 +14,6 @@
 void ct_mirror_volume(float *x, const size_t n[static 3], unsigned axes, struct ct_par *par);
 /* Its affine too: each value stays where it is in the world. */
 void ct_mirror(struct ct_vol *v, unsigned axes, struct ct_par *par);
-/* The axes of v that run against the world's (RAS+) to which they are nearest. Pure. */
-unsigned ct_mirror_against(const struct ct_vol *v);
 /* The three volumes of p. Their component along an axis belongs to the difference of a voxel and
  * the next one along it: where that is mirrored the sign changes, and the voxel is the other
  * one. */

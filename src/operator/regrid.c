@@ -37,15 +37,6 @@ static int permute(struct ct_meta *m, const char *key, const int axis[3], struct
 	return ct_meta_setf(m, e, key, "%.9g,%.9g,%.9g", x[axis[0]], x[axis[1]], x[axis[2]]);
 }
 
-/* New axis d is axis[d] of the old grid a, backwards if sign[d] is -1. */
-static void find_axes(
-	int axis[3], int sign[3], const double a[3][4], const int world[3], const int towards[3])
-{
-	ct_vec3_axes(axis, a, world);
-	for (int d = 0; d < 3; d++)
-		sign[d] = a[world[d]][axis[d]] * towards[d] < 0 ? -1 : 1;
-}
-
 /* Voxels and affine of w, whose size is set. */
 static void turn(struct ct_vol *w, const struct ct_vol *v, const int axis[3], const int sign[3])
 {
@@ -79,13 +70,11 @@ static void turn(struct ct_vol *w, const struct ct_vol *v, const int axis[3], co
 		}
 }
 
-int ct_regrid_axes(
-	struct ct_vol *v, const int world[static 3], const int towards[static 3], struct ct_err *e)
+int ct_regrid_turn(
+	struct ct_vol *v, const int axis[static 3], const int sign[static 3], struct ct_err *e)
 {
 	struct ct_vol w = {0};
-	int axis[3], sign[3];
 
-	find_axes(axis, sign, (const double(*)[4])v->affine, world, towards);
 	if (permute(&v->meta, CT_META_FACTOR, axis, e) ||
 		permute(&v->meta, CT_META_SIGMA, axis, e) ||
 		permute(&v->meta, CT_META_DICOM_THICKNESS, axis, e) ||
@@ -96,6 +85,17 @@ int ct_regrid_axes(
 	turn(&w, v, axis, sign);
 	take(v, &w);
 	return 0;
+}
+
+int ct_regrid_axes(
+	struct ct_vol *v, const int world[static 3], const int towards[static 3], struct ct_err *e)
+{
+	int axis[3], sign[3];
+
+	ct_vec3_axes(axis, (const double(*)[4])v->affine, world);
+	for (int d = 0; d < 3; d++)
+		sign[d] = v->affine[world[d]][axis[d]] * towards[d] < 0 ? -1 : 1;
+	return ct_regrid_turn(v, axis, sign, e);
 }
 
 /* Table of one axis: a Gaussian against aliasing if the new voxels are larger, then cubic. */

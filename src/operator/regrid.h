@@ -10,6 +10,10 @@
  * Its operator's factor and sigma go with their axes. */
 int ct_regrid_axes(
 	struct ct_vol *v, const int world[static 3], const int towards[static 3], struct ct_err *e);
+/* The same: new axis d is axis[d] of the old ones, backwards if sign[d] is -1. Memory: once more.
+ * CT_EINPUT for metadata that are wrong, CT_ENOMEM. */
+int ct_regrid_turn(
+	struct ct_vol *v, const int axis[static 3], const int sign[static 3], struct ct_err *e);
 /* Cubic voxels of mm about the same centre: a Gaussian against aliasing where they are larger, then
  * cubic interpolation. What a degradation left is forgotten. CT_EUSAGE for too many. */
 int ct_regrid_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct ct_err *e);

@@ -55,12 +55,12 @@ int ct_slice_profile_twice(const struct ct_slice_profile_said *said, int axis, b
 	return 0;
 }
 
-int ct_slice_profile_axis(const double factor[static 3])
+int ct_slice_profile_axis(const double factor[static 3], int third)
 {
 	for (int a = 0; a < 3; a++)
 		if (factor[a] > factor[(a + 1) % 3] && factor[a] > factor[(a + 2) % 3])
 			return a;
-	return 2;
+	return third;
 }
 
 /* Of D along the axis, in LR voxels: samples are as wide as their step, and count with their mirror
@@ -296,11 +296,7 @@ int ct_slice_profile_permute(struct ct_meta *m, const int axis[static 3], struct
 
 	if (known)
 		return known < 0 ? -1 : 0;
-	for (int a = 0; a < 3; a++)
-		if (axis[a] == d.profile.axis) {
-			d.profile.axis = a;
-			break;
-		}
+	ct_degrade_turn(&d, axis);
 	return ct_slice_profile_put(m, &d.profile, e);
 }
 

@@ -43,8 +43,8 @@ struct ct_slice_profile_said {
 int ct_slice_profile_say(struct ct_slice_profile_said *to, bool *file, const char *profile,
 	double mm, struct ct_err *e);
 bool ct_slice_profile_is_said(const struct ct_slice_profile_said *said);
-/* The slice axis: the one that is refined most, or the third. */
-int ct_slice_profile_axis(const double factor[static 3]);
+/* The slice axis: the one that is refined most, or if there is none the third. */
+int ct_slice_profile_axis(const double factor[static 3], int third);
 /* Is no axis but this reduced? Then the profile says the sampling too. */
 bool ct_slice_profile_is_alone(const double factor[static 3], int axis);
 /* CT_EUSAGE naming the options if the blur of the axis, or its sampling, is said a second time. */

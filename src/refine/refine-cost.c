@@ -407,10 +407,13 @@ int ct_refine_cost(double *cpu, const struct ct_refine *r, const struct ct_vol *
 {
 	const struct ct_vol *hu, *use;
 	struct ct_vol own = {0}, mid = {0};
-	const int rc = ct_err_any(ct_frame_enter(&own, &hu, &r->frame, in, env->par, e) ||
-				  ct_refine_first(&mid, &use, r, hu, env, e) ||
-				  cost_of(cpu, r, use, env, e));
+	struct ct_refine turned = *r;
+	int rc;
 
+	ct_refine_turn(&turned, r->frame.axis);
+	rc = ct_err_any(ct_frame_enter(&own, &hu, &r->frame, in, env->par, e) ||
+			ct_refine_first(&mid, &use, &turned, hu, env, e) ||
+			cost_of(cpu, &turned, use, env, e));
 	ct_vol_free(&own);
 	ct_vol_free(&mid);
 	return rc;

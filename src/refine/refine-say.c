@@ -83,7 +83,7 @@ void ct_refine_say(const struct ct_refine *r, const struct ct_vol *in, const str
 	if (*words)
 		ct_log(env, CT_TOLD, "assumed: %s; %s", words,
 			ct_slice_profile_is_alone(
-				is->operator.factor, ct_slice_profile_axis(is->operator.factor))
+				is->operator.factor, ct_slice_profile_axis(is->operator.factor, 2))
 				? "--slice-thickness or --profile says it better"
 				: "--sigma and --decimate say it better");
 	else if (!is->known)

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "refine/refine.h"
 #include "core/memory.h"
+#include "core/vec3.h"
 #include "refine/rehearsal.h"
 #include "refine/slabs.h"
 #include "inverse/flat.h"
@@ -130,6 +131,8 @@ static int need_in_slabs(double *bytes, const struct ct_refine *r, const struct 
 	}
 	if (ct_operator_is_estimated(&r->scan)) /* damp.h */
 		*bytes = fmax(*bytes, volumes_of(r, in) + 4 * (double)ct_vol_count(in));
+	if (ct_frame_turns(&r->frame)) /* back, at last */
+		*bytes = fmax(*bytes, volumes_of(r, in) + 4 * voxels(r->n));
 	*bytes += CT_MEMORY_BASE + r->before;
 	return 0;
 }
@@ -251,10 +254,12 @@ static int plan_prior(struct ct_refine *r, const struct ct_vol *in, struct ct_er
 static int check_start(const struct ct_refine *r, const struct ct_vol *in, struct ct_err *e)
 {
 	struct ct_vol want = {.n = {r->n[0], r->n[1], r->n[2]}};
+	double times[3];
 
 	if (!r->rule.start)
 		return 0;
-	ct_degrade_refine(want.affine, in->affine, in->n, r->scan.operator.factor);
+	ct_refine_times(times, r);
+	ct_degrade_refine(want.affine, in->affine, in->n, times);
 	return ct_vol_same_grid(&want, r->rule.start, e) ? ct_blame(e, "the volume to start from")
 							 : 0;
 }
@@ -324,6 +329,20 @@ static void split_factor(struct ct_refine *r, const struct ct_vol *in)
 		}
 }
 
+void ct_refine_turn(struct ct_refine *r, const int axis[static 3])
+{
+	ct_frame_said(&r->rule.said, axis);
+	ct_frame_operator(&r->scan, axis);
+	ct_degrade_turn(&r->restore.by, axis);
+	ct_vec3_order(r->restore.axes, sizeof *r->restore.axes, axis);
+	ct_vec3_order(r->first, sizeof *r->first, axis);
+	ct_vec3_order(r->n, sizeof *r->n, axis);
+	ct_vec3_order(r->volume.n, sizeof *r->volume.n, axis);
+	ct_vec3_order(r->volume.start, sizeof *r->volume.start, axis);
+	ct_vec3_order(r->volume.step, sizeof *r->volume.step, axis);
+	ct_vec3_order(r->volume.tiles, sizeof *r->volume.tiles, axis);
+}
+
 static int plan(
 	struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
 {
@@ -331,8 +350,6 @@ static int plan(
 
 	for (int a = 0; a < 3; a++)
 		r->n[a] = ct_degrade_cover(in->n[a], r->scan.operator.factor[a]);
-	if (check_start(r, in, e))
-		return -1;
 	if (rule->method == CT_REFINE_ARSSR)
 		return plan_arssr(r, in, env, e);
 	if (rule->method == CT_REFINE_PRIOR && plan_prior(r, in, e))
@@ -393,7 +410,7 @@ int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const
 	int rc;
 
 	*r = (struct ct_refine){.rule = *rule,
-		.frame = interpolates(rule->method) ? (struct ct_frame){.times = 1}
+		.frame = interpolates(rule->method) ? (struct ct_frame)CT_FRAME_NONE
 						    : ct_frame_of(in),
 		.inverts = rule->method != CT_REFINE_PRIOR || !rule->start,
 		.loss = (double)NAN,
@@ -402,11 +419,13 @@ int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const
 		.first = {1, 1, 1},
 		.rest.share = rule->denoise};
 	r->rule.said.noise *= r->frame.times;
+	ct_frame_said(&r->rule.said, r->frame.axis);
 	rc = ct_err_any(ct_meta_need_hu(&in->meta, true, e) ||
 			ct_frame_enter(&own, &use, &r->frame, in, env->par, e) ||
 			plan_all(r, use, env, e));
 	ct_vol_free(&own);
-	return rc;
+	ct_refine_turn(r, r->frame.back);
+	return ct_err_any(rc || check_start(r, in, e));
 }
 
 const char *ct_refine_name(const struct ct_refine *r, bool did)

@@ -20,7 +20,7 @@
 #define CT_REFINE_REFINE_H
 #include "arssr/arssr-volume.h"
 #include "estimate/assumed.h"
-#include "refine/frame.h"
+#include "estimate/frame.h"
 #include "refine/damp.h"
 #include "refine/rest.h"
 #include "estimate/operator.h"
@@ -110,6 +110,8 @@ int ct_refine_plan(struct ct_refine *r, const struct ct_refine_rule *rule, const
  * predicted error, HU. CT_ENUMERIC, CT_ENOMEM, CT_ESTOP. */
 int ct_refine_run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	const struct ct_vol *in, const struct ct_env *env, struct ct_err *e);
+/* For run.c, refine-cost.c: what *r says by axis of the scan, by axis of frame.h; or back. */
+void ct_refine_turn(struct ct_refine *r, const int axis[static 3]);
 /* Seconds of all threads together that ct_refine_run will take: rates of small pieces, measured
  * now in about a second, times sizes. Codes of ct_refine_run. */
 int ct_refine_cost(double *cpu, const struct ct_refine *r, const struct ct_vol *in,

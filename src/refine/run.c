@@ -185,24 +185,30 @@ void ct_refine_assumed(
 	ct_frame_words(to, CT_ASSUMED_WORDS, &r->frame);
 }
 
-/* What the result says of itself. */
-static int describe(
+/* What the result says of itself, by axis of the scan. */
+static int describe_assumed(
 	const struct ct_refine *r, struct ct_vol *out, const struct ct_vol *in, struct ct_err *e)
+{
+	char words[CT_ASSUMED_WORDS];
+	double mm[3];
+
+	ct_vol_spacing(in, mm);
+	ct_refine_assumed(words, r, mm);
+	ct_meta_drop(&out->meta, CT_META_ASSUMED);
+	return *words ? ct_meta_set(&out->meta, CT_META_ASSUMED, words, e) : 0;
+}
+
+/* ... and the rest, by axis of frame.h. */
+static int describe(const struct ct_refine *r, struct ct_vol *out, struct ct_err *e)
 {
 	const bool noisy =
 		r->scan.noise > 0 && (r->rule.method == CT_REFINE_PRIOR || r->did.iterations > 0);
-	char assumed[CT_ASSUMED_WORDS], rest[CT_REST_WORDS];
 	struct ct_degrade by = r->scan.operator;
-	double mm[3];
+	char rest[CT_REST_WORDS];
 
 	ct_refine_times(by.factor, r);
-	ct_vol_spacing(in, mm);
-	ct_refine_assumed(assumed, r, mm);
 	ct_rest_words(rest, &r->rest);
-	ct_meta_drop(&out->meta, CT_META_ASSUMED);
 	ct_meta_drop(&out->meta, CT_META_DENOISED);
-	if (*assumed && ct_meta_set(&out->meta, CT_META_ASSUMED, assumed, e))
-		return -1;
 	if (*rest && ct_meta_set(&out->meta, CT_META_DENOISED, rest, e))
 		return -1;
 	if (!r->scan.known) /* what is there is of another refinement, before */
@@ -288,9 +294,8 @@ static int run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 {
 	const struct ct_vol *use;
 	struct ct_vol mid = {0};
-	const int rc =
-		ct_err_any(ct_refine_first(&mid, &use, r, in, env, e) ||
-			   run_inverted(r, out, error, use, env, e) || describe(r, out, in, e));
+	const int rc = ct_err_any(ct_refine_first(&mid, &use, r, in, env, e) ||
+				  run_inverted(r, out, error, use, env, e) || describe(r, out, e));
 
 	ct_vol_free(&mid);
 	return rc;
@@ -382,13 +387,14 @@ int ct_refine_run(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 		(given && ct_frame_enter(&other, &start, &r->frame, given, env->par, e)))
 		goto out;
 	r->rule.start = start;
-	rc = ct_err_any(run_rehearsed(r, out, error, use, env, e) ||
-			ct_frame_leave(out, &r->frame, env->par, e));
-	if (rc == 0 && error)
-		ct_frame_leave_error(error, &r->frame, env->par);
+	ct_refine_turn(r, r->frame.axis);
+	rc = run_rehearsed(r, out, error, use, env, e);
+	ct_refine_turn(r, r->frame.back);
 	r->rule.start = given;
 out:
 	ct_vol_free(&own);
 	ct_vol_free(&other);
-	return rc;
+	return ct_err_any(rc || ct_frame_leave(out, &r->frame, env->par, e) ||
+			  (error && ct_frame_leave_error(error, &r->frame, env->par, e)) ||
+			  describe_assumed(r, out, in, e));
 }

@@ -1,8 +1,9 @@
 /* page-measure.c: the figures of the page of ct-report; see page.h.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
+#include "core/vec3.h"
+#include "estimate/frame.h"
 #include "inverse/upsample.h"
-#include "operator/mirror.h"
 #include "operator/padding.h"
 #include "report/page.h"
 
@@ -64,8 +65,6 @@ static int know(struct ct_page *p, struct ct_err *e)
 		return ct_blame(e, p->hr.name);
 	if (p->noise == 0 && ct_meta_noise(&p->lr.vol.meta, &p->noise, e) < 0)
 		return ct_blame(e, p->lr.name);
-	if (p->noise == 0 && !p->told && ct_noise_measure(&p->texture, &p->lr.vol, e))
-		return ct_blame(e, p->lr.name);
 	for (int a = 0; a < 3; a++)
 		if (!(p->by.factor[a] >= 1 && p->by.factor[a] <= 64))
 			return ct_fail(e, CT_EGEOM, "%s: is not 1 to 64 times as fine as %s",
@@ -73,17 +72,25 @@ static int know(struct ct_page *p, struct ct_err *e)
 	return 0;
 }
 
-/* Its values on the axes of the world, as refine/frame.h works on them. */
+/* What the scan shows, as it is worked on. */
 static int measure_scan(struct ct_page *p, const struct ct_env *env, struct ct_err *e)
 {
-	struct ct_vol *lr = &p->lr.vol;
-	const unsigned axes = ct_mirror_against(lr);
+	struct ct_frame frame = ct_frame_of(&p->lr.vol);
+	struct ct_degrade by = p->by;
+	struct ct_vol own = {0};
+	const struct ct_vol *use;
 	int rc;
 
-	ct_mirror_volume(lr->data, lr->n, axes, env->par);
-	rc = ct_err_any(know(p, e) || ct_profile_measure(p->seen, lr, p->by.factor, env->par, e));
-	ct_mirror_volume(lr->data, lr->n, axes, env->par);
-	return rc;
+	frame.times = 1; /* it is in HU */
+	frame.plus = 0;
+	ct_degrade_turn(&by, frame.axis);
+	rc = ct_err_any(ct_frame_enter(&own, &use, &frame, &p->lr.vol, env->par, e) ||
+			(p->noise == 0 && !p->told && ct_noise_measure(&p->texture, use, e)) ||
+			ct_profile_measure(p->seen, use, by.factor, env->par, e));
+	ct_vec3_order(p->texture.alike, sizeof *p->texture.alike, frame.back);
+	ct_vec3_order(p->seen, sizeof *p->seen, frame.back);
+	ct_vol_free(&own);
+	return rc ? ct_blame(e, p->lr.name) : 0;
 }
 
 /* What a simple program would have shown. */
@@ -336,7 +343,7 @@ static int warn_found(struct ct_page *p)
 
 int ct_page_measure(struct ct_page *p, const struct ct_env *env, struct ct_err *e)
 {
-	if (check_std(p, e) || measure_scan(p, env, e) || certify(p, env, e) ||
+	if (check_std(p, e) || know(p, e) || measure_scan(p, env, e) || certify(p, env, e) ||
 		upsample(p, env, e) || sharpness(p, env, e) || judge(p, env, e))
 		return -1;
 	count(p);

@@ -58,7 +58,7 @@ static int choose_operator(
 static int add_profile(struct ct_degrade *d, const struct ct_step_degrade_rule *r,
 	const struct ct_vol *in, struct ct_err *e)
 {
-	const int axis = ct_slice_profile_axis(d->factor);
+	const int axis = ct_slice_profile_axis(d->factor, 2);
 	const bool alone = ct_slice_profile_is_alone(d->factor, axis);
 	double mm[3];
 

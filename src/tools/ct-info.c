@@ -2,6 +2,7 @@
 #include "config.h"
 #include "cli/cli.h"
 #include "cli/json.h"
+#include "core/vec3.h"
 #include "formats/any.h"
 #include "formats/beside.h"
 #include "formats/ends.h"
@@ -11,7 +12,7 @@
 #include "tools/lib/said.h"
 #include "tools/scan-read.h"
 #include "dicom/form.h"
-#include "refine/frame.h"
+#include "estimate/frame.h"
 #include "report/report.h"
 
 #include <stdio.h>
@@ -66,6 +67,7 @@ static int estimate(json_t *o, const struct ct_any *a, const char *path, const s
 	struct ct_vol bare = a->vol, own = {0};
 	const struct ct_frame frame = ct_frame_of(&a->vol);
 	const struct ct_vol *use;
+	struct ct_said turned = *said;
 	struct ct_operator is;
 	struct ct_noise noise;
 	double mm[3];
@@ -74,15 +76,18 @@ static int estimate(json_t *o, const struct ct_any *a, const char *path, const s
 	if (a->kind != CT_KIND_VOLUME || (quantity && strcasecmp(quantity, CT_QUANTITY_HU) != 0))
 		return ct_fail(e, CT_EINPUT, "%s: -e wants a CT in HU", path);
 	bare.meta = (struct ct_meta){0};
+	ct_frame_said(&turned, frame.axis);
 	if (ct_acquired_copy(&bare.meta, &a->vol.meta, e) ||
 		ct_frame_enter(&own, &use, &frame, &bare, env->par, e) ||
-		ct_operator_find(&is, said, false, use, env, e) ||
+		ct_operator_find(&is, &turned, false, use, env, e) ||
 		ct_noise_measure(&noise, use, e) || put_padding(o, use, e))
 		rc = ct_blame(e, path);
 	ct_vol_free(&own);
 	ct_meta_free(&bare.meta);
 	if (rc)
 		return rc;
+	ct_frame_operator(&is, frame.back);
+	ct_vec3_order(noise.alike, sizeof *noise.alike, frame.back);
 	ct_vol_spacing(&bare, mm);
 	ct_assumed_words(assumed, &is, mm);
 	return ct_report_estimate(

@@ -9,15 +9,17 @@
  * nearly, as those of a CT have. `times` is a power of two and plus is whole, so that whole values
  * stay whole.
  *
- * Of a large scan parts are looked at, and networks are not symmetric: axes that run against those
- * of the world (RAS+) are mirrored, so that a scan gives the same voxels whichever way its slices,
- * rows and columns are stored. The result is mapped and mirrored back.
- * SPDX-License-Identifier: Apache-2.0
+ * Of a large scan parts are looked at, networks are not symmetric, and a scanner makes slices
+ * across z: the axes are put in the order and the directions of those of the world (RAS+) that are
+ * nearest, so that a scan gives the same voxels whichever way its slices, rows and columns are
+ * stored. The result is mapped and turned back, and so is what is said by axis; only words of
+ * --verbose are of the axes that are worked on. SPDX-License-Identifier: Apache-2.0
  */
-#ifndef CT_REFINE_FRAME_H
-#define CT_REFINE_FRAME_H
+#ifndef CT_ESTIMATE_FRAME_H
+#define CT_ESTIMATE_FRAME_H
 #include "core/par.h"
 #include "core/vol.h"
+#include "estimate/operator.h"
 
 #include <stdbool.h>
 
@@ -26,8 +28,15 @@
 
 struct ct_frame {
 	double times, plus; /* 1 and 0 of what is in HU, and of what is constant */
-	unsigned mirrored;  /* axes, as mirror.h has them */
+	int axis[3];        /* of the scan, that lies along each axis of the world */
+	int sign[3];        /* -1: and runs against it */
+	int back[3];        /* axis of the world along which each of the scan lies */
 };
+/* Nothing is done. */
+#define CT_FRAME_NONE                                                                              \
+	{                                                                                          \
+		.times = 1, .axis = {0, 1, 2}, .sign = {1, 1, 1}, .back = { 0, 1, 2 }              \
+	}
 
 /* By affine and metadata; v finite. Pure. */
 struct ct_frame ct_frame_of(const struct ct_vol *v);
@@ -35,6 +44,12 @@ struct ct_frame ct_frame_of(const struct ct_vol *v);
 bool ct_frame_maps(const struct ct_frame *f);
 /* Is what is worked on a copy? Pure. */
 bool ct_frame_copies(const struct ct_frame *f);
+/* Are its axes in another order, so that turning takes a second volume? Pure. */
+bool ct_frame_turns(const struct ct_frame *f);
+/* What is said, and known, by axis of the scan becomes that by axis of the world; with f->back for
+ * axis, the other way. */
+void ct_frame_said(struct ct_said *said, const int axis[static 3]);
+void ct_frame_operator(struct ct_operator *is, const int axis[static 3]);
 /* The values in HU, and the noise of the metadata, in place. CT_EINPUT, CT_ENOMEM. */
 int ct_frame_map(struct ct_vol *v, const struct ct_frame *f, struct ct_err *e);
 /* The same of predicted errors. */
@@ -47,7 +62,8 @@ int ct_frame_enter(struct ct_vol *own, const struct ct_vol **use, const struct c
 int ct_frame_leave(
 	struct ct_vol *v, const struct ct_frame *f, struct ct_par *par, struct ct_err *e);
 /* The same of predicted errors. */
-void ct_frame_leave_error(struct ct_vol *error, const struct ct_frame *f, struct ct_par *par);
+int ct_frame_leave_error(
+	struct ct_vol *error, const struct ct_frame *f, struct ct_par *par, struct ct_err *e);
 /* Behind what stands in to[room]: "the unit of the values is not known: 1 counts as 2048 HU". */
 void ct_frame_words(char *to, size_t room, const struct ct_frame *f);
 

@@ -1,9 +1,11 @@
 /* frame.c: see frame.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
-#include "refine/frame.h"
+#include "estimate/frame.h"
 #include "core/meta.h"
+#include "core/vec3.h"
 #include "inverse/upsample.h"
 #include "operator/mirror.h"
+#include "operator/regrid.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -14,17 +16,44 @@ bool ct_frame_maps(const struct ct_frame *f)
 	return f->times != 1 || f->plus != 0;
 }
 
+bool ct_frame_turns(const struct ct_frame *f)
+{
+	return f->axis[0] != 0 || f->axis[1] != 1;
+}
+
+static unsigned mirrored(const struct ct_frame *f)
+{
+	unsigned axes = 0;
+
+	for (int d = 0; d < 3; d++)
+		axes |= f->sign[d] < 0 ? 1U << d : 0;
+	return axes;
+}
+
 bool ct_frame_copies(const struct ct_frame *f)
 {
-	return ct_frame_maps(f) || f->mirrored != 0;
+	return ct_frame_maps(f) || ct_frame_turns(f) || mirrored(f) != 0;
+}
+
+/* The axes. */
+static void look(struct ct_frame *f, const struct ct_vol *v)
+{
+	static const int world[3] = {0, 1, 2};
+
+	ct_vec3_axes(f->axis, (const double(*)[4])v->affine, world);
+	for (int d = 0; d < 3; d++) {
+		f->sign[d] = v->affine[d][f->axis[d]] < 0 ? -1 : 1;
+		f->back[f->axis[d]] = d;
+	}
 }
 
 struct ct_frame ct_frame_of(const struct ct_vol *v)
 {
 	const char *quantity = ct_meta_get(&v->meta, CT_META_QUANTITY);
-	struct ct_frame f = {.times = 1, .mirrored = ct_mirror_against(v)};
+	struct ct_frame f = CT_FRAME_NONE;
 	double spread, least = (double)INFINITY;
 
+	look(&f, v);
 	if (!quantity || strcmp(quantity, CT_QUANTITY_OTHER) != 0)
 		return f;
 	spread = ct_upsample_spread(v);
@@ -35,6 +64,31 @@ struct ct_frame ct_frame_of(const struct ct_vol *v)
 	f.times = exp2(round(log2(CT_FRAME_SPREAD / spread)));
 	f.plus = round(CT_FRAME_LEAST - f.times * least);
 	return f;
+}
+
+#define TURN(x) ct_vec3_order((x), sizeof *(x), axis)
+
+void ct_frame_said(struct ct_said *said, const int axis[static 3])
+{
+	TURN(said->factor);
+	TURN(said->spacing);
+	TURN(said->sigma);
+	said->third = ct_vec3_place(said->third, axis);
+}
+
+void ct_frame_operator(struct ct_operator *is, const int axis[static 3])
+{
+	ct_degrade_turn(&is->operator, axis);
+	is->slices = ct_vec3_place(is->slices, axis);
+	TURN(is->texture.alike);
+	TURN(is->alike);
+	TURN(is->seen);
+	TURN(is->told);
+	TURN(is->joint);
+	TURN(is->scanner.thickness);
+	TURN(is->scanner.spacing);
+	TURN(is->apart);
+	TURN(is->cubic);
 }
 
 static int scale_noise(struct ct_meta *m, double times, struct ct_err *e)
@@ -75,13 +129,29 @@ int ct_frame_enter(struct ct_vol *own, const struct ct_vol **use, const struct c
 		(ct_frame_maps(f) && scale_noise(&own->meta, f->times, e)))
 		return -1;
 	map(own->data, v->data, ct_vol_count(v), f->times, f->plus);
-	ct_mirror(own, f->mirrored, par);
+	if (ct_frame_turns(f))
+		return ct_regrid_turn(own, f->axis, f->sign, e);
+	ct_mirror(own, mirrored(f), par);
+	return 0;
+}
+
+static int turn_back(
+	struct ct_vol *v, const struct ct_frame *f, struct ct_par *par, struct ct_err *e)
+{
+	int sign[3];
+
+	for (int a = 0; a < 3; a++)
+		sign[a] = f->sign[f->back[a]];
+	if (ct_frame_turns(f))
+		return ct_regrid_turn(v, f->back, sign, e);
+	ct_mirror(v, mirrored(f), par);
 	return 0;
 }
 
 int ct_frame_leave(struct ct_vol *v, const struct ct_frame *f, struct ct_par *par, struct ct_err *e)
 {
-	ct_mirror(v, f->mirrored, par);
+	if (turn_back(v, f, par, e))
+		return -1;
 	if (!ct_frame_maps(f))
 		return 0;
 	for (size_t i = 0; i < ct_vol_count(v); i++)
@@ -89,11 +159,12 @@ int ct_frame_leave(struct ct_vol *v, const struct ct_frame *f, struct ct_par *pa
 	return scale_noise(&v->meta, 1 / f->times, e);
 }
 
-void ct_frame_leave_error(struct ct_vol *error, const struct ct_frame *f, struct ct_par *par)
+int ct_frame_leave_error(
+	struct ct_vol *error, const struct ct_frame *f, struct ct_par *par, struct ct_err *e)
 {
-	ct_mirror(error, f->mirrored, par);
 	for (size_t i = 0; ct_frame_maps(f) && i < ct_vol_count(error); i++)
 		error->data[i] = (float)((double)error->data[i] / f->times);
+	return turn_back(error, f, par, e);
 }
 
 void ct_frame_words(char *to, size_t room, const struct ct_frame *f)
