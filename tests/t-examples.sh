@@ -208,15 +208,15 @@ for v in made loud; do python3 "$srcdir/examples/blind.py" bare $v.nii $v-bare.n
 asis() { make -s -f "$srcdir/examples/asis.mk" CUBE=40 RESULT=56 OUT=o "$@" >table; }
 wrong() { grep 'wrong$' table | sed 's/^/# /'; }
 # every factor: the result stays in the range of the scan
-asis VOLUMES=made-bare.nii FACTORS='1.01 1.02 1.05 1.1 1.2 1.25 1.5 2 3 1,1,1.1 1,1,1.5 1.5,1.5,1 1.1,1.2,3 1,1,3'
+asis VOLUMES=made-bare.nii FACTORS='1.01 1.2 1.25 1.5 2 3 1,1,1.5 1.1,1.2,3 1,1,3'
 ok $? "a draft of a noise-free scan stays in its range at each factor: $(tail -n 1 table)"; wrong
-asis VOLUMES=loud-bare.nii FACTORS='1.02 1.2 1.3 2'
+asis VOLUMES=loud-bare.nii FACTORS='1.2 1.3 2'
 ok $? "a draft of a noisy scan stays in its range at each factor: $(tail -n 1 table)"
 wrong
-asis VOLUMES=made-bare.nii OUT=o2 CUBE=32 QUALITY='fast balanced' FACTORS='1.05 1.3 2'
+asis VOLUMES=made-bare.nii OUT=o2 CUBE=32 QUALITY='fast balanced' FACTORS='1.3 2'
 ok $? "fast and balanced results stay in the range of the scan: $(tail -n 1 table)"
 wrong
-[ "$(grep -c '^made' table)" -eq 6 ]; ok $? 'the table has one row for each factor and preset'
+[ "$(grep -c '^made' table)" -eq 4 ]; ok $? 'the table has one row for each factor and preset'
 same() { ct-metrics --ssim none "$1" "$2" | awk '$1 == "max-hu" {exit !($2 == 0)}'; }
 
 # small factors

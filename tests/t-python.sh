@@ -58,7 +58,7 @@ lazy_offers() { # as installed, bash-completion finds the file
 }
 zsh_offers() {
 	timeout 100 python3 "$srcdir/tests/terminal.py" offered zsh \
-		"fpath=('$made/zsh' \$fpath); autoload -U compinit; compinit -u -D" "$1" >got
+		"fpath=('$made/zsh' \$fpath); autoload -U compinit; compinit -u -C -d '$PWD/zsh-dump'" "$1" >got
 }
 fish_offers() {
 	# as fish 4 reads a question mark
