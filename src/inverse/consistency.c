@@ -12,7 +12,7 @@
  * no less than that. */
 #define BANDED_CONDITION 4.0
 
-enum { BLOCK = 64, NEWTON = 30 };
+enum { BLOCK = 64, STRIP = 512, NEWTON = 30 }; /* columns; in strips memory is read ahead */
 
 static size_t place(const struct ct_consistency *dc, int a, size_t k)
 {
@@ -232,16 +232,17 @@ void ct_consistency_free(struct ct_consistency *dc)
 	*dc = (struct ct_consistency){0};
 }
 
-/* A column block of the planes of coefficients, its squared gains, and what c is of one of work. */
+/* A strip of columns of the planes of coefficients, its squared gains, and what c is of one of
+ * work. */
 struct columns {
 	size_t at, n;
-	double square[BLOCK], unit[BLOCK];
+	double square[STRIP], unit[STRIP];
 };
 
 static void columns(struct columns *b, const struct ct_consistency *dc, size_t block)
 {
-	b->at = block * BLOCK;
-	b->n = dc->plane - b->at < BLOCK ? dc->plane - b->at : BLOCK;
+	b->at = block * STRIP;
+	b->n = dc->plane - b->at < STRIP ? dc->plane - b->at : STRIP;
 	for (size_t q = 0; q < b->n; q++) {
 		size_t i = (b->at + q) / dc->stride[0] % dc->m[0];
 		size_t j = (b->at + q) / dc->stride[1] % dc->m[1];
@@ -303,53 +304,96 @@ static void synthesise_plane(void *arg, size_t k, size_t worker)
 	walk_plane(arg, k, worker, true);
 }
 
+/* A row of n columns of plane k. Each column has a sum of its own: sums that wait for one another
+ * take three times as long. */
+struct row {
+	const double *square, *unit; /* of the columns */
+	const float *want;
+	float *coef, *had;
+	double g, along, mu; /* squared gain and unit of the plane */
+};
+
+static struct row row_of(const struct ct_consistency *dc, const struct columns *c, size_t k)
+{
+	const size_t p = k * dc->plane + c->at;
+
+	return (struct row){c->square, c->unit, dc->want + p, dc->coef + p, dc->had + p,
+		dc->g[2][k] * dc->g[2][k], dc->unit[2][k], dc->mu};
+}
+
+static double sum_of(const double *part, size_t n)
+{
+	double sum = 0;
+
+	for (size_t q = 0; q < n; q++)
+		sum += part[q];
+	return sum;
+}
+
 /* S = sum a/(1 + mu b)^2 and T = sum a b/(1 + mu b)^3, a = g^2 (c_y - c)^2, b = g^2. */
+__attribute__((always_inline)) static inline void row_misfit(
+	double s[restrict static STRIP], double t[restrict static STRIP], struct row w, size_t n)
+{
+	for (size_t q = 0; q < n; q++) {
+		const double b = w.square[q] * w.g;
+		const double r = (double)w.want[q] - w.unit[q] * w.along * (double)w.coef[q];
+		const double of = 1 / (1 + w.mu * b), a = b * r * r * of * of;
+
+		s[q] += a;
+		t[q] += a * b * of;
+	}
+}
+
 static void misfit(void *arg, size_t block, size_t worker)
 {
 	struct ct_consistency *dc = arg;
+	double s[STRIP] = {0}, t[STRIP] = {0};
 	struct columns c;
-	double s = 0, t = 0;
 
 	(void)worker;
 	columns(&c, dc, block);
 	for (size_t k = 0; k < dc->m[2]; k++)
-		for (size_t q = 0; q < c.n; q++) {
-			size_t p = k * dc->plane + c.at + q;
-			double b = c.square[q] * dc->g[2][k] * dc->g[2][k];
-			double had = c.unit[q] * dc->unit[2][k] * (double)dc->coef[p];
-			double r = (double)dc->want[p] - had;
-			double w = 1 / (1 + dc->mu * b), a = b * r * r * w * w;
-
-			s += a;
-			t += a * b * w;
-		}
-	dc->sums[3 * block] = s;
-	dc->sums[3 * block + 1] = t;
+		if (c.n == STRIP) /* as a constant: in vectors */
+			row_misfit(s, t, row_of(dc, &c, k), STRIP);
+		else
+			row_misfit(s, t, row_of(dc, &c, k), c.n);
+	dc->sums[3 * block] = sum_of(s, c.n);
+	dc->sums[3 * block + 1] = sum_of(t, c.n);
 }
 
 /* coef <- d, had <- c + d. */
+__attribute__((always_inline)) static inline void row_correct(
+	double moved[restrict static STRIP], struct row w, bool bound, size_t n)
+{
+	for (size_t q = 0; q < n; q++) {
+		const double b = w.square[q] * w.g, unit = w.unit[q] * w.along;
+		const double is = unit * (double)w.coef[q];
+		const double part = bound ? w.mu * b / (1 + w.mu * b) : b > 0;
+		const double d = part * ((double)w.want[q] - is);
+
+		moved[q] += d * (d + 2 * (is - (double)w.had[q]));
+		w.had[q] = (float)(is + d);
+		w.coef[q] = (float)(unit * d);
+	}
+}
+
 static void correct(void *arg, size_t block, size_t worker)
 {
 	struct ct_consistency *dc = arg;
+	const bool bound = dc->bound > 0;
+	double moved[STRIP] = {0};
 	struct columns c;
-	double moved = 0;
 
 	(void)worker;
 	columns(&c, dc, block);
 	for (size_t k = 0; k < dc->m[2]; k++)
-		for (size_t q = 0; q < c.n; q++) {
-			size_t p = k * dc->plane + c.at + q;
-			double b = c.square[q] * dc->g[2][k] * dc->g[2][k];
-			double unit = c.unit[q] * dc->unit[2][k];
-			double is = unit * (double)dc->coef[p];
-			double part = dc->bound > 0 ? dc->mu * b / (1 + dc->mu * b) : b > 0;
-			double d = part * ((double)dc->want[p] - is);
-
-			moved += d * (d + 2 * (is - (double)dc->had[p]));
-			dc->had[p] = (float)(is + d);
-			dc->coef[p] = (float)(unit * d);
-		}
-	dc->sums[3 * block + 2] = moved;
+		if (c.n == STRIP && bound)
+			row_correct(moved, row_of(dc, &c, k), true, STRIP);
+		else if (c.n == STRIP)
+			row_correct(moved, row_of(dc, &c, k), false, STRIP);
+		else
+			row_correct(moved, row_of(dc, &c, k), bound, c.n);
+	dc->sums[3 * block + 2] = sum_of(moved, c.n);
 }
 
 /* Along k back, into the reduced planes or the same. */
@@ -372,14 +416,19 @@ static size_t blocks(const struct ct_consistency *dc)
 	return (dc->plane + BLOCK - 1) / BLOCK;
 }
 
+static size_t strips(const struct ct_consistency *dc)
+{
+	return (dc->plane + STRIP - 1) / STRIP;
+}
+
 /* The least mu >= 0 with S(mu) <= bound, by Newton's method on S^-1/2, nearly linear in mu. */
 static void find_multiplier(struct ct_consistency *dc, struct ct_par *par)
 {
 	for (int step = 0; step < NEWTON; step++) {
 		double s = 0, t = 0, next;
 
-		ct_par_for(par, blocks(dc), misfit, dc);
-		for (size_t b = 0; b < blocks(dc); b++) {
+		ct_par_for(par, strips(dc), misfit, dc);
+		for (size_t b = 0; b < strips(dc); b++) {
 			s += dc->sums[3 * b];
 			t += dc->sums[3 * b + 1];
 		}
@@ -416,80 +465,11 @@ double ct_consistency_correct(struct ct_consistency *dc, bool measure, struct ct
 		ct_par_for(par, dc->m[2], analyse_plane, dc);
 	if (dc->bound > 0)
 		multiplier(dc, par);
-	ct_par_for(par, blocks(dc), correct, dc);
+	ct_par_for(par, strips(dc), correct, dc);
 	if (dc->banded)
 		ct_par_for(par, dc->m[2], synthesise_plane, dc);
 	ct_par_for(par, blocks(dc), synthesise, dc);
-	for (size_t b = 0; b < blocks(dc); b++)
+	for (size_t b = 0; b < strips(dc); b++)
 		moved += dc->sums[3 * b + 2];
 	return moved;
-}
-
-int ct_consistency_pinv_plan(struct ct_separable *s, const struct ct_degrade *d,
-	const size_t n[static 3], const struct ct_par *par, struct ct_err *e)
-{
-	int rc = 0;
-
-	*s = (struct ct_separable){0};
-	for (int a = 0; a < 3 && rc == 0; a++) {
-		struct ct_taps down = {0};
-		struct ct_svd f = {0};
-
-		rc = ct_degrade_axis_taps(&down, d, a, n[a], e) || ct_svd_alloc(&f, &down, e) ||
-		     ct_svd_pinv(&s->t[a], &f, e);
-		ct_svd_free(&f);
-		ct_taps_free(&down);
-	}
-	if (rc == 0)
-		return ct_separable_plan(s, par, e);
-	ct_separable_free(s);
-	return -1;
-}
-
-/* Root of the mean square of a - b. */
-static double rms(const float *a, const float *b, size_t n)
-{
-	double sum = 0;
-
-	for (size_t i = 0; i < n; i++)
-		sum += ((double)a[i] - (double)b[i]) * ((double)a[i] - (double)b[i]);
-	return sqrt(sum / (double)n);
-}
-
-int ct_consistency_settle(float *x, const float *y, const struct ct_degrade *d,
-	const size_t n[static 3], double most, double *residual, struct ct_par *par,
-	struct ct_err *e)
-{
-	struct ct_separable down = {0}, up = {0};
-	float *lo = NULL;
-	size_t m = 1;
-	int rc = -1;
-
-	if (ct_degrade_plan(&down, d, n, par, e))
-		return -1;
-	for (int a = 0; a < 3; a++)
-		m *= down.t[a].n_out;
-	if (ct_alloc(&lo, m, sizeof *lo, e))
-		goto out;
-	if (isfinite(most)) {
-		if (ct_consistency_pinv_plan(&up, d, n, par, e))
-			goto out;
-		ct_separable_apply(&down, lo, x, par);
-		for (size_t i = 0; i < m; i++) {
-			const double r = (double)y[i] - (double)lo[i];
-
-			lo[i] = (float)(r - fmin(fmax(r, -most), most));
-		}
-		ct_separable_add(&up, x, lo, par);
-	}
-	if (residual) {
-		ct_separable_apply(&down, lo, x, par);
-		*residual = rms(lo, y, m);
-	}
-	rc = 0;
-out:
-	ct_separable_free(&down);
-	ct_separable_free(&up);
-	free(lo);
-	return rc;
 }

@@ -5,7 +5,8 @@
 #include <math.h>
 
 enum { FLIP_U = 1, FLIP_V = 2, FLIP_W = 4, SWAP = 8 };
-#define NEARLY 0.01f /* a moment that is nearly 0 */
+enum { AT_ONCE = 8 }; /* sums that do not wait for one another */
+#define NEARLY 0.01f  /* a moment that is nearly 0 */
 
 void ct_slicing_of(struct ct_slicing *s, const float *x, const size_t n[static 3], int axis,
 	const bool coarse[static 3])
@@ -85,12 +86,22 @@ static float level(const float *raw, const struct ct_patch_shape *shape)
 /* Standard deviation about the patch's own mean; sums about mu, near which its values lie. */
 static float spread(const float *raw, size_t n, float mu)
 {
-	double sum = 0, square = 0, d;
+	double part[2][AT_ONCE] = {{0}}, sum = 0, square = 0, d;
 
-	for (size_t i = 0; i < n; i++) {
+	for (size_t i = 0; i + AT_ONCE <= n; i += AT_ONCE)
+		for (size_t k = 0; k < AT_ONCE; k++) {
+			d = (double)(raw[i + k] - mu);
+			part[0][k] += d;
+			part[1][k] += d * d;
+		}
+	for (size_t i = n / AT_ONCE * AT_ONCE; i < n; i++) {
 		d = (double)(raw[i] - mu);
 		sum += d;
 		square += d * d;
+	}
+	for (size_t k = 0; k < AT_ONCE; k++) {
+		sum += part[0][k];
+		square += part[1][k];
 	}
 	d = square / (double)n - sum / (double)n * (sum / (double)n);
 	return (float)sqrt(fmax(d, 0));
