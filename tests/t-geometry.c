@@ -156,6 +156,23 @@ static void t_refused(void)
 		*x[i] = i % 2 ? (double)INFINITY : -(double)INFINITY;
 		refused(&bad, "scan geometry is not finite");
 	}
+	for (int i = 0; i < 3; i++) {
+		struct ct_geometry bad = good;
+		struct ct_stack s = {0};
+
+		bad.beam = i == 0 ? CT_CONE : i == 1 ? CT_FAN : CT_PARALLEL;
+		bad.h = i == 1 ? 1 : bad.h;
+		bad.dsd = bad.dso;
+		OK(ct_geometry_fill(&s, &bad, &err) == 0, "a detector on the axis is taken");
+		ct_stack_free(&s);
+		bad.dsd = nextafter(bad.dso, 0);
+		if (i < 2)
+			refused(&bad, "the detector would stand before the axis");
+		else
+			OK(ct_geometry_fill(&s, &bad, &err) == 0,
+				"parallel rays have a detector anywhere");
+		ct_stack_free(&s);
+	}
 	good.beam = CT_FAN;
 	refused(&good, "one detector row, not 30");
 	ct_vol_free(&v);

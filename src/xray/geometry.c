@@ -87,6 +87,11 @@ static int check(const struct ct_geometry *s, struct ct_err *e)
 	for (int i = 0; i < 4; i++)
 		if (!(positive[i] > 1e-9 && positive[i] < 1e9))
 			return ct_fail(e, CT_EGEOM, "%s of %g mm", name[i], positive[i]);
+	if (s->beam != CT_PARALLEL && s->dsd < s->dso)
+		return ct_fail(e, CT_EGEOM,
+			"source to detector of %g mm is less than source to isocentre of %g mm: the "
+			"detector would stand before the axis; are they exchanged, or is one missing?",
+			s->dsd, s->dso);
 	if (!isfinite(s->arc + s->start + s->offset[0] + s->offset[1] + s->iso[0] + s->iso[1] +
 		      s->iso[2] + s->tilt + s->source[0] + s->source[1]))
 		return ct_fail(e, CT_EGEOM, "scan geometry is not finite");
