@@ -52,6 +52,13 @@ static void test_unit(void)
 				0 &&
 			same(s.dso, 240),
 		"whichever it is");
+	OK(parse(&s, "{" BASE SIZE ", \"dDetector\": [0.33333, 0.1875]}", &grid, NULL) == 0 &&
+			same(s.pitch[1], 16),
+		"the size of a pixel may stand beside that of the detector, rounded");
+	OK(parse(&s, "{\"DSO\": 5, \"DSD\": 7, \"sDetector\": 3, \"dDetector\": 9}", NULL, NULL) ==
+				0 &&
+			same(s.pitch[0] * (double)s.w, 3),
+		"without a count of its own a file does not contradict itself");
 	OK(parse(&s, "{" BASE SIZE "}", NULL, NULL) == 0 && same(s.dso, 5) && same(s.dsd, 7) &&
 			same(s.pitch[0], 3. / 16) && same(s.pitch[1], 4. / 12),
 		"without a volume they are mm");
@@ -161,6 +168,9 @@ static void test_named(void)
 	OK(parse(&s, "{\"DSO\": 5, \"DSD\": 7" SIZE ", \"nVoxel\": [4, 5, 6]}", NULL, &v) == 0 &&
 			v.n[0] == 0,
 		"without which there is none");
+	OK(parse(&s, "{" BASE SIZE ", \"nVoxel\": 4, \"dVoxel\": 0.5}", NULL, &v) == -1 &&
+			strstr(e.msg, "dVoxel says 0.5 of each, but sVoxel over nVoxel is 0.25"),
+		"a volume whose voxels do not add up to its size is refused");
 	for (const char *const *t = (const char *const[]){"\"nVoxel\": [4, 0, 4]", "nVoxel of 0",
 		     "\"nVoxel\": [0, 0, 0]", "nVoxel of 0", "\"nVoxel\": [4, 4, 1000001]",
 		     "nVoxel of 1e+06", "\"nVoxel\": [1.5, 4, 4]", "nVoxel of 1.5",
@@ -288,6 +298,13 @@ static void test_wrong(void)
 		"\"DSO\": 5, \"DSD\": 7, \"sVoxel\": 0" SIZE, "sVoxel is not positive",
 		"\"DSO\": 5, \"DSD\": 7, \"sVoxel\": -1" SIZE, "sVoxel is not positive",
 		"\"DSO\": 5, \"DSD\": 7, \"sVoxel\": [1, 2]" SIZE, "sVoxel has 2 numbers, not 3",
+		BASE SIZE ", \"dDetector\": [0.33333, 1]",
+		"dDetector says 1 of each, but sDetector over nDetector is 0.1875: one of them is "
+		"wrong",
+		BASE SIZE ", \"dDetector\": [0.1875, 0.33333]",
+		"dDetector says 0.1875 of each, but sDetector over nDetector is 0.333333: one of "
+		"them is wrong",
+		BASE SIZE ", \"dDetector\": \"x\"", "dDetector is not a number",
 		"\"DSO\": 5, \"DSO\": 5",
 		"not a JSON object: line 1: duplicate object key near '\"DSO\"'", NULL};
 	struct ct_geometry s;

@@ -150,13 +150,16 @@ static int unit_of(double *mm, const struct reader *r, struct ct_err *e)
 }
 
 /* The n counts of key[0], which may be given before, and the size of each: of key[1] all together,
- * or of key[2]. 0; 1 if there are no sizes; -1. */
+ * or of key[2]; both agree where the file has all three. 0; 1 if there are no sizes; -1. */
 static int cells(const struct reader *r, const char *const key[3], size_t n, double *count,
 	double *mm, struct ct_err *e)
 {
-	int got = numbers(r, key[0], n, count, e);
+	const double hair = 1e-3; /* of rounded numbers */
+	double each[3];
+	const int counted = numbers(r, key[0], n, count, e);
+	int got;
 
-	if (got < 0)
+	if (counted < 0)
 		return -1;
 	for (size_t a = 0; a < n; a++)
 		if (!(count[a] >= 1 && count[a] <= 1e6) || count[a] != floor(count[a]))
@@ -164,7 +167,16 @@ static int cells(const struct reader *r, const char *const key[3], size_t n, dou
 	got = numbers(r, key[1], n, mm, e);
 	for (size_t a = 0; a < n && got == 0; a++)
 		mm[a] /= count[a];
-	return got > 0 ? numbers(r, key[2], n, mm, e) : got;
+	if (got)
+		return got > 0 ? numbers(r, key[2], n, mm, e) : got;
+	if ((got = numbers(r, key[2], n, each, e)) != 0 || counted != 0)
+		return got < 0 ? -1 : 0;
+	for (size_t a = 0; a < n; a++)
+		if (!(fabs(each[a] - mm[a]) <= hair * fabs(mm[a])))
+			return ct_fail(e, CT_EINPUT,
+				"%s: %s says %g of each, but %s over %s is %g: one of them is wrong",
+				r->path, key[2], each[a], key[1], key[0], mm[a]);
+	return 0;
 }
 
 static int detector(struct ct_geometry *s, const struct reader *r, double unit, struct ct_err *e)
