@@ -301,7 +301,16 @@ static void test_rescue(void)
 			strstr(e.msg, ": moved to o.state, --resume writes it") &&
 			some("tmp/kept.*.o.state"),
 		"or elsewhere");
+	OK(ct_resume_save(&r, pack, &work, &e) == -1 && e.code == CT_EOUTPUT &&
+			strstr(e.msg, "o.state: was put there by another run meanwhile; what is "
+				      "done is kept in tmp/kept.") == e.msg &&
+			strstr(e.msg, ": moved to o.state, --resume goes on from it"),
+		"a state of unfinished work that cannot be saved in its place is kept elsewhere");
+	OK(ct_resume_save(&r, pack_fails, &work, &e) == -1 && !strstr(e.msg, "kept"),
+		"a state that cannot be packed is kept nowhere");
 	setenv("TMPDIR", "nowhere", 1);
+	OK(ct_resume_save(&r, pack, &work, &e) == -1 && !strstr(e.msg, "kept"),
+		"without a folder for temporary files the first error of a state stays");
 	ct_fail(&e, CT_EGEOM, "why");
 	OK(ct_resume_rescue(&r, pack, &work, &e) == -1 && is_text(e.msg, "why"),
 		"if there is an elsewhere");

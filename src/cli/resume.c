@@ -274,12 +274,10 @@ static int write_to(const struct ct_resume *r, const char *path, ct_resume_pack 
 	return rc;
 }
 
-int ct_resume_save(struct ct_resume *r, ct_resume_pack *pack, const void *work, struct ct_err *e)
+static int save(struct ct_resume *r, ct_resume_pack *pack, const void *work, struct ct_err *e)
 {
 	int rc;
 
-	if (!r->path)
-		return 0;
 	if (!r->own && access(r->path, F_OK) == 0)
 		return ct_fail(
 			e, CT_EOUTPUT, "%s: was put there by another run meanwhile", r->path);
@@ -290,26 +288,44 @@ int ct_resume_save(struct ct_resume *r, ct_resume_pack *pack, const void *work, 
 	return rc;
 }
 
+/* A state that cannot be in its place is kept in the folder for temporary files, if there is room;
+ * *e says so of `what`, and what --resume then does. -1. */
+static int elsewhere(const struct ct_resume *r, ct_resume_pack *pack, const void *work,
+	const char *what, const char *does, struct ct_err *e)
+{
+	const struct ct_err why = *e;
+	struct ct_err other;
+	char *name = ct_keep_name(r->path);
+
+	ct_stop_defer(true);
+	if (name && write_to(r, name, pack, work, &other) == 0)
+		ct_fail(e, why.code, "%.160s; %s is kept in %.120s: moved to %.120s, --resume %s",
+			why.msg, what, name, r->path, does);
+	else if (name)
+		unlink(name);
+	ct_stop_defer(false);
+	free(name);
+	return -1;
+}
+
+int ct_resume_save(struct ct_resume *r, ct_resume_pack *pack, const void *work, struct ct_err *e)
+{
+	if (!r->path || save(r, pack, work, e) == 0)
+		return 0;
+	return elsewhere(r, pack, work, "what is done", "goes on from it", e);
+}
+
 int ct_resume_rescue(struct ct_resume *r, ct_resume_pack *pack, const void *work, struct ct_err *e)
 {
 	const struct ct_err why = *e;
 	struct ct_err other;
-	char *name;
 
 	if (!r->path)
 		return -1;
-	if (ct_resume_save(r, pack, work, &other) == 0)
+	if (save(r, pack, work, &other) == 0)
 		return ct_fail(
 			e, why.code, "%.300s; the result is kept: --resume writes it", why.msg);
-	name = ct_keep_name(r->path);
-	if (name && write_to(r, name, pack, work, &other) == 0)
-		ct_fail(e, why.code,
-			"%.160s; the result is kept in %.120s: moved to %.120s, --resume writes it",
-			why.msg, name, r->path);
-	else if (name)
-		unlink(name);
-	free(name);
-	return -1;
+	return elsewhere(r, pack, work, "the result", "writes it", e);
 }
 
 void ct_resume_done(const struct ct_resume *r)

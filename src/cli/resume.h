@@ -46,7 +46,8 @@ typedef int ct_resume_unpack(void *work, const struct ct_tensors *state, struct 
 int ct_resume_load(struct ct_resume *r, ct_resume_unpack *unpack, void *work, struct ct_err *e);
 /* Puts what is done of the work into tensors, zeroed. */
 typedef int ct_resume_pack(struct ct_tensors *state, const void *work, struct ct_err *e);
-/* Write the state, over the one before; nothing if none is kept. Codes of `pack` and the writer. */
+/* Write the state, over the one before; nothing if none is kept. If it cannot be there, it is kept
+ * in the folder for temporary files, and *e says where; -1. Codes of `pack` and the writer. */
 int ct_resume_save(struct ct_resume *r, ct_resume_pack *pack, const void *work, struct ct_err *e);
 /* The work is done, but *e says that its result could not be written: keep it, as the state, in
  * OUT.state or, where that cannot be, in the folder for temporary files; *e says where. -1. */

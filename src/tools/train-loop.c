@@ -207,18 +207,16 @@ static int checkpoint(struct train_loop_job *j, struct ct_err *e)
 /* The last checkpoint. If one of the two files cannot be written, the other is. */
 static int finish(struct train_loop_job *j, struct ct_err *e)
 {
-	struct ct_err why;
-	int kept, rc;
+	int rc;
 
 	ct_stop_defer(true);
-	kept = ct_resume_save(j->resume, pack, j, &why);
 	rc = write_prior(j, e);
 	if (rc)
 		ct_resume_rescue(j->resume, pack, j, e);
-	else if (kept)
-		*e = why;
+	else
+		rc = ct_resume_save(j->resume, pack, j, e);
 	ct_stop_defer(false);
-	return ct_err_any(rc || kept);
+	return ct_err_any(rc);
 }
 
 /* Tells the state what the training depends on besides the options. The number of steps matters if
