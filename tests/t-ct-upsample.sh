@@ -250,6 +250,11 @@ chooses 1,1.6,1 8,16,8 'voxels that are longer along y'
 no 2 'o.nii: was upsampled already: give the factor, -x' ct-upsample o.nii
 no 2 'P1.nii: the factor 3,3,3.00001 contradicts the file, which was reduced 3,3,3 times' ct-upsample -x 3,3,3.00001 P1.nii
 no 2 'P1.nii: sigma 1.27398 contradicts the file, which was blurred by 1.27' ct-upsample --sigma 1.27398 P1.nii
+# of a scan that is stored otherwise, by its own axes
+ct-degrade -q -x 2,1,3 hi.nii ras.nii; ct-convert -q --reorient PSR ras.nii psr.nii
+no 2 'psr.nii: the factor 1,2.5,2 contradicts the file, which was reduced 1,3,2 times' ct-upsample -x 1,2.5,2 psr.nii
+no 2 'psr.nii: sigma 1.2 contradicts the file, which was blurred by 0,1.27399,0.849329' ct-upsample --sigma 0,1.2,0.849329 psr.nii
+no 2 'psr.nii: --sigma contradicts --profile, which says the blur along axis 1' ct-upsample --sigma 0,1.27399355,0.84932903 --profile box psr.nii
 for x in 0.99 1025 1,1,0.5; do no 2 '--factor: .* is outside \[1, 1024\]' ct-upsample -x $x bare-P1.nii; done
 for x in -0.1 1001 1,1,-1; do no 2 '--sigma: .* is outside \[0, 1000\]' ct-upsample -x 3 --sigma=$x bare-P1.nii; done
 # --spacing; bare-P1.nii has voxels of 3 mm

@@ -172,3 +172,14 @@ void ct_assumed_words(char to[static CT_ASSUMED_WORDS], const struct ct_operator
 			100 * overshoot_of(is));
 	add_cubic(to, is);
 }
+
+const char *ct_assumed_stored(
+	char to[static CT_ASSUMED_STORED], const struct ct_said *said, const double x[static 3])
+{
+	double stored[3];
+
+	for (int a = 0; a < 3; a++)
+		stored[said->axis[a]] = x[a];
+	snprintf(to, CT_ASSUMED_STORED, "%g,%g,%g", stored[0], stored[1], stored[2]);
+	return to;
+}

@@ -11,9 +11,12 @@
 #define CT_ESTIMATE_ASSUMED_H
 #include "estimate/operator.h"
 
-enum { CT_ASSUMED_WORDS = 640 };
+enum { CT_ASSUMED_WORDS = 640, CT_ASSUMED_STORED = 64 };
 
 /* What was estimated; "" if nothing had to be. spacing: mm, of the scan. */
 void ct_assumed_words(char to[static CT_ASSUMED_WORDS], const struct ct_operator *is,
 	const double spacing[static 3]);
+/* to, "2,2,5": what is by axis as `said` is, by axis of the scan as stored. */
+const char *ct_assumed_stored(
+	char to[static CT_ASSUMED_STORED], const struct ct_said *said, const double x[static 3]);
 #endif

@@ -73,6 +73,7 @@ void ct_frame_said(struct ct_said *said, const int axis[static 3])
 	TURN(said->factor);
 	TURN(said->spacing);
 	TURN(said->sigma);
+	TURN(said->axis);
 	said->third = ct_vec3_place(said->third, axis);
 }
 

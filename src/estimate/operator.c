@@ -1,6 +1,6 @@
 /* operator.c: see operator.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
-#include "estimate/operator.h"
+#include "estimate/assumed.h"
 #include "estimate/scanner.h"
 #include "estimate/noise.h"
 #include "estimate/soft.h"
@@ -50,6 +50,7 @@ static int factor_of(struct ct_degrade *d, int known, const struct ct_said *said
 	const struct ct_vol *v, struct ct_err *e)
 {
 	const bool by_factor = said->factor[0] != 0, by_spacing = said->spacing[0] != 0;
+	char want[CT_ASSUMED_STORED], was[CT_ASSUMED_STORED];
 	double x[3];
 
 	if (!by_factor && !by_spacing && ct_meta_get(&v->meta, CT_META_UPSAMPLE))
@@ -68,9 +69,9 @@ static int factor_of(struct ct_degrade *d, int known, const struct ct_said *said
 				CT_SAID_TIMES);
 		if (known == 0 && fabs(x[a] - d->factor[a]) > (by_spacing ? 1e-4 : 1e-6) * x[a])
 			return ct_fail(e, CT_EUSAGE,
-				"the factor %g,%g,%g contradicts the file, which was reduced "
-				"%g,%g,%g times",
-				x[0], x[1], x[2], d->factor[0], d->factor[1], d->factor[2]);
+				"the factor %s contradicts the file, which was reduced %s times",
+				ct_assumed_stored(want, said, x),
+				ct_assumed_stored(was, said, d->factor));
 		if (known > 0)
 			d->factor[a] = x[a];
 	}
@@ -79,6 +80,8 @@ static int factor_of(struct ct_degrade *d, int known, const struct ct_said *said
 
 static int sigma_of(struct ct_operator *r, int known, const struct ct_said *said, struct ct_err *e)
 {
+	char was[CT_ASSUMED_STORED];
+
 	for (int a = 0; a < 3; a++) {
 		double sigma = said->sigma[a];
 
@@ -89,9 +92,8 @@ static int sigma_of(struct ct_operator *r, int known, const struct ct_said *said
 			sigma = 0;
 		if (known == 0 && fabs(sigma - r->operator.sigma[a]) > 1e-6)
 			return ct_fail(e, CT_EUSAGE,
-				"sigma %g contradicts the file, which was blurred by %g,%g,%g",
-				sigma, r->operator.sigma[0], r->operator.sigma[1],
-				r->operator.sigma[2]);
+				"sigma %g contradicts the file, which was blurred by %s", sigma,
+				ct_assumed_stored(was, said, r->operator.sigma));
 		r->operator.sigma[a] = sigma;
 	}
 	return 0;
@@ -132,7 +134,7 @@ static int slice_of(struct ct_operator *r, const struct ct_said *said, const str
 	if (!ct_slice_profile_is_said(&said->slice))
 		return 0;
 	ct_vol_spacing(in, mm);
-	if (ct_slice_profile_twice(&said->slice, axis,
+	if (ct_slice_profile_twice(&said->slice, said->axis[axis],
 		    !isnan(said->sigma[axis]) &&
 			    (said->sigma_for_all ? alone : said->sigma[axis] > 0),
 		    said->decimate >= 0 && alone, e) ||

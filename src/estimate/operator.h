@@ -36,6 +36,7 @@ struct ct_said {
 	double noise;       /* standard deviation, HU; NaN: not said */
 	struct ct_slice_profile_said slice; /* of the slice axis, in place of the two */
 	int third;                          /* that axis, where the factors do not tell it */
+	int axis[3];                        /* of the scan as stored, which each above is of */
 	bool estimate;                      /* ... the operator if nothing says it */
 	bool trust;                         /* ... and take it as it was measured (soft.h) */
 };
@@ -43,7 +44,11 @@ struct ct_said {
 #define CT_SAID_NOTHING                                                                            \
 	{                                                                                          \
 		.sigma = {(double)NAN, (double)NAN, (double)NAN}, .decimate = -1,                  \
-		.noise = (double)NAN, .slice = CT_SLICE_PROFILE_NOTHING, .third = 2                \
+		.noise = (double)NAN, .slice = CT_SLICE_PROFILE_NOTHING, .third = 2, .axis = {     \
+			0,                                                                         \
+			1,                                                                         \
+			2                                                                          \
+		}                                                                                  \
 	}
 
 /* Who says it. */

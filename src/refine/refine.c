@@ -3,6 +3,7 @@
 #include "refine/refine.h"
 #include "core/memory.h"
 #include "core/vec3.h"
+#include "estimate/assumed.h"
 #include "refine/rehearsal.h"
 #include "refine/slabs.h"
 #include "inverse/flat.h"
@@ -205,11 +206,12 @@ static int plan_prior(struct ct_refine *r, const struct ct_vol *in, struct ct_er
 {
 	const struct ct_refine_rule *p = &r->rule;
 	const bool weighted = !isnan(p->weight);
-	const double *x = r->scan.operator.factor;
+	char x[CT_ASSUMED_STORED];
 	bool little, can[3];
 	size_t cell;
 	int last = 2;
 
+	ct_assumed_stored(x, &p->said, r->scan.operator.factor);
 	r->restore = (struct ct_restore_rule){.by = r->scan.operator, .noise = r->scan.noise };
 	if (ct_operator_is_cubic(&r->scan))
 		return leave(r, e,
@@ -220,11 +222,9 @@ static int plan_prior(struct ct_refine *r, const struct ct_vol *in, struct ct_er
 		return leave(r, e, "its edges do not show how it was made (pass --sigma)");
 	cell = ct_slice_prior_knows(can, p->prior, &r->scan.operator, false);
 	if (cell == 0 && weighted)
-		return ct_fail(e, CT_EGEOM, "the prior has no network for factors %g,%g,%g", x[0],
-			x[1], x[2]);
+		return ct_fail(e, CT_EGEOM, "the prior has no network for factors %s", x);
 	if (cell == 0)
-		return leave(
-			r, e, "the prior has no network for factors %g,%g,%g", x[0], x[1], x[2]);
+		return leave(r, e, "the prior has no network for factors %s", x);
 	if (ct_flat_texture(&r->restore.texture, in, e) ||
 		ct_restore_confidence(&r->restore, &little, cell, in->n, e))
 		return -1;
