@@ -7,6 +7,7 @@
 #include "core/par.h"
 #include "core/rng.h"
 #include "operator/degrade.h"
+#include "operator/regrid.h"
 #include "quality/banding.h"
 #include "quality/structures.h"
 #include "quality/tissue.h"
@@ -237,6 +238,30 @@ static void threads(void)
 	env.par = NULL;
 }
 
+/* The last: the volumes are stored from other ends, in another order. */
+static void stored_otherwise(void)
+{
+	static const int axis[3] = {1, 2, 0}, sign[3] = {-1, 1, -1};
+	struct ct_banding one;
+	double share[2];
+	size_t voxels[2];
+
+	layers();
+	wave(2, 4, 1, 0, banded[0] / 4);
+	noise(1);
+	run(1, 1, 4, NULL);
+	one = b;
+	must(ct_tissue_flat(&share[0], &voxels[0], map, &test, NULL, 1, &env, &err));
+	must(ct_regrid_turn(&ref, axis, sign, &err) || ct_regrid_turn(&test, axis, sign, &err));
+	free(map);
+	must(ct_tissue_map(&map, &ref, 4, &env, &err));
+	NEAR(run(1, 4, 1, NULL), one.rms, 1e-9, "banding of a volume that is stored otherwise");
+	OK(b.axis == 1 && b.pieces == one.pieces && b.rms > 0, "in as many pieces: %zu", b.pieces);
+	must(ct_tissue_flat(&share[1], &voxels[1], map, &test, NULL, 1, &env, &err));
+	OK(share[0] == share[1] && voxels[0] == voxels[1] && share[0] > 0,
+		"and the same share is without texture: %g, %g", share[0], share[1]);
+}
+
 static void test_banding(void)
 {
 	must(ct_vol_alloc(&ref, banded, &err));
@@ -247,6 +272,7 @@ static void test_banding(void)
 	known();
 	none();
 	threads();
+	stored_otherwise();
 	free(map);
 	map = NULL;
 	ct_vol_free(&ref);

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "core/vol.h"
 #include "core/mem.h"
+#include "core/vec3.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -71,6 +72,22 @@ void ct_vol_centre(const struct ct_vol *v, double mm[static 3])
 		((double)v->n[0] - 1) / 2, ((double)v->n[1] - 1) / 2, ((double)v->n[2] - 1) / 2};
 
 	ct_vol_world(v, mid, mm);
+}
+
+size_t ct_vol_steps(const struct ct_vol *v, ptrdiff_t step[static 3])
+{
+	static const int world[3] = {0, 1, 2};
+	size_t stride = 1, first = 0;
+	int axis[3] = {0, 1, 2};
+
+	ct_vec3_axes(axis, (const double(*)[4])v->affine, world);
+	for (int a = 0; a < 3; stride *= v->n[a++]) {
+		const bool back = v->affine[ct_vec3_place(a, axis)][a] < 0;
+
+		step[a] = back ? -(ptrdiff_t)stride : (ptrdiff_t)stride;
+		first += back ? (v->n[a] - 1) * stride : 0;
+	}
+	return first;
 }
 
 int ct_vol_check_grid(const struct ct_vol *v, struct ct_err *e)

@@ -35,6 +35,10 @@ void ct_vol_world(const struct ct_vol *v, const double ijk[static 3], double mm[
 void ct_vol_corner(const struct ct_vol *v, unsigned k, double mm[static 3]);
 /* World position of the centre of the grid. */
 void ct_vol_centre(const struct ct_vol *v, double mm[static 3]);
+/* From a voxel to the next along each axis, towards the world's (RAS+) that is nearest: how far it
+ * is in memory. Returns the voxel with none before it. So what goes from one to the next is the
+ * same whichever way the volume is stored. */
+size_t ct_vol_steps(const struct ct_vol *v, ptrdiff_t step[static 3]);
 /* CT_EGEOM unless spacing is finite and positive, no larger than 1e6 mm, and the axes are at right
  * angles within 1e-3. */
 int ct_vol_check_grid(const struct ct_vol *v, struct ct_err *e);

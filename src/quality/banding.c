@@ -25,7 +25,7 @@ struct job {
 	double factor;
 };
 
-static bool counts(const struct job *j, size_t i)
+static bool counts(const struct job *j, ptrdiff_t i)
 {
 	return (j->map[i] >> CT_TISSUE_DEEP & 1) && (!j->mask || j->mask->data[i] != 0);
 }
@@ -38,12 +38,12 @@ static double frequency(const struct job *j, size_t f)
 
 /* One piece, voxel `at` of the line that begins at voxel `from` and on. */
 static void add_piece(
-	double *sum, double *d, const struct job *j, size_t from, size_t at, size_t stride)
+	double *sum, double *d, const struct job *j, ptrdiff_t from, size_t at, ptrdiff_t step)
 {
 	double mean = 0;
 
 	for (size_t t = 0; t < j->length; t++) {
-		const size_t v = from + (at + t) * stride;
+		const ptrdiff_t v = from + (ptrdiff_t)(at + t) * step;
 
 		d[t] = (double)j->test->data[v] - (double)j->ref->data[v];
 		mean += j->window[t] * d[t];
@@ -72,22 +72,25 @@ static size_t tiles_along(size_t n)
 static void add_tile(void *arg, size_t tile, size_t worker)
 {
 	const struct job *j = arg;
-	const size_t *n = j->ref->n, stride[3] = {1, n[0], n[0] * n[1]};
+	const size_t *n = j->ref->n;
 	const int a = j->axis, b = a == 0 ? 1 : 0, c = a == 2 ? 1 : 2;
 	const size_t x = tile % tiles_along(n[b]) * TILE, y = tile / tiles_along(n[b]) * TILE;
 	double *sum = j->sum + tile * (2 * j->freqs + 1), *d = j->piece + worker * j->length;
+	ptrdiff_t step[3];
+	const ptrdiff_t first = (ptrdiff_t)ct_vol_steps(j->ref, step);
 
 	for (size_t l = 0; l < (size_t)TILE * TILE; l++) {
 		const size_t u = x + l % TILE, v = y + l / TILE;
 		size_t run = 0;
 
 		for (size_t t = 0; u < n[b] && v < n[c] && t < n[a]; t++) {
-			const size_t from = u * stride[b] + v * stride[c];
+			const ptrdiff_t from =
+				first + (ptrdiff_t)u * step[b] + (ptrdiff_t)v * step[c];
 
-			run = counts(j, from + t * stride[a]) ? run + 1 : 0;
+			run = counts(j, from + (ptrdiff_t)t * step[a]) ? run + 1 : 0;
 			if (run < j->length)
 				continue;
-			add_piece(sum, d, j, from, t + 1 - run, stride[a]);
+			add_piece(sum, d, j, from, t + 1 - run, step[a]);
 			run = 0;
 		}
 	}

@@ -207,8 +207,10 @@ out:
 static void flat_plane(void *arg, size_t k, size_t worker)
 {
 	const struct tissue_job *j = arg;
-	const size_t *n = j->n, next[3] = {1, n[0], n[0] * n[1]};
+	const size_t *n = j->n;
 	double *sum = j->sum + 2 * k;
+	ptrdiff_t next[3];
+	const ptrdiff_t first = (ptrdiff_t)ct_vol_steps(j->x, next) + (ptrdiff_t)k * next[2];
 
 	(void)worker;
 	sum[0] = sum[1] = 0;
@@ -216,7 +218,7 @@ static void flat_plane(void *arg, size_t k, size_t worker)
 		return;
 	for (size_t y = 0; y < n[1] - (n[1] > 1); y++)
 		for (size_t x = 0; x < n[0] - (n[0] > 1); x++) {
-			const size_t i = (k * n[1] + y) * n[0] + x;
+			const ptrdiff_t i = first + (ptrdiff_t)y * next[1] + (ptrdiff_t)x * next[0];
 			const float *v = j->x->data;
 			bool flat = true;
 

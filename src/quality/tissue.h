@@ -56,9 +56,9 @@ int ct_tissue_map(unsigned char **map, const struct ct_vol *ref, size_t deep,
 int ct_tissue_errors(struct ct_tissue_errors *o, const unsigned char *map, const struct ct_vol *ref,
 	const struct ct_vol *test, const struct ct_vol *mask, const struct ct_env *env,
 	struct ct_err *e);
-/* Of the voxels of soft tissue that have a next neighbour along every axis longer than one voxel,
- * *voxels, the share in x whose steps to those are all smaller than `step` HU; NaN if there are
- * none. */
+/* Of the voxels of soft tissue that have a next neighbour (ct_vol_steps) along every axis longer
+ * than one voxel, *voxels, the share in x whose steps to those are all smaller than `step` HU; NaN
+ * if there are none. */
 int ct_tissue_flat(double *share, size_t *voxels, const unsigned char *map, const struct ct_vol *x,
 	const struct ct_vol *mask, double step, const struct ct_env *env, struct ct_err *e);
 
