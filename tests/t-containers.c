@@ -172,6 +172,39 @@ static void test_same_grid(void)
 	OK(ct_vol_same_grid(&a, &b, &err) < 0, "nor where nobody knows");
 }
 
+/* One oblique grid, stored in 48 ways. */
+static void test_stored_otherwise(void)
+{
+	static const int order[6][3] = {
+		{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
+	const struct ct_vol a = {
+		.n = {5, 9, 17}, .affine = {{1.9, 0.2, 0, 7}, {-0.2, 1.9, 0, -3}, {0, 0, 4, 11}}};
+	int named = 0, moved = 0;
+
+	for (int k = 1; k < 48; k++) {
+		struct ct_vol b = {0};
+
+		for (int r = 0; r < 3; r++)
+			b.affine[r][3] = a.affine[r][3];
+		for (int d = 0; d < 3; d++) {
+			const int o = order[k / 8][d], sign = k >> d & 1 ? -1 : 1;
+
+			b.n[d] = a.n[o];
+			for (int r = 0; r < 3; r++) {
+				b.affine[r][d] = sign * a.affine[r][o];
+				if (sign < 0)
+					b.affine[r][3] += a.affine[r][o] * (double)(a.n[o] - 1);
+			}
+		}
+		named += ct_vol_same_grid(&a, &b, &err) < 0 && err.code == CT_EGEOM &&
+			 strstr(err.msg, "--reorient RAS");
+		b.affine[2][3] += 1;
+		moved += ct_vol_same_grid(&a, &b, &err) < 0 && !strstr(err.msg, "--reorient");
+	}
+	OK(named == 47, "a grid that is only stored otherwise is refused with what mends it");
+	OK(moved == 47, "a grid that is also moved is refused for that");
+}
+
 /* In more than two blocks of 4096. */
 static void test_finite(void)
 {
@@ -484,6 +517,7 @@ int main(void)
 	test_turned();
 	test_grid();
 	test_same_grid();
+	test_stored_otherwise();
 	test_finite();
 	test_views();
 	test_pixels();

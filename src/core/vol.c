@@ -115,7 +115,7 @@ int ct_vol_check_grid(const struct ct_vol *v, struct ct_err *e)
 	return 0;
 }
 
-int ct_vol_same_grid(const struct ct_vol *a, const struct ct_vol *b, struct ct_err *e)
+static int same_grid(const struct ct_vol *a, const struct ct_vol *b, struct ct_err *e)
 {
 	double mm[3];
 
@@ -136,6 +136,43 @@ int ct_vol_same_grid(const struct ct_vol *a, const struct ct_vol *b, struct ct_e
 					corner, p[d], q[d], d);
 	}
 	return 0;
+}
+
+/* The grid as it is if it is stored towards RAS; no voxels. */
+static struct ct_vol towards_ras(const struct ct_vol *v)
+{
+	static const int world[3] = {0, 1, 2};
+	struct ct_vol w = {0};
+	int axis[3] = {0, 1, 2};
+
+	ct_vec3_axes(axis, (const double(*)[4])v->affine, world);
+	for (int d = 0; d < 3; d++) {
+		const double sign = v->affine[d][axis[d]] < 0 ? -1 : 1;
+
+		w.n[d] = v->n[axis[d]];
+		for (int r = 0; r < 3; r++) {
+			w.affine[r][d] = sign * v->affine[r][axis[d]];
+			w.affine[r][3] +=
+				sign < 0 ? v->affine[r][axis[d]] * ((double)w.n[d] - 1) : 0;
+		}
+	}
+	for (int r = 0; r < 3; r++)
+		w.affine[r][3] += v->affine[r][3];
+	return w;
+}
+
+int ct_vol_same_grid(const struct ct_vol *a, const struct ct_vol *b, struct ct_err *e)
+{
+	const struct ct_vol one = towards_ras(a), other = towards_ras(b);
+	struct ct_err none = {0};
+
+	if (same_grid(a, b, e) == 0)
+		return 0;
+	if (same_grid(&one, &other, &none) == 0)
+		return ct_fail(e, CT_EGEOM,
+			"grids differ: the same voxels, but the axes are stored in another order or "
+			"direction; ct-convert --reorient RAS of both makes them one");
+	return -1;
 }
 
 /* Voxels x[n], of which the first is number `first` of v. */

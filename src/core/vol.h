@@ -42,7 +42,8 @@ size_t ct_vol_steps(const struct ct_vol *v, ptrdiff_t step[static 3]);
 /* CT_EGEOM unless spacing is finite and positive, no larger than 1e6 mm, and the axes are at right
  * angles within 1e-3. */
 int ct_vol_check_grid(const struct ct_vol *v, struct ct_err *e);
-/* CT_EGEOM unless sizes are equal and affines agree within 1e-3 voxel at the corners. */
+/* CT_EGEOM unless sizes are equal and affines agree within 1e-3 voxel at the corners; the message
+ * says if they would be stored in one order and direction of the axes. */
 int ct_vol_same_grid(const struct ct_vol *a, const struct ct_vol *b, struct ct_err *e);
 /* CT_ENUMERIC naming the first voxel that is NaN or infinite. */
 int ct_vol_check_finite(const struct ct_vol *v, struct ct_err *e);
