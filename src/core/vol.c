@@ -74,15 +74,23 @@ void ct_vol_centre(const struct ct_vol *v, double mm[static 3])
 	ct_vol_world(v, mid, mm);
 }
 
-size_t ct_vol_steps(const struct ct_vol *v, ptrdiff_t step[static 3])
+void ct_vol_axes(const struct ct_vol *v, int axis[static 3], int sign[static 3])
 {
 	static const int world[3] = {0, 1, 2};
-	size_t stride = 1, first = 0;
-	int axis[3] = {0, 1, 2};
 
 	ct_vec3_axes(axis, (const double(*)[4])v->affine, world);
+	for (int d = 0; d < 3; d++)
+		sign[d] = v->affine[d][axis[d]] < 0 ? -1 : 1;
+}
+
+size_t ct_vol_steps(const struct ct_vol *v, ptrdiff_t step[static 3])
+{
+	size_t stride = 1, first = 0;
+	int axis[3] = {0, 1, 2}, sign[3];
+
+	ct_vol_axes(v, axis, sign);
 	for (int a = 0; a < 3; stride *= v->n[a++]) {
-		const bool back = v->affine[ct_vec3_place(a, axis)][a] < 0;
+		const bool back = sign[ct_vec3_place(a, axis)] < 0;
 
 		step[a] = back ? -(ptrdiff_t)stride : (ptrdiff_t)stride;
 		first += back ? (v->n[a] - 1) * stride : 0;
@@ -141,19 +149,16 @@ static int same_grid(const struct ct_vol *a, const struct ct_vol *b, struct ct_e
 /* The grid as it is if it is stored towards RAS; no voxels. */
 static struct ct_vol towards_ras(const struct ct_vol *v)
 {
-	static const int world[3] = {0, 1, 2};
 	struct ct_vol w = {0};
-	int axis[3] = {0, 1, 2};
+	int axis[3] = {0, 1, 2}, sign[3];
 
-	ct_vec3_axes(axis, (const double(*)[4])v->affine, world);
+	ct_vol_axes(v, axis, sign);
 	for (int d = 0; d < 3; d++) {
-		const double sign = v->affine[d][axis[d]] < 0 ? -1 : 1;
-
 		w.n[d] = v->n[axis[d]];
 		for (int r = 0; r < 3; r++) {
-			w.affine[r][d] = sign * v->affine[r][axis[d]];
+			w.affine[r][d] = sign[d] * v->affine[r][axis[d]];
 			w.affine[r][3] +=
-				sign < 0 ? v->affine[r][axis[d]] * ((double)w.n[d] - 1) : 0;
+				sign[d] < 0 ? v->affine[r][axis[d]] * ((double)w.n[d] - 1) : 0;
 		}
 	}
 	for (int r = 0; r < 3; r++)

@@ -35,25 +35,15 @@ bool ct_frame_copies(const struct ct_frame *f)
 	return ct_frame_maps(f) || ct_frame_turns(f) || mirrored(f) != 0;
 }
 
-/* The axes. */
-static void look(struct ct_frame *f, const struct ct_vol *v)
-{
-	static const int world[3] = {0, 1, 2};
-
-	ct_vec3_axes(f->axis, (const double(*)[4])v->affine, world);
-	for (int d = 0; d < 3; d++) {
-		f->sign[d] = v->affine[d][f->axis[d]] < 0 ? -1 : 1;
-		f->back[f->axis[d]] = d;
-	}
-}
-
 struct ct_frame ct_frame_of(const struct ct_vol *v)
 {
 	const char *quantity = ct_meta_get(&v->meta, CT_META_QUANTITY);
 	struct ct_frame f = CT_FRAME_NONE;
 	double spread, least = (double)INFINITY;
 
-	look(&f, v);
+	ct_vol_axes(v, f.axis, f.sign);
+	for (int d = 0; d < 3; d++)
+		f.back[f.axis[d]] = d;
 	if (!quantity || strcmp(quantity, CT_QUANTITY_OTHER) != 0)
 		return f;
 	spread = ct_upsample_spread(v);

@@ -43,12 +43,8 @@ struct ct_said {
 /* Nothing is said. */
 #define CT_SAID_NOTHING                                                                            \
 	{                                                                                          \
-		.sigma = {(double)NAN, (double)NAN, (double)NAN}, .decimate = -1,                  \
-		.noise = (double)NAN, .slice = CT_SLICE_PROFILE_NOTHING, .third = 2, .axis = {     \
-			0,                                                                         \
-			1,                                                                         \
-			2                                                                          \
-		}                                                                                  \
+		.axis = {0, 1, 2}, .third = 2, .sigma = {(double)NAN, (double)NAN, (double)NAN},   \
+		.decimate = -1, .noise = (double)NAN, .slice = CT_SLICE_PROFILE_NOTHING            \
 	}
 
 /* Who says it. */

@@ -1,7 +1,6 @@
 /* consistency-planes.c: planes reduced and expanded (consistency.h), and what D of few weights
  * makes of them along k: each slab of planes its own share of the samples, and apart, as it may
- * come last, its first plane. Then D+ in double, of a whole volume. SPDX-License-Identifier:
- * Apache-2.0 */
+ * come last, its first plane. Then D+ in double. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "core/mem.h"
 #include "inverse/consistency.h"
