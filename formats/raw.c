@@ -115,19 +115,22 @@ static int parse_type(struct header *h, const char *s, struct ct_err *e)
 		}
 		return 0;
 	}
-	return ct_fail(e, CT_EINPUT, "descr %.12s is no type of number that is read here", s);
+	return ct_fail(e, CT_EINPUT, "descr %.*s is no type of number that is read here",
+		(int)fmin((double)strcspn(s, ","), 40), s);
 }
 
 static int parse_shape(struct header *h, const char *s, struct ct_err *e)
 {
+	const int all = (int)fmin((double)strcspn(s, ")") + 1, 40);
+	const char *begin = s, *end;
 	size_t dims = 0, n[3];
-	const char *end;
 
 	for (s += *s == '('; dims < 3 && *s >= '0' && *s <= '9'; s = end) {
 		const double x = ct_number_begin(s, &end);
 
 		if (!(x >= 1 && x <= INT32_MAX) || x != floor(x))
-			return ct_fail(e, CT_EINPUT, "shape (%.40s", s);
+			return ct_fail(
+				e, CT_EINPUT, "shape %.*s has a length that is none", all, begin);
 		n[dims++] = (size_t)x;
 		end += strspn(end, ", ");
 	}

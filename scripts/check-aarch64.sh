@@ -38,7 +38,7 @@ if [ ! -f Makefile ]; then
 		LDFLAGS="-L$lib -L$root/lib/aarch64-linux-gnu -Wl,-rpath-link,$lib:$root/lib/aarch64-linux-gnu" >configure.log 2>&1 ||
 		{ tail -n 20 configure.log; exit 1; }
 fi
-default='core vec-v1 solve resample degrade consistency ssim-volume metrics columns phantom loss-lowres loss splat'
+default='core vec-v1 solve resample degrade consistency ssim-volume metrics columns phantom loss-total loss splat'
 tests=
 for t in ${*:-$default}; do tests="$tests tests/t-$t"; done
 # shellcheck disable=SC2046

@@ -227,6 +227,9 @@ static void test_owner(void)
 	files.force = false;
 	OK(refused(params, NULL, "o.state: is not the state of a run"), "from which none goes on");
 	put_text("o.state", "text");
+	OK(open_run(&r, &params, false, NULL) && strstr(e.msg, "is not the state of a run"),
+		"what is no state is not offered to --resume");
+	ct_resume_close(&r);
 	OK(!goes_on(&params, NULL) && e.code == CT_EINPUT && strncmp(e.msg, "o.state: ", 9) == 0,
 		"nor from a text");
 	remove("o.state");

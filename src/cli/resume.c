@@ -79,17 +79,19 @@ static bool is_state(const char *path)
 /* Is there no state, or one that the run goes on from or was told to forget? */
 static int may_replace(struct ct_resume *r, const struct ct_env *env, struct ct_err *e)
 {
+	bool state;
+
 	if (access(r->path, F_OK) != 0)
 		return 0;
-	r->own = ct_io_rule_of(env).force && is_state(r->path);
+	state = is_state(r->path);
+	r->own = ct_io_rule_of(env).force && state;
 	if (r->wanted || r->own)
 		return 0;
-	return ct_io_rule_of(env).force
-		       ? ct_fail(e, CT_EOUTPUT,
-				 "%s: is not the state of a run, so is not written over", r->path)
-		       : ct_fail(e, CT_EOUTPUT,
-				 "%s: exists; --resume goes on from it, --force starts anew",
-				 r->path);
+	return !state ? ct_fail(e, CT_EOUTPUT,
+				"%s: is not the state of a run, so is not written over", r->path)
+		      : ct_fail(e, CT_EOUTPUT,
+				"%s: exists; --resume goes on from it, --force starts anew",
+				r->path);
 }
 
 /* Nothing lies beside a pipe or a device; a link to one has a place of its own. */

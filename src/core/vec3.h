@@ -53,7 +53,7 @@ static inline double ct_vec3_dual(double out[static 3][3], const double a[static
 }
 
 /* The order of the columns of `a` in which column axis[d] runs most along the world's axis
- * world[d]: the largest sum of cosines, and of equal ones the first. */
+ * world[d]: the largest sum of cosines, and of equal ones, or of NaN, the first. */
 static inline void ct_vec3_axes(
 	int axis[static 3], const double a[static 3][4], const int world[static 3])
 {
@@ -61,6 +61,7 @@ static inline void ct_vec3_axes(
 		{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
 	double best = -1;
 
+	memcpy(axis, all[0], sizeof all[0]);
 	for (int p = 0; p < 6; p++) {
 		double sum = 0;
 

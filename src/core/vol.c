@@ -86,7 +86,7 @@ void ct_vol_axes(const struct ct_vol *v, int axis[static 3], int sign[static 3])
 size_t ct_vol_steps(const struct ct_vol *v, ptrdiff_t step[static 3])
 {
 	size_t stride = 1, first = 0;
-	int axis[3] = {0, 1, 2}, sign[3];
+	int axis[3], sign[3];
 
 	ct_vol_axes(v, axis, sign);
 	for (int a = 0; a < 3; stride *= v->n[a++]) {
@@ -150,7 +150,7 @@ static int same_grid(const struct ct_vol *a, const struct ct_vol *b, struct ct_e
 static struct ct_vol towards_ras(const struct ct_vol *v)
 {
 	struct ct_vol w = {0};
-	int axis[3] = {0, 1, 2}, sign[3];
+	int axis[3], sign[3];
 
 	ct_vol_axes(v, axis, sign);
 	for (int d = 0; d < 3; d++) {

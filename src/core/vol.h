@@ -36,7 +36,7 @@ void ct_vol_corner(const struct ct_vol *v, unsigned k, double mm[static 3]);
 /* World position of the centre of the grid. */
 void ct_vol_centre(const struct ct_vol *v, double mm[static 3]);
 /* The axis that lies along each of the world's (RAS+), by the largest sum of cosines, and -1 for
- * one that runs against it. axis stays if the affine is none. */
+ * one that runs against it. */
 void ct_vol_axes(const struct ct_vol *v, int axis[static 3], int sign[static 3]);
 /* From a voxel to the next along each axis, towards the world's (RAS+) that is nearest: how far it
  * is in memory. Returns the voxel with none before it. So what goes from one to the next is the
