@@ -80,6 +80,7 @@ static void chest(struct set *s)
 {
 	const double body[3] = {vary(s, 0.86, 0.05), vary(s, 0.62, 0.05), 0.96};
 	const double front = body[1] / 0.62;
+	double heart[3], turn;
 
 	add(s, CT_ELLIPSOID, (const double[3]){0}, body, 0, 0.26);
 	for (int side = -1; side <= 1; side += 2) {
@@ -89,9 +90,11 @@ static void chest(struct set *s)
 		add(s, CT_ELLIPSOID, c, h, 0, -draw(s, 0.205, 0.22));
 		lung_content(s, c, h);
 	}
-	add(s, CT_ELLIPSOID, (const double[3]){-0.12, 0.16 * front, -0.12},
-		(const double[3]){vary(s, 0.17, 0.1), vary(s, 0.20, 0.1), vary(s, 0.26, 0.1)},
-		draw(s, 20, 50), 0.012);
+	/* drawn one after the other: arguments are in an order of the compiler's */
+	turn = draw(s, 20, 50);
+	for (int a = 0; a < 3; a++)
+		heart[a] = vary(s, a == 0 ? 0.17 : a == 1 ? 0.20 : 0.26, 0.1);
+	add(s, CT_ELLIPSOID, (const double[3]){-0.12, 0.16 * front, -0.12}, heart, turn, 0.012);
 	add(s, CT_CYLINDER, (const double[3]){0, -0.36 * front, 0},
 		(const double[3]){vary(s, 0.075, 0.1), vary(s, 0.07, 0.1), 0.62}, 0, 0.14);
 	add(s, CT_CYLINDER, (const double[3]){0, -0.36 * front, 0},
@@ -101,11 +104,13 @@ static void chest(struct set *s)
 	for (int i = 0; i < 10; i++) { /* ribs: short rods along the wall */
 		int side = i % 2 ? 1 : -1;
 		double z = -0.5 + 0.22 * (i / 2.0), r = sqrt(1 - z * z);
-		double turn = side * draw(s, 10, 40) + 90;
+		double density, y;
 
-		add(s, CT_ELLIPSOID,
-			(const double[3]){side * 0.80 * body[0] * r, draw(s, -0.2, 0.2) * r, z},
-			(const double[3]){0.13, 0.026, 0.035}, turn, draw(s, 0.18, 0.3));
+		turn = side * draw(s, 10, 40) + 90;
+		density = draw(s, 0.18, 0.3);
+		y = draw(s, -0.2, 0.2) * r;
+		add(s, CT_ELLIPSOID, (const double[3]){side * 0.80 * body[0] * r, y, z},
+			(const double[3]){0.13, 0.026, 0.035}, turn, density);
 	}
 }
 
