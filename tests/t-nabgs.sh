@@ -42,11 +42,18 @@ ok $? 'a fit ends when the error is below the tolerance'
 [ "$(sed -n 's/.*"iterations": \([0-9]*\).*/\1/p' tol)" -lt 200 ]
 ok $? 'a fit with a tolerance ends before its last iteration'
 exits 0 'ct-nabgs accepts projections of the base itself' ct-nabgs -b up.nii up.exr none.ply
+! grep -q 'is of a CT of' err; ok $? 'projections of the base are not warned of'
 has out '^gaussians 0' 'projections of the base need no Gaussian'
 has out '^ended-by nothing to fit' 'projections of the base end the fit with nothing to fit'
 has out '^iterations 0' 'projections of the base take no iteration'
 exits 0 'ct-compose accepts a set without Gaussians' ct-compose up.nii none.ply none.nii
 [ "$(psnr up.nii none.nii)" = inf ]; ok $? 'a set without Gaussians leaves the base as it was'
+ct-project -q -n 8 lr.nii coarse.exr
+coarse() { ct-nabgs -f -b up.nii -n 1 -g 50 --expert max-gaussians=50 "$@" coarse.exr coarse.ply; }
+exits 0 'ct-nabgs fits to projections of the coarse CT' coarse
+has err '^ct-nabgs: warning: coarse.exr: is of a CT of .* voxels, and up.nii has .*: what that CT lacks is taken for residual; project up.nii instead' 'ct-nabgs warns of projections of a CT coarser than its base'
+exits 0 'ct-nabgs --paper fits to projections of the coarse CT' coarse --paper
+! grep -q 'is of a CT of' err; ok $? 'ct-nabgs --paper, whose way that is, does not warn of them'
 
 # other grids
 exits 0 'ct-compose --spacing accepts the spacing of the base' ct-compose --spacing=4 up.nii res.ply same.nii

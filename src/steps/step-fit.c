@@ -61,6 +61,21 @@ static int decide(struct ct_fit_options *o, const struct ct_step_fit_rule *r,
 	return 0;
 }
 
+/* What a CT lacks that is coarser than the base is no residual of the base. */
+static void warn_coarser(const struct ct_evidence *d, const struct ct_env *env)
+{
+	const size_t *n = d->base.n;
+	struct ct_err none;
+	double of[3];
+
+	if (ct_meta_numbers(&d->in.meta, CT_META_VOLUME_SIZE, 3, of, &none) == 0 &&
+		of[0] * of[1] * of[2] < 0.5 * (double)(n[0] * n[1] * n[2]))
+		ct_log(env, CT_WARN,
+			"%s: is of a CT of %gx%gx%g voxels, and %s has %zux%zux%zu: what that CT "
+			"lacks is taken for residual; project %s instead",
+			d->is.in, of[0], of[1], of[2], d->is.base, n[0], n[1], n[2], d->is.base);
+}
+
 int ct_step_fit_plan(struct ct_step_fit *p, const struct ct_step_fit_rule *r,
 	struct ct_evidence *data, const struct ct_env *env, struct ct_err *e)
 {
@@ -75,6 +90,8 @@ int ct_step_fit_plan(struct ct_step_fit *p, const struct ct_step_fit_rule *r,
 	if (r->release && given)
 		return ct_fail(e, CT_EUSAGE,
 			"%s: MS-SSIM, of the release, has no weights of pixels", data->is.std);
+	if (!full && !published)
+		warn_coarser(data, env);
 	if (decide(&p->options, r, data, e) || ct_evidence_density(data, !full, env, e))
 		return -1;
 	p->of = data;
