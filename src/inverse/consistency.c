@@ -304,8 +304,8 @@ static void synthesise_plane(void *arg, size_t k, size_t worker)
 	walk_plane(arg, k, worker, true);
 }
 
-/* A row of n columns of plane k. Each column has a sum of its own: sums that wait for one another
- * take three times as long. */
+/* A row of n columns of plane k. Each column has a sum of its own, so that none waits for another.
+ */
 struct row {
 	const double *square, *unit; /* of the columns */
 	const float *want;
