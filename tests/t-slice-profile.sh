@@ -29,6 +29,9 @@ has m '^max-hu 0[.]0*$' '--slice-thickness is a Gaussian with a sigma of .371 of
 ct-degrade -q -x 1,1,5 --profile gaussian --slice-thickness 4 hi.nii c.nii
 ct-metrics --ssim none a.nii c.nii >m
 has m '^max-hu 0[.]0*$' '--profile gaussian is the same as --slice-thickness alone'
+ct-convert -q --reorient PSR hi.nii psr.nii
+exits 0 'a thickness beside factors that are alike is taken' ct-upsample --dry-run -m tv -x 2 --sigma .8,.8,0 --decimate point --slice-thickness 4 psr.nii no.nii
+[ "$(sed -n 's/^blur  *0[.]8,0[.]8,\([0-9.]*\) .*, point (given)$/\1/p' out)" != '' ]; ok $? 'and is of the third axis of the file, however it is stored'
 ct-degrade -q -f -x 1,1,5 --profile box hi.nii a.nii && ct-degrade -q -f -x 1,1,5 --sigma 0 --decimate mean hi.nii b.nii
 ct-metrics --ssim none a.nii b.nii >m
 has m '^max-hu 0[.]0*$' '--profile box as thick as the spacing is --decimate mean'
