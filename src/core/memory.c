@@ -3,6 +3,9 @@
 #include "core/number.h"
 #include "core/memory.h"
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 #include <math.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -117,6 +120,9 @@ double ct_memory_held(void)
 
 double ct_memory_now(void)
 {
+#ifdef __GLIBC__
+	malloc_trim(0); /* what is freed and kept for the next call of malloc is not held */
+#endif
 	return told("VmRSS:");
 }
 

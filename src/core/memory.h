@@ -13,7 +13,7 @@ double ct_memory_free(const char *root);
 /* The most bytes of memory that this program has held so far; 0 if nothing tells. (That of
  * getrusage counts what started it.) */
 double ct_memory_held(void);
-/* Those that it holds now. */
+/* Those that it holds now; what malloc keeps of what was freed is given back first (glibc). */
 double ct_memory_now(void);
 /* What a run may take of so many free bytes; infinite if that is 0. */
 double ct_memory_most(double free);
