@@ -61,17 +61,19 @@ union word {
 };
 
 /* The exponent of a half counts from 15, that of a float from 127; below the least exponent a half
- * is so many times 2^-24. No branch, so that the loop is vectors. */
+ * is so many times 2^-24. Masks, not choices, so that the loop is vectors. */
 static void from_halves(size_t n, float *restrict out, const uint16_t *restrict in)
 {
 	_Pragma("omp simd") for (size_t i = 0; i < n; i++)
 	{
-		const uint32_t rest = (uint32_t)(in[i] & 0x7fff) << 13;
-		const uint32_t least = 1u << 23, most = 31u << 23; /* exponents of halves */
-		const union word small = {.f = (float)(int32_t)(rest >> 13) * 0x1p-24f};
-		const uint32_t large = rest + (rest < most ? 112u << 23 : 224u << 23);
+		const int32_t rest = (in[i] & 0x7fff) << 13;
+		const int32_t least = 1 << 23, most = 31 << 23; /* exponents of halves */
+		const union word small = {.f = (float)(rest >> 13) * 0x1p-24f};
+		const uint32_t is_small = -(uint32_t)(rest < least),
+			       is_most = -(uint32_t)(rest >= most);
+		const uint32_t more = 112u << 23, large = (uint32_t)rest + more + (more & is_most);
 		const uint32_t sign = (uint32_t)(in[i] & 0x8000) << 16;
-		const union word x = {.u = sign | (rest < least ? small.u : large)};
+		const union word x = {.u = sign | (small.u & is_small) | (large & ~is_small)};
 
 		out[i] = x.f;
 	}

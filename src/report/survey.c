@@ -6,10 +6,11 @@
 #include <math.h>
 #include <string.h>
 
+/* A NaN is passed over; it is the start. Without a call of fmin: of all voxels. */
 static void widen(double range[2], double x)
 {
-	range[0] = fmin(range[0], x); /* fmin and fmax skip a NaN, the start */
-	range[1] = fmax(range[1], x);
+	range[0] = isnan(range[0]) || x < range[0] ? x : range[0];
+	range[1] = isnan(range[1]) || x > range[1] ? x : range[1];
 }
 
 void ct_survey_range_of(struct ct_survey_range *r, size_t n, const float *x)

@@ -279,6 +279,7 @@ static int get(
 {
 	const struct ct_tensor *t;
 	char full[96];
+	size_t count;
 
 	snprintf(full, sizeof full, "%s.%s", name, it->name);
 	t = ct_tensors_find(w, full);
@@ -286,11 +287,12 @@ static int get(
 		return ct_fail(e, CT_EINPUT, "no tensor \"%s\"", full);
 	if (t->rank != it->rank || memcmp(t->dim, it->dim, it->rank * sizeof *it->dim) != 0)
 		return ct_fail(e, CT_EINPUT, "tensor \"%s\" has another shape", full);
-	for (size_t i = 0; i < ct_tensor_count(t); i++)
+	count = ct_tensor_count(t);
+	for (size_t i = 0; i < count; i++)
 		if (!isfinite(t->data[i]))
 			return ct_fail(e, CT_ENUMERIC, "tensor \"%s\": value %zu is %g", full, i,
 				(double)t->data[i]);
-	memcpy(it->data, t->data, ct_tensor_count(t) * sizeof *it->data);
+	memcpy(it->data, t->data, count * sizeof *it->data);
 	return 0;
 }
 
