@@ -3,6 +3,7 @@
 #include "restore/patch.h"
 
 #include <math.h>
+#include <string.h>
 
 enum { FLIP_U = 1, FLIP_V = 2, FLIP_W = 4, SWAP = 8 };
 enum { AT_ONCE = 8 }; /* sums that do not wait for one another */
@@ -55,17 +56,22 @@ static void gather(float *raw, const struct ct_slicing *s, const struct ct_patch
 {
 	const ptrdiff_t margin = (ptrdiff_t)(shape->side - shape->cell) / 2;
 	size_t u[CT_PATCH_SIDE], v[CT_PATCH_SIDE], w[CT_PATCH_DEPTH];
+	bool run; /* one value after the other in the volume, none held */
 
 	axis(u, shape->side, (ptrdiff_t)at[0] - margin, s->n[0], s->stride[0]);
 	axis(v, shape->side, (ptrdiff_t)at[1] - margin, s->n[1], s->stride[1]);
 	axis(w, shape->depth, (ptrdiff_t)at[2] - (ptrdiff_t)((shape->depth - shape->slices) / 2),
 		s->n[2], s->stride[2]);
+	run = s->stride[0] == 1 && u[shape->side - 1] - u[0] == shape->side - 1;
 	for (size_t k = 0; k < shape->depth; k++)
-		for (size_t j = 0; j < shape->side; j++) {
+		for (size_t j = 0; j < shape->side; j++, raw += shape->side) {
 			const float *row = s->x + w[k] + v[j];
 
-			for (size_t i = 0; i < shape->side; i++)
-				*raw++ = row[u[i]];
+			if (run)
+				memcpy(raw, row + u[0], shape->side * sizeof *raw);
+			else
+				for (size_t i = 0; i < shape->side; i++)
+					raw[i] = row[u[i]];
 		}
 }
 
@@ -214,6 +220,17 @@ static struct turned turned(
 	return t;
 }
 
+/* Values that lie `step` apart, to a row: less mu, times scale. */
+static void turn_row(float *restrict out, size_t n, const float *restrict from, ptrdiff_t step,
+	float mu, float scale)
+{
+	if (step == 1)
+		_Pragma("omp simd") for (size_t i = 0; i < n; i++) out[i] = (from[i] - mu) * scale;
+	else
+		for (size_t i = 0; i < n; i++, from += step)
+			out[i] = (*from - mu) * scale;
+}
+
 void ct_patch_turn(float *out, const float *raw, const struct ct_patch_shape *shape,
 	const struct ct_patch_pose *pose)
 {
@@ -223,12 +240,9 @@ void ct_patch_turn(float *out, const float *raw, const struct ct_patch_shape *sh
 	const float scale = 1 / pose->s;
 
 	for (ptrdiff_t k = 0; k < depth; k++)
-		for (ptrdiff_t j = 0; j < side; j++) {
-			const float *from = raw + t.first + k * t.step[2] + j * t.step[1];
-
-			for (ptrdiff_t i = 0; i < side; i++)
-				*out++ = (from[i * t.step[0]] - pose->mu) * scale;
-		}
+		for (ptrdiff_t j = 0; j < side; j++, out += side)
+			turn_row(out, shape->side, raw + t.first + k * t.step[2] + j * t.step[1],
+				t.step[0], pose->mu, scale);
 }
 
 bool ct_patch_cut(float *out, struct ct_patch_pose *pose, const struct ct_slicing *s,

@@ -155,9 +155,12 @@ static void centre(const struct ct_slice_network *r, struct ct_slice_network_wor
 {
 	const size_t count = ct_patch_count(&r->shape);
 
-	for (size_t i = 0; i < n; i++)
-		for (size_t j = 0; j < count; j++)
-			w->patch[i * count + j] -= r->mean[j];
+	for (size_t i = 0; i < n; i++) {
+		const struct ct_vector less = {
+			.y = w->patch + i * count, .x = r->mean, .c = 1, .b = -1};
+
+		CT_SIMD(ct_vector_mix)(count, &less);
+	}
 }
 
 int ct_slice_network_components(const struct ct_slice_network *r, struct ct_slice_network_work *w,
