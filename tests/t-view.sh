@@ -77,6 +77,9 @@ for at in 268, 292: b[at:at + 4] = struct.pack("<f", 1e4)
 open("far.nii", "wb").write(b)'
 	exits 5 'an error map of volumes that do not overlap is refused with status 5' ct-view -e -p axial v.nii lr.nii far.nii m.png
 	has err '^ct-view: file 3 does not overlap with the first' 'the error of volumes that do not overlap gives the file'
+	exits 0 'a volume that is shown in one plane may lie outside of the others' ct-view v.nii far.nii some.png
+	exits 5 'a volume that is shown nowhere is refused with status 5' ct-view -p sagittal v.nii lr.nii far.nii m.png
+	has err '^ct-view: file 3 has no voxels where the first is cut' 'the error of a volume that is shown nowhere gives the file'
 else
 	skip 'an error map of volumes that do not overlap is refused' 'no python3'
 fi

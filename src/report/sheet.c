@@ -122,6 +122,23 @@ static int place(struct ct_sheet *s, size_t n, const struct ct_any *file, size_t
 	return 0;
 }
 
+/* A file that is shown nowhere would be missing without a word. */
+static int check_shown(const struct ct_sheet *s, size_t n, size_t each, struct ct_err *e)
+{
+	for (size_t i = 1; i < n; i++) {
+		size_t k = 0;
+
+		while (k < each && !s->montage.tile[k * n + i].slice.data)
+			k++;
+		if (k == each)
+			return ct_fail(e, CT_EGEOM,
+				"file %zu has no voxels where the first is cut: give files of the same "
+				"region, or another --slice",
+				i + 1);
+	}
+	return 0;
+}
+
 bool ct_sheet_in_hu(const struct ct_any *a)
 {
 	const char *quantity = ct_meta_get(ct_any_meta(a), CT_META_QUANTITY);
@@ -193,7 +210,7 @@ int ct_sheet_make(struct ct_sheet *s, size_t n, const struct ct_any *file,
 		ct_alloc0(&s->own, tiles, sizeof *s->own, e))
 		return -1;
 	/* with one file the tiles of k = 0, 1, ... follow one another in any layout */
-	if (place(s, n, file, each, rule, e))
+	if (place(s, n, file, each, rule, e) || check_shown(s, n, each, e))
 		return -1;
 	tone(m, file, rule);
 	return 0;

@@ -49,8 +49,8 @@ struct ct_sheet {
 bool ct_sheet_in_hu(const struct ct_any *a);
 /* Lays out n files, all volumes or all projections. Several files: a column a file, a row a slice
  * or view. One volume in all planes: a row a plane. Else the pictures fill rows near a square. *s
- * must be zero. CT_EGEOM names the place where the first file has no voxels, or the file whose area
- * does not overlap with that of the first. */
+ * must be zero. CT_EGEOM names the place where the first file has no voxels, or the file that is
+ * shown nowhere or whose area does not overlap with that of the first. */
 int ct_sheet_make(struct ct_sheet *s, size_t n, const struct ct_any *file,
 	const struct ct_sheet_rule *rule, struct ct_err *e);
 void ct_sheet_free(struct ct_sheet *s);
