@@ -244,7 +244,7 @@ ct-degrade -q -x 1.2 --protocol P1 made.nii lr.nii
 exits 0 'ct-sr takes a factor of 1.2 that ct-degrade recorded in the scan' ct-sr -f -Q draft -x 1.2 lr.nii file.nii
 has err '; .*tv, .*iterations' 'with an operator recorded in the scan a factor of 1.2 is inverted'
 exits 0 'small and large factors may stand in one -x' ct-sr -Q draft -x 1.1,1.1,3 made-bare.nii mixed.nii
-grep -q 'wide (FWHM) along z, .*along x,y only interpolated' err
+grep -q 'wide (2.35 standard deviations) along z, .*along x,y only interpolated' err
 ok $? 'of small and large factors only the small ones are interpolated'
 has err '48x48x48 to 53x53x144, 1.1,1.1,3 times; .*tv, [0-9]* iterations' 'with small and large factors the inversion runs on the grid of all of them'
 ct-info mixed.nii | grep -q ' factor  *1.1,1.1,3'; ok $? 'ct-info of a result of mixed factors shows all three'
@@ -259,7 +259,7 @@ ct-info sr.nii | grep -q 'assumed .*of the voxels are blended with cubic'
 ok $? 'ct-info of the result says that voxels were blended with cubic interpolation'
 ct-report -q made-bare.nii sr.nii page.html
 has page.html '<li>The result left the range of the scan by up to [0-9]* HU: [0-9.]* % of the voxels are blended with cubic.</li>' 'the page of ct-report warns of voxels that are blended with cubic interpolation'
-grep -q '"row">Known from</th><td>profile [^<]*sure[^<]*[^; ]</td>' page.html && ! grep -q '<td>[^<]*left the range' page.html
+grep -q '"row">Estimated</th><td>profile [^<]*sure[^<]*[^; ]</td>' page.html && ! grep -q '<td>[^<]*left the range' page.html
 ok $? 'the page of ct-report lists them among the warnings alone'
 ct-sr -q -f -t 1 -Q draft -x 1.5 made-bare.nii one.nii; ct-sr -q -f -t 3 -Q draft -x 1.5 made-bare.nii three.nii
 same one.nii three.nii; ok $? 'voxels blended with cubic are the same with one and three threads'

@@ -31,7 +31,7 @@ for p in P1 P3; do
 	[ $p = P3 ] || awk '/^assumed/ {split($3, mm, ",")} /^profile-spread/ {for (a = 1; a <= 3; a++) if ((mm[a] / (2.3548 * 3 * $(a + 1)) - 1) ^ 2 > 1e-5) bad = 1; n = NF} END {exit bad || n != 4}' out
 	ok $? "$p: widths are those of Gaussians of that spread, in mm"
 done
-has out '^assumed  *profile .* mm wide (FWHM) along x,y,z, uncertain by .*; measured on edges$' 'the report says what ct-sr would assume of the profile'
+has out '^assumed  *profile .* mm wide (2.35 standard deviations) along x,y,z, uncertain by .*; measured on edges$' 'the report says what ct-sr would assume of the profile'
 has out '^assumed  *profile [0-9.,]* mm wide .* uncertain by 100 %, so 3. % less blur is undone' 'lines of constant air are measured where there are no others'
 exits 0 'ct-info --operator accepts factors for each axis' ct-info --operator -x 3,3,1 P1.nii.gz
 [ "$(grep -c '^edge-[xyz] ' out)" -eq 2 ]; ok $? '--operator gives the edges along the refined axes'

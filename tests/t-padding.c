@@ -314,8 +314,9 @@ static void words_of_operator(void)
 	for (int a = 0; a < 3; a++)
 		is.joint[a] = is.seen[a] = (struct ct_profile){.spread = 0.5, .deviation = 0.1};
 	ct_assumed_words(words, &is, mm);
-	OK(strcmp(words, "profile 2.35 mm wide (FWHM) along z, uncertain by 10 %, averaged over a "
-			 "voxel (75 % sure); measured on edges") == 0,
+	OK(strcmp(words,
+		   "profile 2.35 mm wide (2.35 standard deviations) along z, uncertain by 10 %, averaged over a "
+		   "voxel (75 % sure); measured on edges") == 0,
 		"what edges show is said with width, doubt and source: %s", words);
 	is.told[2] = is.seen[2];
 	ct_assumed_words(words, &is, mm);

@@ -124,7 +124,7 @@ ct-degrade -q -x 2 --noise 20 big.nii l.nii && tail -c 442368 l.nii >l.raw && ct
 exits 0 'a scan with edges enough is refined without a given blur' ct-sr -f -Q draft -x 2 h.nii m.nii
 says "48x48x48 to 96x96x96, 2 times; blur [0-9.,]+ voxels, (sinc|point|mean) \\(measured\\); no certain noise \\(measured\\); (tv\\+htv|h?tv), [0-9]+ iterations \\([a-z, -]+\\); data residual $number HU RMS" \
 	'what was measured'
-grep -qE '^ct-sr: assumed: profile [0-9.]+,[0-9.]+,[0-9.]+ mm wide [(]FWHM[)] along x,y,z, uncertain by [0-9]+ %(, so [0-9]+ % less blur is undone)?, [a-z -]+ [(][0-9]+ % sure[)]; measured on edges; edges overshoot by [0-9]+ % [(]a sharp kernel, or thin bone[)]; --sigma and --decimate say it better$' err
+grep -qE '^ct-sr: assumed: profile [0-9.]+,[0-9.]+,[0-9.]+ mm wide [(]2.35 standard deviations[)] along x,y,z, uncertain by [0-9]+ %(, so [0-9]+ % less blur is undone)?, [a-z -]+ [(][0-9]+ % sure[)]; measured on edges; edges overshoot by [0-9]+ % [(]a sharp kernel, or thin bone[)]; --sigma and --decimate say it better$' err
 ok $? 'ct-sr says how uncertain a measured profile is'
 ct-info m.nii >info; has info ' assumed  *profile ' 'which the result keeps'
 exits 0 'ct-sr accepts blur, sampling and noise that are given' ct-sr -Q draft -x 2,2,1 --sigma .8 --decimate point --noise 4 bare.nii g.nii

@@ -9,7 +9,7 @@
 #include <string.h>
 
 #define OVERSHOOT 0.15 /* scans of 1 to 1.5 mm showed less than .12 */
-#define FWHM 2.3548    /* of a Gaussian, in standard deviations */
+#define WIDTH 2.3548   /* standard deviations: of a Gaussian, full width at half maximum */
 
 __attribute__((format(printf, 2, 3))) static void add(char *to, const char *fmt, ...)
 {
@@ -59,7 +59,7 @@ static void add_widths(char *to, char axes[8], const struct ct_operator *is,
 		if (!(is->operator.factor[a]> 1) || a == said)
 			continue;
 		if (shows(is, p, a))
-			add(to, "%s%.3g", between, FWHM * p[a].spread * spacing[a]);
+			add(to, "%s%.3g", between, WIDTH * p[a].spread * spacing[a]);
 		else
 			add(to, "%sunknown", between);
 		snprintf(axes + strlen(axes), 8 - strlen(axes), "%s%c", between, "xyz"[a]);
@@ -158,7 +158,7 @@ void ct_assumed_words(char to[static CT_ASSUMED_WORDS], const struct ct_operator
 	}
 	add(to, "profile ");
 	add_widths(to, axes, is, is->joint, spacing, said);
-	add(to, " mm wide (FWHM) along %s", axes);
+	add(to, " mm wide (2.35 standard deviations) along %s", axes);
 	add_doubt(to, is);
 	add(to, ", %s (%.0f %% sure)", sampling_of(is), fmin(100 * is->sure, 99));
 	if (told)

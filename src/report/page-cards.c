@@ -128,14 +128,14 @@ static void put_scan(FILE *f, const struct ct_page *p)
 	if (p->known) {
 		ROW(f, "Factor", "%g \u00d7 %g \u00d7 %g", p->by.factor[0], p->by.factor[1],
 			p->by.factor[2]);
-		ROW(f, "Blur, standard deviation",
+		ROW(f, "Blur before sampling, standard deviation",
 			"%.3g \u00d7 %.3g \u00d7 %.3g voxels of the result", s[0], s[1], s[2]);
 		ROW(f, "Sampling", "%s", CT_WORD(CT_DECIMATE_LIST, p->by.decimate));
 		if (p->told || !assumed)
 			ROW(f, "Known from", "%s",
 				p->told ? "the header of the scan" : "the command line");
 		else /* the range is among the warnings */
-			ROW(f, "Known from", "%.*s",
+			ROW(f, "Estimated", "%.*s",
 				(int)(range ? range - assumed : (ptrdiff_t)strlen(assumed)),
 				assumed);
 	} else
@@ -175,7 +175,8 @@ static void put_agreement(FILE *f, const struct ct_page *p)
 static void put_tissues(FILE *f, const struct ct_page *p)
 {
 	static const char *const names[CT_PAGE_TISSUES] = {"air, below \u2212950 HU",
-		"lung, to \u2212400 HU", "soft tissue, to 200 HU", "bone, above 200 HU"};
+		"lung or partly air, to \u2212400 HU", "soft tissue, to 200 HU",
+		"bone, above 200 HU"};
 	size_t all = 0;
 
 	if (!p->std.name && !p->truth.name)
