@@ -129,6 +129,8 @@ exits 0 'the consistency of a result with a scan that names no operator' ct-metr
 has out '^residual-rms-hu ' 'the consistency of such a result has figures'
 has out '^factor 2,2,2$' 'and the operator that counted'
 has err '^ct-metrics: operator as assumed by ct-sr: profile ' 'it says that ct-sr assumed the operator'
+ct-sr -q -f -Q draft -x 2 --sigma .5 bare.nii given.nii && ct-metrics --consistency bare.nii given.nii 2>err >out
+[ "$(cat err)" = 'ct-metrics: operator by the header of TEST' ]; ok $? 'an operator that ct-sr was given does not count as assumed'
 ct-metrics -q --consistency h.nii hr.nii >told 2>err && [ ! -s err ]; ok $? 'the operator of the scan counts, where it names one'
 exits 3 'a scan that was refined itself' ct-metrics --consistency hr.nii hr.nii
 has err '^ct-metrics: hr.nii: is upsampled' 'an upsampled scan is refused, and named'

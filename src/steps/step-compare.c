@@ -154,11 +154,13 @@ static int residual(struct ct_step_compare_report *out, const struct ct_step_com
 
 	if (ct_data_residual(&c, &out->map, p->of->low, p->of->test, &p->by, env, e))
 		return ct_blame(e, p->rule.test);
-	if (p->from && p->from != low)
-		ct_log(env, CT_TOLD, "operator as assumed by ct-sr: %s",
-			ct_meta_get(p->from, CT_META_ASSUMED)
-				? ct_meta_get(p->from, CT_META_ASSUMED)
-				: "by the header of TEST");
+	if (p->from && p->from != low) {
+		const char *assumed = ct_meta_get(p->from, CT_META_ASSUMED);
+
+		ct_log(env, CT_TOLD, "operator %s%s",
+			assumed ? "as assumed by ct-sr: " : "by the header of TEST",
+			assumed ? assumed : "");
+	}
 	ct_compare_residual(&out->figures, &c, p->from ? p->from : low);
 	if (!p->rule.map) {
 		ct_vol_free(&out->map);
