@@ -18,7 +18,7 @@ struct params {
 	const char *in, *mask, *name, *out;
 	int n, word;
 	double x;
-	bool flag, idle;
+	bool flag, idle, resume;
 };
 #define P struct params
 #define CT_PARAMS P
@@ -31,6 +31,7 @@ static const struct ct_opt opts[] = {
 	CT_CHOICE(word, 0, "word", CT_WORDS(COLOURS), ""),
 	CT_FLAG(flag, 0, "flag", ""),
 	CT_FLAG(idle, 0, "idle", "", CT_IDLE),
+	CT_FLAG(resume, 0, "resume", "", CT_IDLE),
 	CT_ARG_OUT(out, CT_WRITES, "OUT", CT_ENDS_STACK, ""),
 	CT_OPT_END,
 };
@@ -283,6 +284,7 @@ static bool some(const char *pattern)
 
 static void test_rescue(void)
 {
+	static const struct ct_opt none[] = {CT_OPT_END};
 	const float work = 7;
 	struct ct_resume r;
 
@@ -309,6 +311,10 @@ static void test_rescue(void)
 				      "done is kept in tmp/kept.") == e.msg &&
 			strstr(e.msg, ": moved to o.state, --resume goes on from it"),
 		"a state of unfinished work that cannot be saved in its place is kept elsewhere");
+	r.opts = none;
+	OK(ct_resume_save(&r, pack, &work, &e) == -1 &&
+			strstr(e.msg, ": moved to o.state, the same command goes on from it"),
+		"a command without --resume names none");
 	OK(ct_resume_save(&r, pack_fails, &work, &e) == -1 && !strstr(e.msg, "kept"),
 		"a state that cannot be packed is kept nowhere");
 	setenv("TMPDIR", "nowhere", 1);

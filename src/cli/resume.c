@@ -290,8 +290,18 @@ static int save(struct ct_resume *r, ct_resume_pack *pack, const void *work, str
 	return rc;
 }
 
+/* What goes on from a state: the command may have no --resume. */
+static const char *again(const struct ct_resume *r)
+{
+	const struct ct_opt *o = r->opts;
+
+	while (o->type != CT_T_END && !(o->name && strcmp(o->name, "resume") == 0))
+		o++;
+	return o->type == CT_T_END ? "the same command" : "--resume";
+}
+
 /* A state that cannot be in its place is kept in the folder for temporary files, if there is room;
- * *e says so of `what`, and what --resume then does. -1. */
+ * *e says so of `what`, and what the next run then does. -1. */
 static int elsewhere(const struct ct_resume *r, ct_resume_pack *pack, const void *work,
 	const char *what, const char *does, struct ct_err *e)
 {
@@ -301,8 +311,8 @@ static int elsewhere(const struct ct_resume *r, ct_resume_pack *pack, const void
 
 	ct_stop_defer(true);
 	if (name && write_to(r, name, pack, work, &other) == 0)
-		ct_fail(e, why.code, "%.160s; %s is kept in %.120s: moved to %.120s, --resume %s",
-			why.msg, what, name, r->path, does);
+		ct_fail(e, why.code, "%.160s; %s is kept in %.120s: moved to %.120s, %s %s",
+			why.msg, what, name, r->path, again(r), does);
 	else if (name)
 		unlink(name);
 	ct_stop_defer(false);
@@ -326,7 +336,7 @@ int ct_resume_rescue(struct ct_resume *r, ct_resume_pack *pack, const void *work
 		return -1;
 	if (save(r, pack, work, &other) == 0)
 		return ct_fail(
-			e, why.code, "%.300s; the result is kept: --resume writes it", why.msg);
+			e, why.code, "%.300s; the result is kept: %s writes it", why.msg, again(r));
 	return elsewhere(r, pack, work, "the result", "writes it", e);
 }
 
