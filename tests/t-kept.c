@@ -469,6 +469,10 @@ static void test_folder(void)
 			is_text(k.folder, "d"),
 		"a folder is made, and locked");
 	ct_kept_close(&k);
+	OK(!is_there("d"), "a new folder in which nothing was made goes when it is closed");
+	must(mkdir("d", 0777));
+	OK(begin(&k, "d") == 0, "a folder that is there is taken");
+	ct_kept_close(&k);
 	OK(is_there("d/lock"), "the lock stays when the folder is closed");
 	pid = keep_locked("d/lock", 0.3);
 	OK(begin(&k, "d") == 0 && k.lock >= 0, "a run that ends soon is waited for");

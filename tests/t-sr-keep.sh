@@ -249,6 +249,9 @@ exits 0 'a folder with another file is used' ct-sr -q -x 2 $few --keep lent in.n
 has err 'full/' 'the error of a kept file that cannot be written names it'
 exits 0 'a run goes on when there is room' ct-sr -q -x 4 $few --keep full marks.nii full.nii
 rm -rf own; mkdir own; ct-sr -q -x 4 $few marks.nii own/full.nii; cmp -s own/full.nii full.nii; ok $? 'a run that had no room makes the right bytes afterwards'
+(ulimit -f 0; trap '' XFSZ; exec ct-sr -q -x 4 $few --keep bare marks.nii bare.nii) 2>err; [ $? -eq 4 ]; ok $? 'a folder in which nothing can be written ends with status 4'
+[ ! -e bare ]; ok $? 'a folder in which nothing could be written is not left'
+mkdir bare; (ulimit -f 0; trap '' XFSZ; exec ct-sr -q -x 4 $few --keep bare marks.nii bare.nii) 2>err; [ -d bare ]; ok $? 'a folder that was there before stays where nothing could be written'
 ct-phantom -q -w -512:3071 --size 200x200x200 constant huge.nii
 exits 7 'memory that is too little is refused with status 7' ct-sr -q --paper -x 16 --keep huge huge.nii huge-sr.nii
 has err '^ct-sr: huge.nii: takes at least [0-9]* MiB of memory, and [0-9]* MiB are free$' 'the error of too little memory says how much is needed'

@@ -4,6 +4,7 @@
 #include "formats/io.h"
 #include "formats/temp.h"
 
+#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
@@ -38,6 +39,7 @@ static const char *within(const struct ct_kept *k, const char *output)
 static int take_lock(struct ct_kept *k, struct ct_err *e)
 {
 	char *path = in_folder(k, "lock");
+	struct stat st;
 	int rc = 0;
 
 	if (!path)
@@ -50,6 +52,9 @@ static int take_lock(struct ct_kept *k, struct ct_err *e)
 			errno == EWOULDBLOCK ? "%s: another run works in it"
 					     : "%s: cannot be locked",
 			k->folder);
+	else if (fstat(k->lock, &st) || st.st_nlink == 0)
+		rc = ct_fail(e, CT_EOUTPUT, "%s: another run just removed it", k->folder);
+	k->made &= rc == 0;
 	free(path);
 	return rc;
 }
@@ -131,7 +136,7 @@ int ct_kept_open(struct ct_kept *k, const char *folder, size_t n, const char *co
 	if (!k->folder || !(own[0] = in_folder(k, "run.state")) ||
 		!(own[1] = in_folder(k, "commands.sh")))
 		rc = no_memory(e);
-	else if (mkdir(folder, 0777) != 0 && errno != EEXIST)
+	else if (!(k->made = mkdir(folder, 0777) == 0) && errno != EEXIST)
 		rc = ct_fail_errno(e, CT_EOUTPUT, folder);
 	else
 		rc = ct_err_any(read_state(k, own[0], e) ||
@@ -235,8 +240,27 @@ int ct_kept_script(
 	return rc;
 }
 
+/* The folder, where it holds nothing but our lock. */
+static void remove_empty(const struct ct_kept *k)
+{
+	char *lock = in_folder(k, "lock");
+	struct dirent **in = NULL;
+	int n = scandir(k->folder, &in, NULL, NULL);
+
+	if (n == 3 && lock) { /* with . and .. */
+		unlink(lock);
+		rmdir(k->folder);
+	}
+	while (n > 0)
+		free(in[--n]);
+	free(in);
+	free(lock);
+}
+
 void ct_kept_close(struct ct_kept *k)
 {
+	if (k->made && k->lock >= 0)
+		remove_empty(k);
 	if (k->lock >= 0)
 		close(k->lock);
 	for (size_t i = 0; i < CT_KEPT_PLACES; i++)

@@ -31,6 +31,7 @@ struct ct_kept {
 	int lock;
 	const char *tool; /* of the run; borrowed */
 	bool noted;       /* a run has worked here */
+	bool made;        /* this run made the folder */
 	struct ct_kept_note note[CT_KEPT_PLACES];
 };
 
@@ -54,7 +55,8 @@ int ct_kept_note(struct ct_kept *k, size_t place, const char *output, const char
  * with a warning. CT_EOUTPUT. */
 int ct_kept_script(
 	struct ct_kept *k, const char *text, size_t n, const struct ct_env *env, struct ct_err *e);
-/* Also legal on a struct that is zero but for a lock of -1. */
+/* A folder that this run made, and made nothing in, goes. Also legal on a struct that is zero but
+ * for a lock of -1. */
 void ct_kept_close(struct ct_kept *k);
 
 #endif
