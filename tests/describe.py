@@ -16,11 +16,17 @@ def condition(c, d):
     return ('--expert ' if c['name'] in key else '--' if c['name'] in option else '') + c['name'] + ('=' + '|'.join(c['words']) if 'words' in c else '') + ' to be a file' * ('file' in c)
 
 
+def before(c, d):
+    """The operands in front of one that is needed: REF and"""
+    names = [a['name'] for a in d['arguments']]
+    return '' if 'file' in c or c['name'] not in names else ''.join(n + ' and ' for n in names[:names.index(c['name'])])
+
+
 def conditions(o, d):
     """needs --method=tv|htv or --estimate; not with --sigma"""
     text = []
     for key, words in ('needs', 'needs '), ('not_with', 'not with '):
-        all_ = [condition(c, d) for c in o.get(key, [])]
+        all_ = [before(c, d) * (key == 'needs') + condition(c, d) for c in o.get(key, [])]
         if all_:
             text.append(words + (', '.join(all_[:-1]) + ' or ' if all_[1:] else '') + all_[-1])
     return '; '.join(text)

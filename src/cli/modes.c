@@ -88,8 +88,12 @@ static void put_words(FILE *f, const char *words, unsigned bits)
 static void put_when(FILE *f, const struct ct_tool *t, const struct ct_when *w)
 {
 	const struct ct_opt *o = ct_modes_row(t, w);
+	const bool needs = w->kind == CT_WHEN_SET; /* an operand: so those before it */
 	char name[CT_TABLE_NAME];
 
+	for (const struct ct_opt *before = t->opts; needs && !o->name && before < o; before++)
+		if (!before->name)
+			fprintf(f, "%s and ", ct_table_operand(before));
 	ct_table_name(name, o);
 	fputs(name, f);
 	if (w->words) {
