@@ -136,7 +136,7 @@ has err 'below 60' 'a PSNR below --min is named in the error'
 exits 3 'an SSIM below --min ends with status 3' ct-metrics --min ssim-r2=0.99999 ref.nii test.nii
 exits 5 'a TEST of another spacing is refused with status 5' ct-metrics ref.nii moved.nii
 exits 5 'a TEST of another size is refused with status 5' ct-metrics ref.nii short.nii
-exits 5 'refuses slices smaller than the window' ct-metrics --ssim skimage tiny.nii tiny.nii
+exits 5 'refuses slices smaller than the window' ct-metrics --ssim skimage tiny.nii tiny.nii; has err '^ct-metrics: tiny.nii: .* are smaller than the window of SSIM skimage; --ssim none leaves it out$' 'slices smaller than the window are refused with what leaves it out'
 exits 6 'a NaN in TEST is refused with status 6' ct-metrics ref.nii nan.nii
 has err 'nan.nii: voxel (0,0,9) is NaN' 'the error of a NaN in TEST names the voxel'
 exits 2 'window and range exclude each other' ct-metrics --window 0:1 --range 1 ref.nii test.nii
@@ -283,8 +283,7 @@ exits 0 'ct-metrics --consistency compares a result with its scan' ct-metrics --
 has out '^factor 4,4,2$' 'ct-metrics --consistency reports the factor of the scan'
 exits 0 'certifies beside a reference, as JSON' \
 	ct-metrics --json --consistency lr.nii --map map.nii.gz ref.nii test.nii
-mv out both.json
-exits 0 'the volume that it was made of' ct-metrics --max residual-max-hu=0.01 --consistency lr.nii ref.nii
+mv out both.json; exits 0 'the volume that it was made of' ct-metrics --max residual-max-hu=0.01 --consistency lr.nii ref.nii
 exits 3 'a data residual above --max ends with status 3' ct-metrics --max residual-rms-hu=1 --consistency lr.nii test.nii
 has err 'residual-rms-hu .* is above 1' 'a residual above --max is named in the error'
 "$PY" - >log 2>&1 <<'PY'; ok $? 'the residual is that of ct-degrade, and its figures those of NumPy'
@@ -304,8 +303,7 @@ assert r['residual-voxels'] == want.size and r['psnr'] > 0
 PY
 sed 's/^/# /' log
 ct-info map.nii.gz >info; has info 'residual' 'the map says what it is'
-for t in 1 4; do ct-metrics -t $t --consistency lr.nii --map m$t.nii test.nii >c$t; done
-cmp -s c1 c4; ok $? '1 and 4 threads, same data residual'
+for t in 1 4; do ct-metrics -t $t --consistency lr.nii --map m$t.nii test.nii >c$t; done; cmp -s c1 c4; ok $? '1 and 4 threads, same data residual'
 exits 0 'ct-metrics --consistency reads a stream' sh -c 'cat test.nii | ct-metrics --consistency lr.nii -'
 cmp -s out c1; ok $? '--consistency of a stream gives the same residual'
 exits 0 'the map as a stream' sh -c 'ct-metrics --consistency lr.nii --map - test.nii >m.nii'
@@ -315,11 +313,12 @@ ok $? 'is the same map'
 exits 3 'a header without operator' ct-metrics --consistency ref.nii test.nii
 has err 'ref.nii: the header names no operator' 'a reference without an operator is named in the error'
 exits 3 'an upsampled volume is no LR' ct-metrics --consistency up.nii test.nii
-exits 5 '--consistency refuses a volume of another grid with status 5' ct-metrics --consistency lr.nii moved.nii
+exits 5 '--consistency refuses a volume of another grid with status 5' ct-metrics --consistency lr.nii moved.nii; ct-convert --reorient PSR lr.nii lr-psr.nii
+exits 5 '--consistency refuses a volume of other axes with status 5' ct-metrics --consistency lr-psr.nii test.nii; has err 'test.nii: its axes are stored .*--reorient RAS of both' '--consistency of a volume of other axes says what mends it'
 exits 6 '--consistency refuses a NaN with status 6' ct-metrics --consistency lr.nii nan.nii
 exits 2 'one file needs --consistency' ct-metrics ref.nii
 has err 'missing TEST' 'a missing TEST is named in the error'
-exits 2 'what needs a reference' ct-metrics --consistency lr.nii --ssim r2 test.nii
+exits 2 'what needs a reference' ct-metrics --consistency lr.nii --ssim r2 test.nii; has err 'ssim: needs REF and TEST$' 'what needs a reference is refused with the names of both'
 exits 2 'a map needs --consistency' ct-metrics --map map-none.nii ref.nii test.nii
 
 # Sharpness: a ball and slanted planes under Gaussians of known width.
@@ -398,7 +397,8 @@ sed 's/^/# /' log
 exits 0 'projections agree with the pixels they were made of' ct-metrics --max residual-percent=0.001 --consistency low.exr p.exr
 exits 0 'pixels cut at their Nyquist frequency are compared as such' ct-metrics --max residual-percent=0.001 --consistency sinc.exr p.exr
 exits 3 'projections that miss a limit end with status 3' ct-metrics --max residual-percent=0.001 --consistency low.exr q.exr
-exits 0 'REF of projections is read from a stream' sh -c 'ct-metrics - q.exr <p.exr'
+exits 0 'REF of projections is read from a stream' sh -c 'ct-metrics - q.exr <p.exr'; ct-project -q -n 3 --beam fan p.nii fan.exr
+exits 0 'all definitions of SSIM that fit views of one row are none' ct-metrics --ssim all fan.exr fan.exr; has err 'warning: ssim-wang is left out: its window is larger than the views' 'SSIM of views of one row is left out with a warning'
 for t in 1 4; do ct-metrics -t $t --ssim all p.exr q.exr >t$t; done; cmp -s t1 t4; ok $? 'projections give the same figures with 1 and 4 threads'
 exits 2 'projections have no window' ct-metrics -w 0:1 p.exr q.exr
 exits 2 'projections have no mask' ct-metrics --mask padding p.exr q.exr

@@ -136,6 +136,8 @@ int ct_data_residual_operator(struct ct_degrade *d, const struct ct_meta **from,
 static int plan(struct ct_separable *s, struct ct_vol *grid, const struct ct_vol *lr,
 	const struct ct_vol *test, const struct ct_degrade *d, struct ct_par *par, struct ct_err *e)
 {
+	int axis[2][3], sign[2][3];
+
 	if (ct_degrade_plan(s, d, test->n, par, e))
 		return -1;
 	for (int a = 0; a < 3; a++)
@@ -144,6 +146,14 @@ static int plan(struct ct_separable *s, struct ct_vol *grid, const struct ct_vol
 	if (ct_vol_same_grid(grid, lr, e) == 0)
 		return 0;
 	ct_separable_free(s);
+	/* what D does along each axis is of the axes of lr, so the grids may differ in size, too */
+	ct_vol_axes(lr, axis[0], sign[0]);
+	ct_vol_axes(test, axis[1], sign[1]);
+	if (memcmp(axis[0], axis[1], sizeof *axis) != 0 ||
+		memcmp(sign[0], sign[1], sizeof *sign) != 0)
+		return ct_fail(e, CT_EGEOM,
+			"its axes are stored in another order or direction than those of the "
+			"low-resolution CT; ct-convert --reorient RAS of both makes them one");
 	return ct_blame(e, "degraded");
 }
 

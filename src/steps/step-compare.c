@@ -80,19 +80,29 @@ static int check_mask(struct ct_step_compare *p, const struct ct_env *env, struc
 		       : 0;
 }
 
-/* Which definitions of SSIM are computed of so many voxels, 1 along the third axis for views. */
-static void choose_ssim(
-	struct ct_metrics_rule *m, int asked, const size_t n[static 3], const struct ct_env *env)
+/* Which definitions of SSIM are computed, from `first` to `last`, of so many voxels, or of such
+ * views (1 along the third axis). One that is asked for, or the default, has to fit. */
+static int choose_ssim(struct ct_step_compare_rule *r, int asked, int first, int last,
+	const size_t n[static 3], const struct ct_env *env, struct ct_err *e)
 {
-	for (int k = 0; k < CT_SSIM_KINDS; k++) {
-		const enum ct_ssim_kind kind = (enum ct_ssim_kind)k;
-		const bool all = asked == CT_STEP_COMPARE_ALL;
+	bool *on = r->figures.metrics.ssim;
 
-		m->ssim[k] = asked == k || (all && ct_metrics_fits(kind, n));
-		if (all && !m->ssim[k])
-			ct_log(env, CT_WARN, "%s is left out: its window is larger than the volume",
-				ct_figures_ssim(kind));
+	for (int k = first; k <= last; k++) {
+		const bool all = asked == CT_STEP_COMPARE_ALL;
+		const bool fits = ct_metrics_fits((enum ct_ssim_kind)k, n);
+
+		on[k] = asked == k || (all && fits);
+		if (asked == k && !fits)
+			return ct_fail(e, CT_EGEOM,
+				"%s: %zux%zux%zu are smaller than the window of SSIM %s%s", r->ref,
+				n[0], n[1], n[2], CT_WORD(CT_SSIM_LIST, k),
+				r->dashed ? "; --ssim none leaves it out" : "");
+		if (all && !fits)
+			ct_log(env, CT_WARN, "%s is left out: its window is larger than the %s",
+				ct_figures_ssim((enum ct_ssim_kind)k),
+				n[2] > 1 ? "volume" : "views");
 	}
+	return 0;
 }
 
 static int plan_ref(struct ct_step_compare *p, const struct ct_env *env, struct ct_err *e)
@@ -109,8 +119,8 @@ static int plan_ref(struct ct_step_compare *p, const struct ct_env *env, struct 
 	m->range = r->range;
 	m->lo = isnan(r->window[0]) ? published[0] : r->window[0];
 	m->hi = isnan(r->window[0]) ? published[1] : r->window[1];
-	choose_ssim(m, r->ssim < 0 ? CT_SSIM_R2 : r->ssim, p->of->ref->n, env);
-	return 0;
+	return choose_ssim(
+		r, r->ssim < 0 ? CT_SSIM_R2 : r->ssim, 0, CT_SSIM_KINDS - 1, p->of->ref->n, env, e);
 }
 
 static int plan_low(struct ct_step_compare *p, struct ct_err *e)
@@ -177,7 +187,7 @@ static int check_rays(const struct ct_stack *s, const char *name, struct ct_err 
 	return ct_stack_check(s, e) || ct_stack_check_finite(s, e) ? ct_blame(e, name) : 0;
 }
 
-static int plan_ref_rays(struct ct_step_compare *p, struct ct_err *e)
+static int plan_ref_rays(struct ct_step_compare *p, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_stack *ref = p->of->ref_rays;
 	const char *q = ct_meta_get(&ref->meta, CT_META_QUANTITY),
@@ -204,12 +214,8 @@ static int plan_ref_rays(struct ct_step_compare *p, struct ct_err *e)
 	if (!(r->range > 0))
 		return ct_fail(e, CT_EINPUT, "%s: no value is above 0: give a range", r->ref);
 	r->figures.metrics = (struct ct_metrics_rule){.range = r->range};
-	if (r->ssim == CT_STEP_COMPARE_ALL)
-		for (int k = CT_SSIM_SKIMAGE; k <= CT_SSIM_SKIMAGE11; k++)
-			r->figures.metrics.ssim[k] = true;
-	else if (r->ssim != CT_STEP_COMPARE_NONE)
-		r->figures.metrics.ssim[r->ssim < 0 ? CT_SSIM_WANG : r->ssim] = true;
-	return 0;
+	return choose_ssim(r, r->ssim < 0 ? CT_SSIM_WANG : r->ssim, CT_SSIM_SKIMAGE,
+		CT_SSIM_SKIMAGE11, (const size_t[]){ref->w, ref->h, 1}, env, e);
 }
 
 /* Pixels of low as they say of themselves, else means, of a whole number of those of test. */
@@ -237,7 +243,7 @@ static int plan_low_rays(struct ct_step_compare *p, struct ct_err *e)
 			    low->h, low->w, times, 0, e);
 }
 
-static int plan_rays(struct ct_step_compare *p, struct ct_err *e)
+static int plan_rays(struct ct_step_compare *p, const struct ct_env *env, struct ct_err *e)
 {
 	const struct ct_step_compare_rule *r = &p->rule;
 	const struct ct_compare_rule *f = &r->figures;
@@ -249,7 +255,7 @@ static int plan_rays(struct ct_step_compare *p, struct ct_err *e)
 			"without window, mask and map",
 			r->test);
 	return ct_err_any(check_rays(p->of->test_rays, r->test, e) ||
-			  (p->of->ref_rays && plan_ref_rays(p, e)) ||
+			  (p->of->ref_rays && plan_ref_rays(p, env, e)) ||
 			  (p->of->low_rays && plan_low_rays(p, e)));
 }
 
@@ -363,7 +369,7 @@ int ct_step_compare_plan(struct ct_step_compare *p, const struct ct_step_compare
 	p->rule = *r;
 	p->of = d;
 	if (d->test_rays)
-		return plan_rays(p, e);
+		return plan_rays(p, env, e);
 	if (!d->ref && ct_vol_check_finite(d->test, e))
 		return ct_blame(e, r->test);
 	return ct_err_any((d->ref && plan_ref(p, env, e)) || (d->low && plan_low(p, e)));
