@@ -585,6 +585,17 @@ static void test_numbers(void)
 	OK(ok, "geometries out of range");
 	ctsr_volume_data(v, NULL, NULL)[5] = NAN;
 	OK(failed(ctsr_degrade(&out, v, &by, NULL, &e), CTSR_NUMBER) && !out, "NaN: %s", e.message);
+	OK(failed(ctsr_volume_write(v, "nan.nii", ctsr_nifti(), NULL, &e), CTSR_NUMBER) &&
+			strstr(e.message, "nan.nii: voxel (5,0,0) is NaN") &&
+			access("nan.nii", F_OK),
+		"a volume that is not finite is not written: %s", e.message);
+	ctsr_volume_data(v, NULL, NULL)[5] = 0;
+	must(ctsr_geometry_init(&geo, sizeof geo, v, &e) || ctsr_project(&p, v, &geo, NULL, &e));
+	ctsr_projections_data(p, NULL)[0] = INFINITY;
+	OK(failed(ctsr_projections_write(p, "nan.exr", NULL, &e), CTSR_NUMBER) &&
+			strstr(e.message, "nan.exr: view 0") && access("nan.exr", F_OK),
+		"projections that are not finite are not written: %s", e.message);
+	ctsr_projections_free(p);
 	ctsr_volume_free(v);
 }
 

@@ -179,6 +179,7 @@ ok(fails(4, 'o.nrrd', ctsr.write, sr, 'o.nrrd'), 'one that is')
 ok(fails(2, "'best' is not one of", ctsr.superres, lr, method='best'), 'a method that is none')
 ok(fails(2, 'no such geometry: view', ctsr.project, hr, view=3), 'a geometry that is none')
 ok(fails(6, '', ctsr.superres, np.full((4, 4, 4), np.nan), 2, method='cubic'), 'NaN')
+ok(fails(6, 'is NaN', ctsr.write, np.full((4, 4, 4), np.nan), 'nan.nii') and not os.path.exists('nan.nii'), 'NaN is not written')
 ok(fails(2, 'three axes', ctsr.superres, np.zeros((4, 4)), 2), 'a picture')
 ok(fails(5, '', ctsr.metrics, hr, lr), 'other grids')
 

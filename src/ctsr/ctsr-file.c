@@ -31,11 +31,14 @@ int ctsr_volume_write(const ctsr_volume *v, const char *path, const ctsr_format 
 
 	if (rc == 0) {
 		ct_ends_text(ends, sizeof ends, f->ends);
-		rc = strcmp(path, "-") != 0 && !ct_ends_match(path, f->ends)
-			     ? ct_fail(&k.err, CT_EUSAGE, "%s: the name of a %s file ends in %s",
-				       path, f->name, ends)
-			     : f->write(path, &(struct ct_any){.kind = CT_KIND_VOLUME, .vol = v->v},
-				       &(struct ct_format_how){0}, &k.env, &k.err);
+		if (strcmp(path, "-") != 0 && !ct_ends_match(path, f->ends))
+			rc = ct_fail(&k.err, CT_EUSAGE, "%s: the name of a %s file ends in %s",
+				path, f->name, ends);
+		else if (ct_vol_check_finite(&v->v, &k.err))
+			rc = ct_blame(&k.err, path);
+		else
+			rc = f->write(path, &(struct ct_any){.kind = CT_KIND_VOLUME, .vol = v->v},
+				&(struct ct_format_how){0}, &k.env, &k.err);
 	}
 	return ctsr_call_end(&k, rc, e);
 }

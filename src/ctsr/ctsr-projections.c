@@ -144,6 +144,7 @@ int ctsr_projections_write(
 	struct ctsr_call k = CTSR_CALL(__func__);
 	const int rc = ctsr_call_begin(&k, p && path, c) ||
 		       ctsr_call_named(&k, path, CT_ENDS_STACK) ||
+		       (ct_stack_check_finite(&p->s, &k.err) && ct_blame(&k.err, path)) ||
 		       ct_stack_write(path, &p->s, &k.env, &k.err);
 
 	return ctsr_call_end(&k, rc, e);

@@ -139,7 +139,7 @@ CTSR_API int ctsr_volume_read(
 	ctsr_volume **v, const char *path, const ctsr_format *const *formats, ctsr_error *e);
 /* Write a file: int16 if all voxels are integers that fit, else float32. The file appears under its
  * name when it is whole. "-" is standard output. CTSR_USAGE if the name has another ending than
- * those of the format; CTSR_OUTPUT; CTSR_MEMORY. */
+ * those of the format; CTSR_NUMBER; CTSR_OUTPUT; CTSR_MEMORY. */
 CTSR_API int ctsr_volume_write(const ctsr_volume *v, const char *path, const ctsr_format *format,
 	const ctsr_context *c, ctsr_error *e);
 
@@ -302,7 +302,7 @@ CTSR_API int ctsr_geometry_init(
 CTSR_API int ctsr_projections_new(ctsr_projections **p, int beam, size_t views, size_t rows,
 	size_t columns, const ctsr_view *view, ctsr_error *e);
 CTSR_API void ctsr_projections_free(ctsr_projections *p);
-/* OpenEXR, one part a view. CTSR_INPUT; CTSR_OUTPUT; CTSR_MEMORY. */
+/* OpenEXR, a part a view. CTSR_INPUT; CTSR_NUMBER of a write; CTSR_OUTPUT; CTSR_MEMORY. */
 CTSR_API int ctsr_projections_read(ctsr_projections **p, const char *path, ctsr_error *e);
 CTSR_API int ctsr_projections_write(
 	const ctsr_projections *p, const char *path, const ctsr_context *c, ctsr_error *e);
