@@ -109,6 +109,7 @@ static void test_unit(void)
 
 static void test_detector(void)
 {
+	struct ct_stack far = {0};
 	struct ct_geometry s;
 
 	OK(parse(&s, "{" BASE ", \"nDetector\": 8, \"sDetector\": 4}", NULL, NULL) == 0 &&
@@ -137,8 +138,13 @@ static void test_detector(void)
 	OK(parse(&s, "{" BASE SIZE ", \"numTrain\": 65535}", NULL, NULL) == 0 && s.views == 65535,
 		"many views");
 	OK(parse(&s, "{" BASE SIZE ", \"numTrain\": 1}", NULL, NULL) == 0 && s.views == 1, "one");
-	OK(parse(&s, "{" BASE SIZE ", \"numTrain\": 0}", NULL, NULL) == 0 && s.views == 100,
-		"none is no word about it");
+	OK(parse(&s, "{\"mode\": \"parallel\", \"sVoxel\": 2" SIZE "}", &grid, NULL) == 0 &&
+			same(s.dso, 375) && same(s.dsd, 562.5) && same(s.pitch[0], 9),
+		"parallel rays need neither DSO nor DSD");
+	OK(parse(&s, "{" BASE SIZE ", \"offDetector\": [1e9, 0]}", NULL, NULL) == 0 &&
+			ct_geometry_fill(&far, &s, &e) == -1 && e.code == CT_EGEOM &&
+			strstr(e.msg, "moved by 1e+09 mm along u"),
+		"a detector that is moved absurdly far is told: %s", e.msg);
 }
 
 static void test_named(void)
@@ -249,6 +255,7 @@ static void test_wrong(void)
 		"startAngle is not a number", BASE SIZE ", \"numTrain\": \"x\"",
 		"numTrain is not a number", BASE SIZE ", \"numTrain\": 2.5",
 		"numTrain of 2.5 is not a number of views up to 65535",
+		BASE SIZE ", \"numTrain\": 0", "numTrain of 0 is not a number of views up to 65535",
 		BASE SIZE ", \"numTrain\": -1",
 		"numTrain of -1 is not a number of views up to 65535",
 		BASE SIZE ", \"numTrain\": 65536",

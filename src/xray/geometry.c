@@ -95,6 +95,12 @@ static int check(const struct ct_geometry *s, struct ct_err *e)
 	if (!isfinite(s->arc + s->start + s->offset[0] + s->offset[1] + s->iso[0] + s->iso[1] +
 		      s->iso[2] + s->tilt + s->source[0] + s->source[1]))
 		return ct_fail(e, CT_EGEOM, "scan geometry is not finite");
+	for (int a = 0; a < 2; a++)
+		if (fabs(s->offset[a]) > 1e5 * s->dsd || fabs(s->source[a]) > 1e5 * s->dsd)
+			return ct_fail(e, CT_EGEOM,
+				"the detector or the source is moved by %g mm along %c, too far for a "
+				"detector %g mm away",
+				fmax(fabs(s->offset[a]), fabs(s->source[a])), "uv"[a], s -> dsd);
 	if (s->beam == CT_FAN && s->h != 1)
 		return ct_fail(
 			e, CT_EGEOM, "a fan has one detector row, not %zu: use a cone", s->h);

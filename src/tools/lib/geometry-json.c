@@ -312,6 +312,21 @@ static int vectors(
 	return 0;
 }
 
+/* In the unit of the file: 0; 1 if one is not there; -1. Parallel rays need none. */
+static int distances(struct ct_geometry *s, const struct reader *r, double unit, struct ct_err *e)
+{
+	const bool parallel = s->beam == CT_PARALLEL;
+	const double dso = s->dso, dsd = s->dsd;
+	int near = numbers(r, "DSO", 1, &s->dso, e),
+	    far = near < 0 ? -1 : numbers(r, "DSD", 1, &s->dsd, e);
+
+	if (near > 0 && parallel)
+		s->dso = dso / unit;
+	if (far > 0 && parallel)
+		s->dsd = dsd / unit;
+	return near < 0 || far < 0 ? -1 : (near || far) && !parallel;
+}
+
 static int read_scan(
 	struct ct_geometry *s, const struct reader *r, const struct ct_vol *grid, struct ct_err *e)
 {
@@ -319,7 +334,7 @@ static int read_scan(
 	       most = 0, unit = 1;
 	const double least = 3, hair = 0.02; /* mm of a scanner; of a volume */
 	bool assumed = true;                 /* that they are mm */
-	int got, said;
+	int got, said, counted;
 
 	if (mode(s, r, grid, e) || (said = unit_of(&unit, r, e)) < 0)
 		return -1;
@@ -343,16 +358,15 @@ static int read_scan(
 	}
 	if (!(unit > 0 && isfinite(unit)))
 		return ct_fail(e, CT_EINPUT, "%s: sVoxel is not positive", r->path);
-	if (numbers(r, "numTrain", 1, &views, e) < 0)
+	if ((counted = numbers(r, "numTrain", 1, &views, e)) < 0)
 		return -1;
-	if (views != 0 && !(views >= 1 && views <= CT_MAX_VIEWS && views == floor(views)))
+	if (counted == 0 && !(views >= 1 && views <= CT_MAX_VIEWS && views == floor(views)))
 		return ct_fail(e, CT_EINPUT, "%s: numTrain of %g is not a number of views up to %d",
 			r->path, views, CT_MAX_VIEWS);
 	s->views = views != 0 ? (size_t)views : s->views;
 	if ((got = vectors(s, r, unit, views != 0, e)) <= 0)
 		return ct_err_any(got < 0 || pixels(s, r, e));
-	if ((got = numbers(r, "DSO", 1, &s->dso, e)) != 0 ||
-		(got = numbers(r, "DSD", 1, &s->dsd, e)) != 0)
+	if ((got = distances(s, r, unit, e)) != 0)
 		return got < 0 ? -1 : ct_fail(e, CT_EINPUT, "%s: no DSO or DSD", r->path);
 	if (assumed && said == 1 && s->beam != CT_PARALLEL && s->dso > 0 && s->dsd > 0 &&
 		fmax(s->dso, s->dsd) < least)
