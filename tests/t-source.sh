@@ -170,9 +170,11 @@ has out 'loop' 'two rooms that include each other are a fault, whatever their ro
 bad=$(cd "$srcdir" && find src formats -name '*.c' -o -name '*.cc' | grep -vE '^src/(cli|dicom|tools)/' |
 	xargs grep -nE '\b(printf|fprintf|puts|perror|exit|abort|getenv) *\(' /dev/null | grep -v 'fprintf(f,')
 clean 'nothing prints, exits or reads the environment below the command line' "$bad"
-arm=$(sed -n "s/^default='\(.*\)'$/\1/p" "$srcdir/scripts/check-aarch64.sh")
-[ -n "$arm" ]; ok $? 'check-aarch64.sh names tests to run on ARM'
-clean 'each test that check-aarch64.sh names is there' "$(for t in $arm; do [ -f "$srcdir/tests/t-${t%-v1}.c" ] || echo "$t"; done)"
+for script in scripts/check-aarch64.sh tests/long/threads.sh; do
+	named=$(sed -n "s/^default='\(.*\)'$/\1/p" "$srcdir/$script")
+	[ -n "$named" ]; ok $? "$script names tests to run"
+	clean "each test that $script names is there" "$(for t in $named; do [ -f "$srcdir/tests/t-${t%-v1}.c" ] || echo "$t"; done)"
+done
 
 # The documents are short and plain: README has at most 900 words, no man page more than 250 lines, its tables fit, and the
 # mean sentence of each has at most 18 words, as style (Debian's diction) counts them.

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #define DEGREE 0.017453292519943295
+#define FARTHEST 1e5 /* of the source to the detector: what these may be moved by */
 
 /* Exact at whole quarter turns, and periodic to the last bit. */
 static void sincos_degrees(double degrees, double *s, double *c)
@@ -95,12 +96,15 @@ static int check(const struct ct_geometry *s, struct ct_err *e)
 	if (!isfinite(s->arc + s->start + s->offset[0] + s->offset[1] + s->iso[0] + s->iso[1] +
 		      s->iso[2] + s->tilt + s->source[0] + s->source[1]))
 		return ct_fail(e, CT_EGEOM, "scan geometry is not finite");
-	for (int a = 0; a < 2; a++)
-		if (fabs(s->offset[a]) > 1e5 * s->dsd || fabs(s->source[a]) > 1e5 * s->dsd)
+	for (int a = 0; a < 2; a++) {
+		const double moved = fmax(fabs(s->offset[a]), fabs(s->source[a]));
+
+		if (moved > FARTHEST * s->dsd)
 			return ct_fail(e, CT_EGEOM,
-				"the detector or the source is moved by %g mm along %c, too far for a "
+				"the detector or the source is moved by %g mm along %s, too far for a "
 				"detector %g mm away",
-				fmax(fabs(s->offset[a]), fabs(s->source[a])), "uv"[a], s -> dsd);
+				moved, a == 0 ? "u" : "v", s->dsd);
+	}
 	if (s->beam == CT_FAN && s->h != 1)
 		return ct_fail(
 			e, CT_EGEOM, "a fan has one detector row, not %zu: use a cone", s->h);

@@ -4,8 +4,8 @@
 # fit, and the commands with four threads. Builds in build-thread. oneDNN and its OpenMP are not built for
 # it, so what happens inside them is not looked at. TEST: the name of a C test, without t-; "-" is none.
 . "$(dirname "$0")/lib.sh"
-tests=${*:-core solve columns resample degrade consistency tv ssim ssim-volume metrics edges data-residual splat
-	mixture loss loss-lowres project photons fdk joint gsfit net-layers unet superres blur}
+default='core solve columns resample degrade consistency tv ssim-volume metrics edges difference structures splat mixture loss loss-total project fdk joint gsfit net-layers unet superres padding refine'
+tests=${*:-$default}
 build=$srcdir/build-thread
 [ -x "$srcdir/configure" ] || (cd "$srcdir" && ./bootstrap >/dev/null 2>&1)
 mkdir -p "$build" && cd "$build" || exit 99
