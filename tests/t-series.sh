@@ -414,6 +414,8 @@ exits 5 'an uneven series is refused with --gaps error' ct-convert --gaps error 
 exits 0 'a tilted series becomes sheared with --tilt shear' ct-convert --tilt shear lean-axial shear.nii; has err 'tilted by 20.00 degrees: the affine is sheared' '--tilt shear reports that the affine is sheared'
 py sheared shear.nii; ok $? 'voxels and places of --tilt shear are those of the slices'
 exits 5 'ct-upsample refuses a sheared volume' ct-upsample -x 2 shear.nii d.nii
+exits 5 'a tilted series with --tilt shear is not written as DICOM' ct-convert --tilt shear lean-axial sheared/
+has err '^ct-convert: lean-axial: tilted: .*; --tilt rectify resamples them$' 'which says that --tilt rectify resamples it'
 for s in both bent; do exits 5 "--tilt shear refuses the series $s" ct-convert --tilt shear $s d.nii; has err 'no sheared grid' "the error of $s with --tilt shear says no sheared grid"; done
 [ ! -e d.nii ]; ok $? 'series that were refused leave no file'
 for t in 1 3; do ct-convert -qf -t $t --gaps fill leanmissing t$t.nii; done

@@ -223,9 +223,15 @@ static int write_dicom(
 		.other_patient = p->other_patient,
 		.deid = p->deid};
 
-	if ((p->units == CT_UNITS_AUTO && ct_units_check(v, "--units", e)) ||
-		ct_vol_check_grid(v, e))
+	if (p->units == CT_UNITS_AUTO && ct_units_check(v, "--units", e))
 		return ct_blame(e, p->in);
+	if (ct_vol_check_grid(v, e)) {
+		if (p->tilt == CT_TILT_SHEAR)
+			ct_fail(e, CT_EGEOM,
+				"tilted: DICOM is not written of slices whose axes are not at right "
+				"angles; --tilt rectify resamples them");
+		return ct_blame(e, p->in);
+	}
 	return ct_dicom_write(p->out, v, &out, env, e);
 }
 
