@@ -38,8 +38,7 @@ $(OUT)/table: $(ROWS)
 range = ct-info $(1) | awk '$$1 == "min" || $$1 == "max" {print $$2}'
 # $(call refine,SCAN,NAME,FACTOR,QUALITY)
 define refine
-$(OUT)/$(2)/$(subst $(comma),-,$(3))-$(4).row: $(1)
-	@mkdir -p $$(@D)
+$(OUT)/$(2)/$(subst $(comma),-,$(3))-$(4).row: $(1) $(OUT)/$(2)/of
 	@n=$$$$(echo $(3) | tr , '\n' | awk -v c=$(CUBE) -v r=$(RESULT) '{p = NR == 1 ? $$$$1 : p * $$$$1} END \
 		{p = NR == 1 ? $$$$1 : p ^ (1 / 3); n = int(r / p); print n < c ? n : c}') && \
 	ct-convert -q -f $(UNIT) --cube $$$$n $$< $$@.in.nii

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # The tables and the plot of cohort.mk: rows with tabs between name, size, factor, seconds, MiB, PSNR of cubic, PSNR, SSIM
-# and residual, or a name and "failed"; `as` is csv, md or svg.
+# and residual (what follows says of which files), or a name and "failed"; `as` is csv, md or svg.
 BEGIN {
 	FS = "\t"
 	columns = split("scan size factor seconds memory-mib cubic-psnr-db psnr-db ssim residual-rms-hu", head, " ")

@@ -6,11 +6,12 @@
 # A scan is a file .nii or .nii.gz, or a folder of DICOM. For each OUT gets NAME.nii.gz, and at the end cohort.csv,
 # cohort.md and cohort.svg: size of the result, factor, wall seconds, peak memory (MiB), and where TRUTH has a file of the
 # same name PSNR (dB) of cubic interpolation and of the result, and SSIM; else the data residual (HU RMS), if it is known
-# how the scan was made; then mean and standard deviation. A scan that cannot be done is in the table as failed, with the
-# reason in OUT/NAME.log, and holds up no other. Killed, or with more scans, the same command goes on; with other OPTIONS
-# or TRUTH, or another ct-sr, it makes all anew. make -j is fine, but then seconds are not those of a free machine; THREADS says how
-# many each may take. CONFIDENCE=yes also makes the predicted error, OUT/NAME.std.nii.gz, and REPORT=yes a page to look at,
-# OUT/NAME.html (ct-sr(1)); a scan of which one of these cannot be made has failed.
+# how the scan was made; then mean and standard deviation. A scan that cannot be done, or not be compared with its TRUTH, is
+# in the table as failed, with the reason in OUT/NAME.log, and holds up no other. Killed, or with more scans, the same
+# command goes on; with other OPTIONS or TRUTH, or another ct-sr, it makes all anew, and what is of a file that was changed.
+# make -j is fine, but then seconds are not those of a free machine; THREADS says how many each may take. CONFIDENCE=yes also
+# makes the predicted error, OUT/NAME.std.nii.gz, and REPORT=yes a page to look at, OUT/NAME.html (ct-sr(1)); a scan of which
+# one of these cannot be made has failed.
 SCANS = scans
 TRUTH =
 OUT = cohort
@@ -66,8 +67,8 @@ $(JOBS): scan-%: options
 	$(stem)
 	truth=
 	for f in "$$TRUTH/$$name.nii" "$$TRUTH/$$name.nii.gz"; do [ -z "$$TRUTH" ] || [ ! -e "$$f" ] || truth=$$f; done
-	[ -s "$$to.row" ] && [ -e "$$to.nii.gz" ] && [ -z "$$(find -L "$$scan" -newer "$$to.nii.gz" 2>&1)" ] &&
-		! [ "$$truth" -nt "$$to.row" ] && ! [ "$$OUT/options" -nt "$$to.nii.gz" ] && exit
+	of=$$({ $(call files_of,"$$scan"); [ -z "$$truth" ] || $(call files_of,"$$truth"); } 2>&1 | cksum)
+	[ -e "$$to.nii.gz" ] && [ "$$(cut -f 10 "$$to.row" 2>/dev/null)" = "$$of" ] && ! [ "$$OUT/options" -nt "$$to.nii.gz" ] && exit
 	rm -f "$$to.row" "$$to.nii.gz"
 	$(TIME) -o "$$to.time" -f '%e %M' ct-sr -f -t $(THREADS) $(OPTIONS) \
 		$(if $(CONFIDENCE),"--confidence=$$to.std.nii.gz") $(if $(REPORT),"--report=$$to.html") \
@@ -79,12 +80,16 @@ $(JOBS): scan-%: options
 	factor=$$(sed -n 's/^ct-sr: [0-9x]* to [0-9x]*, \([0-9.,]*\) times.*/\1/p' "$$to.log")
 	: >"$$to.figures"
 	if [ -n "$$truth" ]; then
-		ct-metrics "$$truth" "$$to.nii.gz" | awk '{print "result", $$0}' >>"$$to.figures"
-		ct-upsample -q -f -t $(THREADS) -m cubic -x "$$factor" "$$scan" "$$to.cubic.nii" &&
-			ct-metrics "$$truth" "$$to.cubic.nii" | awk '{print "cubic", $$0}' >>"$$to.figures"
+		ct-metrics "$$truth" "$$to.nii.gz" 2>>"$$to.log" | awk '{print "result", $$0}' >>"$$to.figures" &&
+			ct-upsample -q -f -t $(THREADS) -m cubic -x "$$factor" "$$scan" "$$to.cubic.nii" 2>>"$$to.log" &&
+			ct-metrics "$$truth" "$$to.cubic.nii" 2>>"$$to.log" | awk '{print "cubic", $$0}' >>"$$to.figures" || {
+			rm -f "$$to.time" "$$to.figures" "$$to.cubic.nii"
+			echo "$$scan: $$(tail -n 1 "$$to.log")" >&2
+			exit 0
+		}
 		rm -f "$$to.cubic.nii"
 	fi
-	name=$$name awk -v took="$$(tail -n 1 "$$to.time")" '$$2 == "psnr" {psnr[$$1] = $$3}
+	name=$$name of=$$of awk -v took="$$(tail -n 1 "$$to.time")" '$$2 == "psnr" {psnr[$$1] = $$3}
 		$$1 == "result" && $$2 == "ssim-r2" {ssim = $$3}
 		/^ct-sr: [0-9x]+ to / {
 			size = $$4; factor = $$5; sub(",$$", "", size); gsub(",", "x", factor)
@@ -94,7 +99,7 @@ $(JOBS): scan-%: options
 		END {
 			split(took, t, " "); OFS = "\t"
 			print ENVIRON["name"], size, factor, sprintf("%.1f", t[1]), sprintf("%.0f", t[2] / 1024), psnr["cubic"], psnr["result"], ssim,
-				"result" in psnr && psnr["result"] != "" ? "" : residual
+				"result" in psnr && psnr["result"] != "" ? "" : residual, ENVIRON["of"]
 		}' "$$to.log" "$$to.figures" >"$$to.part" && mv "$$to.part" "$$to.row"
 	rm -f "$$to.time" "$$to.figures"
 

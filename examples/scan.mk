@@ -5,6 +5,7 @@
 #
 # OUT is a folder of that makefile alone: new, empty, or made by it before, as OUT/made-by says. Another is refused, and so is
 # one that was made with other values of SETTINGS, variables that what is in OUT follows from, or by another ct-sr.
+# OUT/NAME/of says which files NAME was made of, and their times: of others what follows from it is made anew.
 all:
 
 # A step of a pipe that fails is a failure.
@@ -53,12 +54,19 @@ endif
 endif
 cut ?= --cube $(CUBE)
 
+# $(call files_of,PATH): its files, their sizes and when they were changed, also if that is older than a result
+files_of = find -L "$$(realpath -- $(1))" -printf '%p %s %T@\n' | LC_ALL=C sort
 define scan
-$(OUT)/$(call stem,$(1))/hr.nii: $(1:/=)
+$(OUT)/$(call stem,$(1))/of: always
 	@mkdir -p $$(@D)
+	@$(call files_of,$(1)) >$$@.part
+	@cmp -s $$@.part $$@ && rm $$@.part || mv $$@.part $$@
+$(OUT)/$(call stem,$(1))/hr.nii: $(1:/=) $(OUT)/$(call stem,$(1))/of
 	ct-convert -q -f $(cut) $$< $(if $(CLIP),- | ct-degrade -q -f -x 1 --clip=$(CLIP) - )$$@
 endef
 $(foreach v,$(VOLUMES),$(eval $(call scan,$(v))))
+always:
+.PHONY: always
 
 define gather
 @head -q -n 1 $(firstword $(ROWS)) >$@.part

@@ -75,9 +75,14 @@ exits 2 'cohort.mk refuses two scans of one name' run SCANS=alike OUT=none
 has err '^alike: two scans are called a: give each another name' 'cohort.mk names the scans of one name'
 run SCANS=one TRUTH= OUT=late >out && run SCANS=one OUT=late >out
 has late/cohort.csv "^\"a\",.*,$p,[0-9.]*,[0-9.]*,\$" 'a cohort without truths is compared once TRUTH names them'
-touch -d '1 hour ago' one/a.nii late/* && cp c.nii truth/a.nii
+ct-degrade -q -x 1 --sigma 0 --noise 9 truth/a.nii loud.nii && touch -d '1 hour ago' loud.nii && cp -p loud.nii truth/a.nii
 exits 0 'cohort.mk runs again with another truth' run SCANS=one OUT=late
-! grep -q "^\"a\",.*,$p," late/cohort.csv; ok $? 'a truth that was changed is compared anew'
+grep -q '^"a",24x24x48,' late/cohort.csv && ! grep -q "^\"a\",.*,$p," late/cohort.csv; ok $? 'a truth that was changed is compared anew, also by an older one'
+mkdir day night && cp -p loud.nii night/a.nii && cp late/a.nii.gz first.nii.gz
+run SCANS=night OUT=late >out; ! cmp -s late/a.nii.gz first.nii.gz; ok $? 'an older scan of the same name in another folder is refined anew'
+cp c.nii day/a.nii && exits 0 'cohort.mk runs with a truth that does not fit' run SCANS=one OUT=odd TRUTH=day
+has odd/cohort.csv '^"a",failed' 'a scan that cannot be compared with its truth is in the table as failed'
+has odd/a.log '^ct-metrics: .* grids differ' 'the log says why a scan cannot be compared with its truth'
 exits 0 'cohort.mk runs with OPTIONS that make no result' run SCANS=one OUT=dry OPTIONS='-x 1,1,4 --dry-run'
 has dry/cohort.csv '^"a",failed' 'a scan of which ct-sr made no result is in the table as failed'
 mkdir "it's" && cp one/a.nii "it's" && cp -r truths\ here "it's/truth" && cp "it's/truth/d e.nii" "it's/truth/a.nii"
@@ -132,6 +137,13 @@ has err ': v(1).nii is a name that make does not take' 'the error names the volu
 printf 'all:\n\t@echo $(NAMES)\nVOLUMES =\ninclude %s/examples/scan.mk\n' "$srcdir" >names.mk
 exits 0 'a volume may be a folder with a slash behind it' made names.mk OUT=names VOLUMES='dcm/ v.nii'
 has out '^dcm v$' 'a folder with a slash behind it has its name'
+exits 0 'a cube is cut of a volume' made names.mk OUT=cut CUBE=8 VOLUMES=v.nii cut/v/hr.nii
+touch -r cut/v/hr.nii stamp && made names.mk OUT=cut CUBE=8 VOLUMES=v.nii cut/v/hr.nii && ! [ cut/v/hr.nii -nt stamp ]
+ok $? 'a cube of the same volume is not cut again'
+ct-degrade -q -x 1 --noise 9 v.nii dcm/v.nii && touch -d '1 day ago' dcm/v.nii && cp cut/v/hr.nii first.nii
+exits 0 'a cube is cut of a volume of the same name' made names.mk OUT=cut CUBE=8 VOLUMES=dcm/v.nii cut/v/hr.nii
+! cmp -s cut/v/hr.nii first.nii; ok $? 'an older volume of the same name is not taken for the one before it'
+rm dcm/v.nii
 acc() { made "$srcdir/examples/accuracy.mk" ${time:+TIME=../time} VOLUMES=v.nii CUBE=16 METHODS='cubic linear' PROTOCOLS=P1 FACTORS=4 OUT=acc "$@"; }
 broken() { (PATH=$PWD/bin:$PATH; acc); }
 mkdir bin && printf '#!/bin/sh\nexit 5\n' >bin/ct-metrics && chmod +x bin/ct-metrics
