@@ -54,6 +54,11 @@ options:
 		echo "$$TRUTH: no folder: TRUTH is one of .nii or .nii.gz with the names of SCANS" >&2
 		exit 2
 	fi
+	odd=$$($(list) | awk -v FS='\n' 'index($$0, ENVIRON["SCANS"] "/") != 1 || /\t/ {print; exit}')
+	if [ -n "$$odd" ]; then
+		echo "$$odd: a scan with a tab or a line break in its name: give it another" >&2
+		exit 2
+	fi
 	twice=$$($(list) | while IFS= read -r scan; do $(stem); printf '%s\n' "$$name" $(if $(CONFIDENCE),"$$name.std"); done | sort | uniq -d | head -n 1)
 	if [ -n "$$twice" ]; then
 		echo "$$SCANS: two scans are called $$twice: give each another name, since OUT/NAME.nii.gz is of one" >&2
@@ -74,7 +79,7 @@ $(JOBS): scan-%: options
 		$(if $(CONFIDENCE),"--confidence=$$to.std.nii.gz") $(if $(REPORT),"--report=$$to.html") \
 		"$$scan" "$$to.nii.gz" >"$$to.log" 2>&1 && [ -e "$$to.nii.gz" ] || {
 		rm -f "$$to.time"
-		echo "$$scan: $$(tail -n 2 "$$to.log" | head -n 1)" >&2
+		echo "$$scan: $$(grep -vE '^(Try |ct-sr: (warning|series [0-9]+): )' "$$to.log" | tail -n 1)" >&2
 		exit 0
 	}
 	factor=$$(sed -n 's/^ct-sr: [0-9x]* to [0-9x]*, \([0-9.,]*\) times.*/\1/p' "$$to.log")

@@ -73,6 +73,9 @@ has err '^nowhere: no folder: TRUTH' 'cohort.mk names the folder of truths that 
 mkdir alike && cp scans/a.nii alike && gzip -c scans/a.nii >alike/a.nii.gz
 exits 2 'cohort.mk refuses two scans of one name' run SCANS=alike OUT=none
 has err '^alike: two scans are called a: give each another name' 'cohort.mk names the scans of one name'
+tab=$(printf 'a\tb') && mkdir tabs && cp scans/a.nii "tabs/$tab.nii"
+exits 2 'cohort.mk refuses a scan with a tab in its name' run SCANS=tabs OUT=none
+has err "^tabs/$tab.nii: a scan with a tab or a line break in its name" 'cohort.mk names the scan with a tab in its name'
 run SCANS=one TRUTH= OUT=late >out && run SCANS=one OUT=late >out
 has late/cohort.csv "^\"a\",.*,$p,[0-9.]*,[0-9.]*,\$" 'a cohort without truths is compared once TRUTH names them'
 ct-degrade -q -x 1 --sigma 0 --noise 9 truth/a.nii loud.nii && touch -d '1 hour ago' loud.nii && cp -p loud.nii truth/a.nii
@@ -93,6 +96,9 @@ exits 0 'cohort.mk accepts a folder with a quote in its name' run SCANS="it's" T
 mkdir pair && cp one/a.nii pair/a.nii && cp one/a.nii pair/a.std.nii
 exits 2 'a scan whose name a predicted error takes is refused' run SCANS=pair OUT=none CONFIDENCE=yes
 if with_dicom; then
+	mkdir -p both/s && ct-convert -q scans/a.nii a/ && cp scans/c/* both/s && for f in a/*; do cp "$f" "both/s/a-${f##*/}"; done
+	exits 0 'cohort.mk runs with a folder of two series' run SCANS=both OUT=two
+	has err '^both/s: ct-sr: .*--series' 'the reason that cohort.mk prints is the error, not a line of a list below it'
 	mkdir in && cp -r scans/c in/c && run SCANS=in OUT=slices OPTIONS='-x 1,1,4 -Q draft' >out
 	touch -d '1 hour ago' in/c in/c/* slices/* && touch "$(find in/c -name '*.dcm' | head -n 1)" && touch stamp
 	touch -d '1 hour ago' in/c && run SCANS=in OUT=slices OPTIONS='-x 1,1,4 -Q draft' >out
