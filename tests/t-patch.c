@@ -221,14 +221,16 @@ static void shapes(void)
 						   {4, 6, 2, 4, true}, {2, 4, 5, 2, true},
 						   {3, 5, 4, 3, true}, {2, 4, 4, 4, true},
 						   {6, 8, 4, 4, true}};
-	char words[100];
+	char words[300];
 
 	for (size_t k = 0; k < sizeof good / sizeof *good; k++)
 		OK(ct_patch_shape_check(&good[k], &err) == 0, "a shape at the limits");
 	for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
 		snprintf(words, sizeof words,
-			"no patch has cell %zu, side %zu, depth %zu and slices %zu", bad[k].cell,
-			bad[k].side, bad[k].depth, bad[k].slices);
+			"no patch has cell %zu, side %zu, depth %zu and slices %zu: cell is a multiple of "
+			"slices, 2 to 8; side an even number more, up to 40; slices 1 to 4; depth as many "
+			"or an even number more, up to 8",
+			bad[k].cell, bad[k].side, bad[k].depth, bad[k].slices);
 		OK(ct_patch_shape_check(&bad[k], &err) == -1 && err.code == CT_EINPUT &&
 				strcmp(err.msg, words) == 0,
 			"%s", err.msg);

@@ -35,8 +35,11 @@ int ct_patch_shape_check(const struct ct_patch_shape *shape, struct ct_err *e)
 		shape->cell > CT_PATCH_CELL || shape->cell % shape->slices ||
 		shape->side < shape->cell + 2 || (shape->side - shape->cell) % 2)
 		return ct_fail(e, CT_EINPUT,
-			"no patch has cell %zu, side %zu, depth %zu and slices %zu", shape->cell,
-			shape->side, shape->depth, shape->slices);
+			"no patch has cell %zu, side %zu, depth %zu and slices %zu: cell is a multiple of "
+			"slices, 2 to %d; side an even number more, up to %d; slices 1 to %d; depth as "
+			"many or an even number more, up to %d",
+			shape->cell, shape->side, shape->depth, shape->slices, CT_PATCH_CELL,
+			CT_PATCH_SIDE, CT_PATCH_SLICES, CT_PATCH_DEPTH);
 	return 0;
 }
 
