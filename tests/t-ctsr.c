@@ -599,6 +599,51 @@ static void test_numbers(void)
 	ctsr_volume_free(v);
 }
 
+/* A message calls what is wrong as a C caller does: no options of commands. */
+static void test_names(void)
+{
+	const double turned[3][4] = {{0, 2, 0, -12}, {-2, 0, 0, 12}, {0, 0, 2, -12}};
+	const size_t n[3] = {12, 12, 12};
+	ctsr_volume *v = ball(24), *lo, *out = NULL, *error = NULL;
+	ctsr_consistency agrees = {.size = sizeof agrees};
+	ctsr_operator by = by_two();
+	ctsr_superres_options o;
+
+	ctsr_upsample_options_init(&o, sizeof o);
+	OK(failed(ctsr_upsample(&out, &error, NULL, v, &o, NULL, &e), CTSR_USAGE) &&
+			strcmp(e.message, "volume: holds no operator (how it was reduced): pass "
+					  "sigma or estimate") == 0,
+		"members of the options are named, and what is wrong: %s", e.message);
+	o.slice_thickness = 3;
+	o.profile = "slices--thick.txt";
+	OK(failed(ctsr_upsample(&out, NULL, NULL, v, &o, NULL, &e), CTSR_USAGE) &&
+			strcmp(e.message, "slice_thickness: the file of profile says it") == 0,
+		"a member has no hyphen: %s", e.message);
+	o.slice_thickness = (double)NAN;
+	OK(failed(ctsr_upsample(&out, NULL, NULL, v, &o, NULL, &e), CTSR_INPUT) &&
+			strstr(e.message, "slices--thick.txt: ") == e.message,
+		"the name of a file is left as it is: %s", e.message);
+	by.protocol = "release";
+	by.sampling = CTSR_MEAN;
+	OK(failed(ctsr_degrade(&out, v, &by, NULL, &e), CTSR_USAGE) &&
+			strcmp(e.message, "protocol: sigma and sampling leave nothing of it") == 0,
+		"where the command has another word, the member's stands: %s", e.message);
+	must(ctsr_volume_new(&lo, n, turned, NULL, &e));
+	by = by_two();
+	OK(failed(ctsr_check_consistency(&agrees, v, lo, &by, NULL, &e), CTSR_GEOMETRY) &&
+			strstr(e.message, "ct-convert --reorient RAS"),
+		"the option of a command that is named stays: %s", e.message);
+	ctsr_volume_data(lo, NULL, NULL)[0] = INFINITY;
+	OK(failed(ctsr_check_consistency(&agrees, v, lo, &by, NULL, &e), CTSR_NUMBER) &&
+			strstr(e.message, "coarse: voxel (0,0,0)") == e.message,
+		"of two volumes the one that is not finite is named: %s", e.message);
+	OK(failed(ctsr_fdk(&out, NULL, v, NULL, &e), CTSR_USAGE) &&
+			strstr(e.message, "ctsr_fdk: ") == e.message,
+		"a call that stands for another has its own name: %s", e.message);
+	ctsr_volume_free(v);
+	ctsr_volume_free(lo);
+}
+
 int main(void)
 {
 	char dir[] = "/tmp/t-ctsr.XXXXXX", clean[64];
@@ -623,6 +668,7 @@ int main(void)
 	free(srcdir);
 	test_nulls();
 	test_numbers();
+	test_names();
 	snprintf(clean, sizeof clean, "rm -rf %s", dir);
 	if (system(clean) != 0)
 		return 99;

@@ -120,7 +120,7 @@ for options, words in (dict(quality='draft'), ['-Q', 'draft']), (dict(quality='f
     mine = [re.sub(r'; [^;]* s, [^;]* MiB$', '', line) for line in lines]
     ok(said == mine, 'log gets what ct-sr %s prints' % ' '.join(words)) or print('#', said, '#', mine)
 ok(fails(2, "quality: 'best' is not one of draft, fast, balanced", ctsr.superres, lr, quality='best'), 'a quality that is none')
-ok(fails(2, 'slice-thickness: the file of --profile says it', ctsr.superres, lr, profile='profile.txt', slice_thickness=2), 'a thickness said twice')
+ok(fails(2, 'slice_thickness: the file of profile says it', ctsr.superres, lr, profile='profile.txt', slice_thickness=2), 'a thickness said twice')
 ok(fails(3, 'none.txt', ctsr.superres, lr, profile='none.txt'), 'a profile that is not there')
 bad_units = dict(zero_to_one=lr.data / 4000 + .3, bytes=np.clip(lr.data / 16 + 64, 0, 255).round(), huge=lr.data * 1e4, attenuation=lr.data / 5e4 + .02)
 for name, values in bad_units.items():

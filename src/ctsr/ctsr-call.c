@@ -181,6 +181,46 @@ int ctsr_take_word(
 	return -1;
 }
 
+/* Is it the option of a command that is named before it, as in "ct-convert --reorient"? */
+static bool is_of_command(const char *text, const char *option)
+{
+	const char *word = option;
+
+	while (word > text && word[-1] == ' ')
+		word--;
+	while (word > text && word[-1] != ' ')
+		word--;
+	return strncmp(word, "ct-", 3) == 0;
+}
+
+void ctsr_name_members(char *text)
+{
+	static const char *const other[][2] = {{"decimate", "sampling"}, {"grid", "like"}};
+	const char *in = text, *word;
+	char *out = text;
+	size_t n;
+
+	while (*in) {
+		const bool begins = out == text || strchr(" (", out[-1]);
+
+		n = strncmp(in, "--", 2) == 0 ? strspn(in + 2, "abcdefghijklmnopqrstuvwxyz-") : 0;
+		if (!n || !begins || !strchr(" ,:;)=", in[2 + n]) || is_of_command(text, out)) {
+			*out++ = *in++;
+			continue;
+		}
+		word = in + 2;
+		in = word + n;
+		for (size_t i = 0; i < sizeof other / sizeof *other; i++)
+			if (strlen(other[i][0]) == n && strncmp(word, other[i][0], n) == 0) {
+				word = other[i][1];
+				n = strlen(word);
+			}
+		for (size_t i = 0; i < n; i++)
+			*out++ = word[i] == '-' ? '_' : word[i];
+	}
+	*out = '\0';
+}
+
 int ctsr_call_begin(struct ctsr_call *k, bool given, const ctsr_context *c)
 {
 	if (ctsr_call_given(k, given))
@@ -224,6 +264,7 @@ int ctsr_call_end(struct ctsr_call *k, int rc, ctsr_error *e)
 	}
 	if (e) {
 		e->code = (int)k->err.code;
+		ctsr_name_members(k->err.msg);
 		snprintf(e->message, sizeof e->message, "%s", k->err.msg);
 	}
 	return -1;

@@ -76,6 +76,9 @@ struct ctsr_member {
  * the commands refuse it. */
 int ctsr_check_members(const struct ctsr_member *m, const char *what, const char *words, int place,
 	struct ct_err *e);
+/* Where a message names an option, "--slice-thickness", the member of that meaning,
+ * slice_thickness; that of a command that is named with it stays. The text becomes no longer. */
+void ctsr_name_members(char *text);
 /* ct_words_take of an option, whose word may be NULL: as it is. CTSR_USAGE. */
 int ctsr_take_word(
 	int *place, const char *words, const char *what, const char *word, struct ct_err *e);

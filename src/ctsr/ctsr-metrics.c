@@ -117,6 +117,11 @@ int ctsr_compare_projections(ctsr_metrics *m, double *psnr, double *ssim,
 	return ctsr_call_end(&k, rc, e);
 }
 
+static int check_named(const ctsr_volume *v, const char *name, struct ct_err *e)
+{
+	return ctsr_check_volume(v, e) ? ct_blame(e, name) : 0;
+}
+
 static int consistency(ctsr_consistency *to, const ctsr_volume *fine, const ctsr_volume *coarse,
 	const ctsr_operator *o, struct ctsr_call *k)
 {
@@ -132,8 +137,9 @@ static int consistency(ctsr_consistency *to, const ctsr_volume *fine, const ctsr
 	rule.test = "fine";
 	rule.low = "coarse";
 	rule.by = o ? &by : NULL;
-	if ((!o || ctsr_degrade_of(&by, &noise, o, e) == 0) && ctsr_check_volume(fine, e) == 0 &&
-		ctsr_check_volume(coarse, e) == 0 && run(&did, &rule, &d, NULL, NULL, k) == 0)
+	if ((!o || ctsr_degrade_of(&by, &noise, o, e) == 0) &&
+		check_named(fine, rule.test, e) == 0 && check_named(coarse, rule.low, e) == 0 &&
+		run(&did, &rule, &d, NULL, NULL, k) == 0)
 		rc = ctsr_give_report(to,
 			&(ctsr_consistency){.max = figure(f, "residual-max-hu"),
 				.p95 = figure(f, "residual-p95-hu"),

@@ -74,21 +74,29 @@ static int reconstruct(struct ct_vol *v, const ctsr_projections *p, const ctsr_v
 		ctsr_note_history(k, &v->meta, 1, from));
 }
 
+static int call(struct ctsr_call *k, ctsr_volume **v, const ctsr_projections *p,
+	const ctsr_volume *like, const ctsr_reconstruct_options *o, const ctsr_context *c)
+{
+	ctsr_reconstruct_options mine;
+
+	ctsr_reconstruct_options_init(&mine, sizeof mine);
+	return ct_err_any(ctsr_make_volume(k, v) || ctsr_call_begin(k, p, c) ||
+			  ctsr_take_options(&mine, sizeof mine, o, &k->err) ||
+			  reconstruct(&(*v)->v, p, like, &mine, k));
+}
+
 int ctsr_reconstruct(ctsr_volume **v, const ctsr_projections *p, const ctsr_volume *like,
 	const ctsr_reconstruct_options *o, const ctsr_context *c, ctsr_error *e)
 {
 	struct ctsr_call k = CTSR_CALL(__func__);
-	ctsr_reconstruct_options mine;
-	int rc = ctsr_make_volume(&k, v) || ctsr_call_begin(&k, p, c);
 
-	ctsr_reconstruct_options_init(&mine, sizeof mine);
-	rc = rc || ctsr_take_options(&mine, sizeof mine, o, &k.err) ||
-	     reconstruct(&(*v)->v, p, like, &mine, &k);
-	return ctsr_call_end(&k, rc, e);
+	return ctsr_call_end(&k, call(&k, v, p, like, o, c), e);
 }
 
 int ctsr_fdk(ctsr_volume **v, const ctsr_projections *p, const ctsr_volume *like,
 	const ctsr_context *c, ctsr_error *e)
 {
-	return ctsr_reconstruct(v, p, like, NULL, c, e);
+	struct ctsr_call k = CTSR_CALL(__func__);
+
+	return ctsr_call_end(&k, call(&k, v, p, like, NULL, c), e);
 }

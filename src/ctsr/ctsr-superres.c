@@ -207,6 +207,7 @@ static int give(
 	ct_refine_times(mine.factor, r);
 	memcpy(mine.sigma, r->scan.operator.sigma, sizeof mine.sigma);
 	snprintf(mine.why_not, sizeof mine.why_not, "%s", r->why_not);
+	ctsr_name_members(mine.why_not);
 	return ctsr_give_report(report, &mine, sizeof mine, e);
 }
 
@@ -243,10 +244,11 @@ static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	rc = ct_err_any(check(o, e) || take_slices(&rule.said.slice, o, e) ||
 			take_units(&scan, in, o, "volume", e) || ctsr_check_volume(in, e) ||
 			(o->start && take_units(&start, o->start, o, "start", e)) ||
-			read_prior(&n, o->method, o->prior_file, e) ||
-			ct_refine_plan(r, &rule, &scan, &k->env, e) ||
-			ct_refine_run(r, out, error, &scan, &k->env, e) ||
-			say(r, &scan, ct_clock_wall() - began, &k->env, e) ||
+			read_prior(&n, o->method, o->prior_file, e));
+	if (rc == 0 && (ct_refine_plan(r, &rule, &scan, &k->env, e) ||
+			       ct_refine_run(r, out, error, &scan, &k->env, e)))
+		rc = ct_blame(e, "volume");
+	rc = ct_err_any(rc || say(r, &scan, ct_clock_wall() - began, &k->env, e) ||
 			ctsr_note_history(k, &out->meta, 2, from) ||
 			(error && ctsr_note_history(k, &error->meta, 2, from)));
 	ct_slice_prior_free(&n.prior);

@@ -182,8 +182,8 @@ static int classify(struct ct_prior *prior, const struct ct_step_ddnm_rule *r, s
 
 	if (r->label >= 0)
 		return ct_prior_classify(prior, (size_t)r->label, e);
-	return n ? ct_fail(e, CT_EUSAGE, "is conditioned on %zu classes: %sclass states one", n,
-			   r->dashed ? "--" : "")
+	return n ? ct_fail(e, CT_EUSAGE, "is conditioned on %zu classes: %s states one", n,
+			   r->dashed ? "--class" : "label")
 		 : 0;
 }
 
@@ -209,8 +209,8 @@ static int decide(struct ct_superres *s, const struct ct_step_ddnm_rule *r,
 		(rule != CT_SAMPLER_ONCE && operator_of(&op, r, in, e)))
 		return -1;
 	if (r->start >= 0 && !r->init && !refined)
-		return ct_fail(e, CT_EUSAGE, "%s: is not of a refined CT, so t-start needs %sinit",
-			r->in, r->dashed ? "--" : "");
+		return ct_fail(e, CT_EUSAGE, "%s: is not of a refined CT, so %s", r->in,
+			r->dashed ? "t-start needs --init" : "start needs init");
 	if (refined && rule == CT_SAMPLER_PLUS && !r->insists)
 		rule = CT_SAMPLER_DDNM; /* what they say is exact */
 	*s = ct_superres_default(scale);
