@@ -122,6 +122,15 @@ for options, words in (dict(quality='draft'), ['-Q', 'draft']), (dict(quality='f
 ok(fails(2, "quality: 'best' is not one of draft, fast, balanced", ctsr.superres, lr, quality='best'), 'a quality that is none')
 ok(fails(2, 'slice_thickness: the file of profile says it', ctsr.superres, lr, profile='profile.txt', slice_thickness=2), 'a thickness said twice')
 ok(fails(3, 'none.txt', ctsr.superres, lr, profile='none.txt'), 'a profile that is not there')
+beams = ctsr.project('lr.nii', views=3)
+for message, f, x, options in (('trust: needs estimate, and no sigma', ctsr.superres, lr, dict(trust=True, sigma=.85)),
+                               ('trust: needs estimate, and no sigma', ctsr.upsample, lr, dict(trust=True)),
+                               ('pixel: needs coarsen', ctsr.project, lr, dict(pixel='mean')),
+                               ('electronic and water: need photons', ctsr.project, lr, dict(electronic=5)),
+                               ('electronic and water: need photons', ctsr.project, lr, dict(water=.03)),
+                               ('voxels: not with like', ctsr.reconstruct, beams, dict(like='lr.nii', voxels=9)),
+                               ('cutoff: not with filter=none', ctsr.reconstruct, beams, dict(filter='none', density=True, cutoff=.5))):
+    ok(fails(2, message, f, x, **options), '%s: what does nothing is refused, as of the commands' % sorted(options)[0])
 bad_units = dict(zero_to_one=lr.data / 4000 + .3, bytes=np.clip(lr.data / 16 + 64, 0, 255).round(), huge=lr.data * 1e4, attenuation=lr.data / 5e4 + .02)
 for name, values in bad_units.items():
     ctsr.write(ctsr.Image(values, lr.affine), name + '.nii')

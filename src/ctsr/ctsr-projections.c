@@ -190,9 +190,13 @@ static int rule_of(struct ct_step_project_rule *r, const ctsr_geometry *g, const
 		return ct_fail(e, CT_EUSAGE,
 			"pixels 1 to 4096 times larger, 0 to 1e15 photons, 0 to 1e12 of the "
 			"electronics, an attenuation of 1e-6 to 10 are expected");
+	if (g->pixel != CTSR_PIXEL_POINT && g->coarsen <= 1)
+		return ct_fail(e, CT_EUSAGE, "pixel: needs coarsen");
 	if (ct_window_get(had, m, e))
 		return -1;
 	*r = (struct ct_step_project_rule)CT_STEP_PROJECT_DEFAULTS;
+	if (g->photons == 0 && (g->electronic > 0 || (g->water > 0 && g->water != r->water)))
+		return ct_fail(e, CT_EUSAGE, "electronic and water: need photons");
 	r->pixel = g->pixel;
 	r->method = g->method;
 	r->coarsen = g->coarsen ? (int)g->coarsen : 1;

@@ -48,6 +48,8 @@ static int rule_of(
 		ctsr_take_word(&r->filter, CT_WORDS(CT_RAMP_LIST), "filter", o->filter, e) ||
 		check_members(o, r->method, e))
 		return -1;
+	if (o->cutoff > 0 && r->filter == CT_RAMP_NONE)
+		return ct_fail(e, CT_EUSAGE, "cutoff: not with filter=none");
 	r->iterations = (int)o->iterations;
 	r->voxels = (int)o->voxels;
 	r->tv = o->tv;
@@ -67,6 +69,8 @@ static int reconstruct(struct ct_vol *v, const ctsr_projections *p, const ctsr_v
 	struct ct_step_reconstruct_rule rule;
 	struct ct_step_reconstruct plan = {0};
 
+	if (like && o->voxels)
+		return ct_fail(&k->err, CT_EUSAGE, "voxels: not with like");
 	return ct_err_any(
 		rule_of(&rule, o, &k->err) ||
 		ct_step_reconstruct_plan(&plan, &rule, &p->s, like ? &like->v : NULL, &k->err) ||

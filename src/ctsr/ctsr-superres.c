@@ -95,6 +95,8 @@ static int check(const ctsr_superres_options *o, struct ct_err *e)
 	if (o->iterations < 1 || !(o->tolerance >= 0) || !(o->memory >= 0))
 		return ct_fail(e, CT_EUSAGE,
 			"iterations must be at least 1, tolerance and memory not below 0");
+	if (o->trust && (!o->estimate || !isnan(o->sigma[0])))
+		return ct_fail(e, CT_EUSAGE, "trust: needs estimate, and no sigma");
 	return check_members(o, e);
 }
 
