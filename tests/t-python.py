@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The package ctsr for Python: the commands' voxels, numpy and nibabel, errors, Ctrl-C, threads."""
-import gc, os, re, shutil, signal, subprocess, sys, tempfile, threading, time, weakref
+import gc, os, pickle, re, shutil, signal, subprocess, sys, tempfile, threading, time, weakref
 import numpy as np
 import ctsr
 
@@ -174,6 +174,9 @@ try:
     b.to_filename('metres.nii')
     i = ctsr.Image.of(nibabel.load('metres.nii'))
     ok(same(i, ctsr.read('metres.nii')) and np.allclose(i.affine, lr.affine, atol=1e-4), 'an image of nibabel in metres, of four axes: as its file')
+    flat = nibabel.Nifti1Image(np.full((6, 5), 7, np.int16), lr.affine)
+    flat.to_filename('flat.nii')
+    ok(same(ctsr.Image.of(flat), ctsr.read('flat.nii')), 'an image of nibabel of two axes: as its file')
     ok(np.array_equal(sr.nibabel().affine, sr.affine) and np.array_equal(sr.nibabel().get_fdata(), sr.data), 'and to one')
 except ImportError:
     print('# no nibabel')
@@ -183,6 +186,8 @@ if subprocess.run(['ct-convert', '-q', 'i16.nii', 'dicom/'], capture_output=True
     ok(sorted(d.data.ravel()) == sorted(ctsr.read('i16.nii').data.ravel()), 'a folder of DICOM')
 
 # errors
+e = pickle.loads(pickle.dumps(ctsr.Error(5, 'grids differ')))
+ok(e.status == 5 and str(e) == 'grids differ', 'an error of another process comes whole: pickled and read again')
 ok(fails(3, 'none.nii', ctsr.read, 'none.nii'), 'a file that is not there')
 ok(fails(4, 'o.nrrd', ctsr.write, sr, 'o.nrrd'), 'one that is')
 ok(fails(2, "'best' is not one of", ctsr.superres, lr, method='best'), 'a method that is none')

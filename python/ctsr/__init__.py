@@ -56,6 +56,9 @@ class Error(Exception):
         super().__init__(message)
         self.status = status
 
+    def __reduce__(self):  # of another process, too
+        return type(self), (self.status, str(self))
+
 
 class _Handle:
     """An object of the library, freed with this. What it reads stays with it."""
@@ -239,7 +242,8 @@ class Image:
         if hasattr(x, 'affine') and hasattr(x, 'dataobj'):
             data, units = np.asanyarray(x.dataobj), getattr(getattr(x, 'header', None), 'get_xyzt_units', lambda: ('mm', ''))()[0]
             mm = {'meter': 1e3, 'micron': 1e-3}.get(units, 1)
-            return cls(data.reshape(data.shape[:3]) if data.size == np.prod(data.shape[:3]) else data, np.diag([mm, mm, mm, 1]) @ x.affine)
+            three = (data.shape + (1,))[:3]  # as read has them
+            return cls(data.reshape(three) if data.size == np.prod(three) else data, np.diag([mm, mm, mm, 1]) @ x.affine)
         return cls(x)
 
     def nibabel(self):
