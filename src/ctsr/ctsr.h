@@ -31,7 +31,7 @@
  * The library follows semantic versioning. Objects are opaque. Structs that a caller fills begin
  * with their size; the other members are 0 by default: ctsr_context c = {.size = sizeof c}. Where
  * that is not so ctsr_..._init sets the defaults and the size. Later versions add members at the
- * end, whose default keeps the old behaviour: what was built for a libctsr.so.0 runs with every.
+ * end, whose default keeps the old behaviour: what was built for libctsr.so.0 runs with later ones.
  */
 #ifndef CTSR_H
 #define CTSR_H
@@ -168,7 +168,7 @@ typedef struct ctsr_operator {
 CTSR_API int ctsr_operator_get(ctsr_operator *o, const ctsr_volume *v, ctsr_error *e);
 /* Measure the operator of a low-resolution CT: blur on its edges, noise where it is flat. Where one
  * axis alone is refined that has too few, slices count as thick as far apart. Size and factor of
- * *o must be set. CTSR_NUMBER; CTSR_INPUT for too few edges; CTSR_CANCELLED. */
+ * *o must be set. CTSR_NUMBER; CTSR_INPUT for too few edges. */
 CTSR_API int ctsr_estimate_operator(
 	ctsr_operator *o, const ctsr_volume *v, const ctsr_context *c, ctsr_error *e);
 /* *out <- low-resolution CT. Its metadata name the operator. Noise is drawn from the context's
