@@ -124,6 +124,10 @@ static void patches(void)
 				worst = isnan(worst) || error <= worst ? worst : error;
 			}
 	NEAR(worst, 0, 1e-3, "patches, levels, spreads and turns, inside and at borders");
+	/* two values along u, as far apart as a row of the patch is long */
+	worst = patch_error(
+		x, (const size_t[]){9, 2, 11}, 0, coarse[0], &shapes[3], (const size_t[]){0, 4, 4});
+	NEAR(worst, 0, 1e-3, "values of a border that lie a patch's row apart are no row");
 	free(x);
 }
 
