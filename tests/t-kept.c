@@ -207,9 +207,13 @@ static void t_rescue(void)
 	OK(stat("d/o.state", &st) == 0, "nor removed");
 	ct_resume_close(&r);
 	globfree(&there);
+	OK(glob(pattern, 0, NULL, &there) == 0 && there.gl_pathc == 1 &&
+			unlink(there.gl_pathv[0]) == 0,
+		"its own is kept beside");
+	globfree(&there);
 	unlink("d/o.state");
-	rmdir("d");
-	rmdir("tmp");
+	if (rmdir("d") || rmdir("tmp") || rmdir(root))
+		exit(99);
 }
 
 /* A result that cannot be written where it should be is kept elsewhere, and that is said. */
