@@ -8,7 +8,7 @@
 #include <string.h>
 
 #define DEGREE 0.017453292519943295
-#define FARTHEST 1e5 /* of the source to the detector: what these may be moved by */
+#define FARTHEST 1e5 /* DSD: source and detector may be moved by so many */
 
 /* Exact at whole quarter turns, and periodic to the last bit. */
 static void sincos_degrees(double degrees, double *s, double *c)
