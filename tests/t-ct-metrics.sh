@@ -136,7 +136,7 @@ has err 'below 60' 'a PSNR below --min is named in the error'
 exits 3 'an SSIM below --min ends with status 3' ct-metrics --min ssim-r2=0.99999 ref.nii test.nii
 exits 5 'a TEST of another spacing is refused with status 5' ct-metrics ref.nii moved.nii
 exits 5 'a TEST of another size is refused with status 5' ct-metrics ref.nii short.nii
-exits 5 'refuses slices smaller than the window' ct-metrics --ssim skimage tiny.nii tiny.nii; has err '^ct-metrics: tiny.nii: .* are smaller than the window of SSIM skimage; --ssim none leaves it out$' 'slices smaller than the window are refused with what leaves it out'
+exits 5 'refuses slices smaller than the window' ct-metrics --ssim skimage tiny.nii tiny.nii; has err '^ct-metrics: tiny.nii: .* are smaller than the window of SSIM skimage: .ct-metrics --ssim none. leaves it out$' 'slices smaller than the window are refused with what leaves it out'
 exits 6 'a NaN in TEST is refused with status 6' ct-metrics ref.nii nan.nii
 has err 'nan.nii: voxel (0,0,9) is NaN' 'the error of a NaN in TEST names the voxel'
 exits 2 'window and range exclude each other' ct-metrics --window 0:1 --range 1 ref.nii test.nii

@@ -34,7 +34,7 @@ refused() {
 	[ ! -e "no.$end_" ]; ok $? "$step_ of $in_ that is refused makes no output"
 }
 # The message, without the name, the dashes of options, and what only a command or only a call can do about it.
-words() { sed "$1; s/^[^: ]*: //; s/--decimate/sampling/; s/t-start/start/; s/--//g; s/ (but see .*//; s/: give .*//; s/-m fbp/method fbp/; s/add quantity/add/; s/^units //; s/\(low\|fine\|sinc\)\.exr/projections/; s/fine\.nii/reference/; 1q" err; }
+words() { sed "$1; s/^[^: ]*: //; s/--decimate/sampling/; s/--expert t-start/start/; s/--//g; s/ (but see .*//; s/: give .*//; s/add quantity/add/; s/^units //; s/\(low\|fine\|sinc\)\.exr/projections/; s/fine\.nii/reference/; 1q" err; }
 # figures NAME STEP 'IN...' 'KEY=VALUE...' OPTION...: the three report the same of ct-metrics, of views those of --per-slice
 figures() {
 	name_=$1 step_=$2 in_=$3 how_=$4; shift 4

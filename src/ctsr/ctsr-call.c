@@ -8,6 +8,7 @@
 #include <math.h>
 #include <sched.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 _Static_assert((int)CTSR_USAGE == CT_EUSAGE && (int)CTSR_INPUT == CT_EINPUT &&
@@ -124,11 +125,16 @@ static void report(
 static void tell(const struct ct_env *env, enum ct_level level, const char *text)
 {
 	const struct ctsr_call *k = env->ctx;
-	const locale_t ours = uselocale(k->theirs);
+	char *mine = k->c.log ? strdup(text) : NULL;
+	locale_t ours;
 
-	if (k->c.log)
-		k->c.log(k->c.user, level == CT_TOLD ? CT_INFO : (int)level, text);
+	if (!mine) /* none asks for it, or no memory */
+		return;
+	ctsr_name_members(mine);
+	ours = uselocale(k->theirs);
+	k->c.log(k->c.user, level == CT_TOLD ? CT_INFO : (int)level, mine);
 	uselocale(ours);
+	free(mine);
 }
 
 static size_t threads_of(const ctsr_context *c)
@@ -193,30 +199,49 @@ static bool is_of_command(const char *text, const char *option)
 	return strncmp(word, "ct-", 3) == 0;
 }
 
+/* The option after "--" at `in`: its length, 0 if there is none, and the member of that meaning. */
+static size_t option_at(const char *in, const char **member, size_t *length)
+{
+	static const char *const other[][2] = {{"decimate", "sampling"}, {"grid", "like"},
+		{"class", "label"}, {"quantity density", "density"}, {"expert t-start", "start"},
+		{"expert operator", "pixel"}};
+	static const char after[] = " ,:;)=";
+	size_t n;
+
+	if (strncmp(in, "--", 2) != 0)
+		return 0;
+	in += 2;
+	for (size_t i = 0; i < sizeof other / sizeof *other; i++) {
+		n = strlen(other[i][0]);
+		if (strncmp(in, other[i][0], n) == 0 && strchr(after, in[n])) {
+			*member = other[i][1];
+			*length = strlen(*member);
+			return 2 + n;
+		}
+	}
+	n = strspn(in, "abcdefghijklmnopqrstuvwxyz-");
+	*member = in;
+	*length = n;
+	return n && strchr(after, in[n]) ? 2 + n : 0;
+}
+
 void ctsr_name_members(char *text)
 {
-	static const char *const other[][2] = {{"decimate", "sampling"}, {"grid", "like"}};
-	const char *in = text, *word;
+	const char *in = text, *member;
 	char *out = text;
-	size_t n;
+	size_t n, length;
 
 	while (*in) {
 		const bool begins = out == text || strchr(" (", out[-1]);
 
-		n = strncmp(in, "--", 2) == 0 ? strspn(in + 2, "abcdefghijklmnopqrstuvwxyz-") : 0;
-		if (!n || !begins || !strchr(" ,:;)=", in[2 + n]) || is_of_command(text, out)) {
+		n = begins ? option_at(in, &member, &length) : 0;
+		if (!n || is_of_command(text, out)) {
 			*out++ = *in++;
 			continue;
 		}
-		word = in + 2;
-		in = word + n;
-		for (size_t i = 0; i < sizeof other / sizeof *other; i++)
-			if (strlen(other[i][0]) == n && strncmp(word, other[i][0], n) == 0) {
-				word = other[i][1];
-				n = strlen(word);
-			}
-		for (size_t i = 0; i < n; i++)
-			*out++ = word[i] == '-' ? '_' : word[i];
+		for (size_t i = 0; i < length; i++)
+			*out++ = member[i] == '-' ? '_' : member[i];
+		in += n;
 	}
 	*out = '\0';
 }

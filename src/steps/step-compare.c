@@ -33,8 +33,7 @@ static int check_quantity(const struct ct_step_compare *p, struct ct_err *e)
 		   *t = ct_meta_get(&p->of->test->meta, CT_META_QUANTITY);
 
 	if (r && strcasecmp(r, CT_QUANTITY_HU) != 0 && !has_scale(is))
-		return ct_fail(e, CT_EUSAGE, "%s: holds %.40s, not HU: give %s", is->ref, r,
-			is->dashed ? "--range or --window" : "a window");
+		return ct_fail(e, CT_EUSAGE, "%s: holds %.40s, not HU: give --window", is->ref, r);
 	if (t && strcasecmp(t, r ? r : CT_QUANTITY_HU) != 0)
 		return ct_fail(e, CT_EINPUT,
 			"%s: holds %.40s, but %s holds %.40s: both must hold the same", is->test, t,
@@ -94,9 +93,8 @@ static int choose_ssim(struct ct_step_compare_rule *r, int asked, int first, int
 		on[k] = asked == k || (all && fits);
 		if (asked == k && !fits)
 			return ct_fail(e, CT_EGEOM,
-				"%s: %zux%zux%zu are smaller than the window of SSIM %s%s", r->ref,
-				n[0], n[1], n[2], CT_WORD(CT_SSIM_LIST, k),
-				r->dashed ? "; --ssim none leaves it out" : "");
+				"%s: %zux%zux%zu are smaller than the window of SSIM %s: `ct-metrics --ssim none` leaves it out",
+				r->ref, n[0], n[1], n[2], CT_WORD(CT_SSIM_LIST, k));
 		if (all && !fits)
 			ct_log(env, CT_WARN, "%s is left out: its window is larger than the %s",
 				ct_figures_ssim((enum ct_ssim_kind)k),

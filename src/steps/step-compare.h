@@ -22,8 +22,7 @@ enum { CT_STEP_COMPARE_ALL = CT_SSIM_KINDS, CT_STEP_COMPARE_NONE };
 /* What is asked. */
 struct ct_step_compare_rule {
 	const char *ref, *test, *mask, *std, *low; /* what messages call them */
-	bool dashed;                 /* settings are called "--window", not "window" */
-	double window[2];            /* HU of PSNR and SSIM; NaN: -512 to 3071 */
+	double window[2];                          /* HU of PSNR and SSIM; NaN: -512 to 3071 */
 	double range;                /* instead; 0: the window; of projections the largest of ref */
 	int ssim;                    /* enum ct_ssim_kind, or behind them; -1: r2, of views wang */
 	bool padding;                /* that of ref does not count; then there is no mask */

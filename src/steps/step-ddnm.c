@@ -117,14 +117,14 @@ static int scale_of(size_t *scale, bool refined, const struct ct_step_ddnm_rule 
 		return ct_fail(e, CT_EINPUT, "%s: %s is %g, not a whole number from 2 to 64", r->in,
 			key, coarsen);
 	if (asked && asked != (int)coarsen)
-		return ct_fail(e, CT_EUSAGE, "%sfactor %d contradicts %s, whose %s is %g",
-			r->dashed ? "--" : "", asked, r->in, key, coarsen);
+		return ct_fail(e, CT_EUSAGE, "--factor %d contradicts %s, whose %s is %g", asked,
+			r->in, key, coarsen);
 	*scale = (size_t)coarsen;
 	return !network || network == (int)*scale
 		       ? 0
 		       : ct_fail(e, CT_EUSAGE,
-				 "%sfactor %zu: the network of %s makes %d times finer",
-				 r->dashed ? "--" : "", *scale, r->prior, network);
+				 "--factor %zu: the network of %s makes %d times finer", *scale,
+				 r->prior, network);
 }
 
 /* Is the detector fine already, and is it not asked to make it finer still? */
@@ -151,9 +151,9 @@ static int operator_of(enum ct_measurement_kind *op, const struct ct_step_ddnm_r
 	if (known == CT_PIXEL_POINT)
 		return 0;
 	if (r->op >= 0 && *op != ct_pixel_measures((enum ct_pixel)known))
-		return ct_fail(e, CT_EUSAGE, "%soperator: %s contradicts %s, whose pixels are %s",
-			r->dashed ? "--expert " : "", CT_WORD(CT_MEASUREMENT_LIST, *op), r->in,
-			pixel);
+		return ct_fail(e, CT_EUSAGE,
+			"--expert operator: %s contradicts %s, whose pixels are %s",
+			CT_WORD(CT_MEASUREMENT_LIST, *op), r->in, pixel);
 	*op = ct_pixel_measures((enum ct_pixel)known);
 	return 0;
 }
@@ -162,17 +162,14 @@ static int operator_of(enum ct_measurement_kind *op, const struct ct_step_ddnm_r
 static int check_sampler(
 	const struct ct_prior *prior, const struct ct_step_ddnm_rule *r, struct ct_err *e)
 {
-	const char *dash = r->dashed ? "--" : "";
-
 	if (!prior->factor && r->sampler == CT_SAMPLER_ONCE)
 		return ct_fail(e, CT_EUSAGE,
-			"%ssampler once: it is a diffusion prior, not a network of ct-train --kind superres",
-			dash);
+			"--sampler once: it is a diffusion prior, not a network of ct-train --kind superres");
 	if (prior->factor && r->insists && r->sampler != CT_SAMPLER_ONCE)
 		return ct_fail(e, CT_EUSAGE,
-			"%ssampler %s: it is a network of super-resolution, not a diffusion prior: "
-			"give %ssampler once",
-			dash, CT_WORD(CT_SAMPLER_LIST, r->sampler), dash);
+			"--sampler %s: it is a network of super-resolution, not a diffusion prior: "
+			"give --sampler once",
+			CT_WORD(CT_SAMPLER_LIST, r->sampler));
 	return 0;
 }
 
@@ -182,8 +179,7 @@ static int classify(struct ct_prior *prior, const struct ct_step_ddnm_rule *r, s
 
 	if (r->label >= 0)
 		return ct_prior_classify(prior, (size_t)r->label, e);
-	return n ? ct_fail(e, CT_EUSAGE, "is conditioned on %zu classes: %s states one", n,
-			   r->dashed ? "--class" : "label")
+	return n ? ct_fail(e, CT_EUSAGE, "is conditioned on %zu classes: --class states one", n)
 		 : 0;
 }
 
@@ -210,7 +206,7 @@ static int decide(struct ct_superres *s, const struct ct_step_ddnm_rule *r,
 		return -1;
 	if (r->start >= 0 && !r->init && !refined)
 		return ct_fail(e, CT_EUSAGE, "%s: is not of a refined CT, so %s", r->in,
-			r->dashed ? "t-start needs --init" : "start needs init");
+			"--expert t-start needs --init");
 	if (refined && rule == CT_SAMPLER_PLUS && !r->insists)
 		rule = CT_SAMPLER_DDNM; /* what they say is exact */
 	*s = ct_superres_default(scale);

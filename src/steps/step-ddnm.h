@@ -26,7 +26,6 @@
 /* What is asked. */
 struct ct_step_ddnm_rule {
 	const char *in, *prior, *init; /* what messages call them; init NULL: none */
-	bool dashed;                   /* settings are called "--factor", not "factor" */
 	int sampler;                   /* of CT_SAMPLER_LIST */
 	bool insists;      /* on the sampler: a network of super-resolution has its own */
 	int factor, steps; /* 0: what the data say; as published */

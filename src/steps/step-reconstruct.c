@@ -20,14 +20,12 @@ static int check(
 		return ct_fail(
 			e, CT_EINPUT, "%s: quantity is %.40s, not lineIntegral", r->name, had);
 	if ((fbp || r->method == CT_STEP_RECONSTRUCT_FDK) && parallel != fbp)
-		return ct_fail(e, CT_EUSAGE, "%s %s, but %s has a %s beam",
-			r->dashed ? "-m" : "method",
+		return ct_fail(e, CT_EUSAGE, "--method %s, but %s has a %s beam",
 			CT_WORD(CT_STEP_RECONSTRUCT_METHODS, r->method), r->name,
 			CT_WORD(CT_BEAM_LIST, in->beam));
 	if (r->filter == CT_RAMP_NONE && !r->density)
 		return ct_fail(e, CT_EUSAGE,
-			"%sfilter none gives no density, so no HU: add %sdensity",
-			r->dashed ? "--" : "", r->dashed ? "--quantity " : "");
+			"--filter none gives no density, so no HU: add --quantity density");
 	return 0;
 }
 

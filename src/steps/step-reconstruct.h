@@ -29,7 +29,6 @@ enum ct_step_reconstruct_method {
 /* What is asked. */
 struct ct_step_reconstruct_rule {
 	const char *name, *like; /* of the projections, and of the volume whose grid is taken */
-	bool dashed;             /* settings are called "--filter", not "filter" */
 	struct ct_window_rule window;
 	int method, filter; /* of their lists */
 	int iterations;     /* at most; 0: 30 of CGLS, else 100 */

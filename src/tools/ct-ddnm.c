@@ -160,7 +160,6 @@ static int make_rule(struct ddnm_job *j, struct ct_err *e)
 		return ct_fail(e, CT_EUSAGE, "--std: needs --samples of 2 or more");
 	j->rule = p->rule;
 	j->rule.in = p->in;
-	j->rule.dashed = true;
 	j->rule.insists = ct_modes_given(&j->env->command->given, "sampler");
 	j->rule.op = p->op - FIRST_OPERATOR;
 	j->rule.travel_length = (size_t)v[0];

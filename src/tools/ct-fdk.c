@@ -73,7 +73,6 @@ static int read_all(struct ct_stack *in, struct ct_vol *like, struct ct_step_rec
 	const struct params *p, struct ct_err *e)
 {
 	*r = p->rule;
-	r->dashed = true;
 	r->density = p->quantity == DENSITY;
 	r->like = p->grid;
 	return ct_err_any(ct_stack_read(r->name, in, e) ||

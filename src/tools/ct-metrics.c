@@ -136,7 +136,6 @@ static int parse_rule(struct ct_step_compare_rule *r, const struct params *p, st
 {
 	if (p->window && ct_cli_range("window", p->window, r->window, e))
 		return -1;
-	r->dashed = true;
 	r->padding = p->mask && strcmp(p->mask, "padding") == 0;
 	r->mask = r->padding ? NULL : p->mask;
 	r->std = p->std;
