@@ -244,8 +244,8 @@ static int damp(struct ct_refine *r, struct ct_vol *out, const struct ct_vol *in
 	if (inverts && r->scan.from == CT_BY_CALLER && ct_damp_left(&left, out, in) > 1)
 		ct_log(env, CT_WARN,
 			"the result leaves the range of the scan by %.0f HU, more than all of it: "
-			"the operator that was given is too wide, or there is noise that --noise "
-			"would say",
+			"the operator that was given is too wide, there is noise that --noise "
+			"would say, or metal that the scale of the scan cuts off",
 			left);
 	if (!inverts || r->rule.said.trust || !r->rule.said.estimate ||
 		!ct_operator_is_estimated(&r->scan))
