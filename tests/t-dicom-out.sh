@@ -386,7 +386,12 @@ ok $? 'a file with --series belongs to that series of the template'
 "$PY" -c 'import nibabel
 v = nibabel.load("t.nii"); v.affine[2, 3] += 500; nibabel.Nifti1Image(v.dataobj, v.affine).to_filename("far.nii")'
 exits 5 'a volume that lies beside the template is refused with status 5' ct-convert --template template far.nii x/
-has err 'template/.*not of one space' 'the error of a volume beside the template mentions the space'
+has err 'template/.*not of one space.*--template-other-patient' 'the error of a volume beside the template mentions the space and the option'
+exits 0 '--template-other-patient accepts a volume that lies beside the template' ct-convert -q --template-other-patient --template template far.nii far/
+"$PY" -c 'import glob, pydicom
+d = [pydicom.dcmread(f) for f in glob.glob("far/*")]; s = pydicom.dcmread(glob.glob("template/*")[0])
+assert d and all(x.PatientID == s.PatientID and x.ImagePositionPatient[2] > 400 for x in d)'
+ok $? 'it has the patient of the template and the places of the volume'
 cp -r template patient-b; cp -r template space-b; "$PY" -c 'import glob, pydicom
 def put(folder, key, value):
     for f in glob.glob(folder + "/*"): d = pydicom.dcmread(f); setattr(d, key, value); d.save_as(f)

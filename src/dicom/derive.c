@@ -22,7 +22,7 @@ static void widen(double box[3][2], const struct ct_slice *s, size_t columns, si
 		}
 }
 
-int derive_check(const struct image *im, struct ct_err *e)
+int derive_check(const struct image *im, bool other_space, struct ct_err *e)
 {
 	const double none[2] = {(double)INFINITY, -(double)INFINITY};
 	const size_t last = im->v->n[2] - 1;
@@ -46,9 +46,10 @@ int derive_check(const struct image *im, struct ct_err *e)
 		widen(own, &s, im->v->n[0], im->v->n[1]);
 	}
 	for (int d = 0; d < 3; d++)
-		if (own[d][0] > theirs[d][1] || theirs[d][0] > own[d][1])
+		if (!other_space && (own[d][0] > theirs[d][1] || theirs[d][0] > own[d][1]))
 			return ct_fail(e, CT_EGEOM,
-				"%s: its slices lie beside the volume: they are not of one space",
+				"%s: its slices lie beside the volume: they are not of one space; "
+				"ct-convert --template-other-patient takes it all the same",
 				im->source[0].path);
 	return 0;
 }

@@ -35,8 +35,8 @@ bool image_has_writing(const struct image *im);
 /* How pictures came to be: by which commands, of which slices (derive.c). */
 
 /* CT_EINPUT unless the slices are of CT, CT_EGEOM if the volume lies beside them: then it is of
- * another patient, or in another space. */
-int derive_check(const struct image *im, struct ct_err *e);
+ * another patient, or in another space, which `other_space` allows. */
+int derive_check(const struct image *im, bool other_space, struct ct_err *e);
 /* Whose CT a series is, and in which space: XXH3 of PatientID and FrameOfReferenceUID (without one,
  * StudyInstanceUID) in hexadecimal; "" if the slice says none. The UID keeps the ID from being
  * guessed. */

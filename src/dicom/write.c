@@ -41,7 +41,8 @@ static int read_template(struct image *im, struct series_set *set, const struct 
 	im->source = set->census.slice + l->first;
 	im->n = l->count;
 	return ct_err_any(series_apart(im->source, im->n, path, e) ||
-			  (!other_patient && derive_check_space(im, e)) || derive_check(im, e) ||
+			  (!other_patient && derive_check_space(im, e)) ||
+			  derive_check(im, other_patient, e) ||
 			  policy_read(&im->from, im->source, im->n, e));
 }
 
