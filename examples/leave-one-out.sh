@@ -23,6 +23,9 @@ mkdir -p "$work"
 	if ct-info --json "$f" | grep -q '"min": -'; then set -- "$@" "$f"; fi
 done
 [ $# -gt 0 ] || fail "$ct: no volume in HU"
+for f in "$@"; do
+	[ "$f" -ef "$ct/$(basename "$f")" ] || fail "$f: is no file of $ct, of which the others are trained on"
+done
 psnr() {
 	ct-metrics -w "$CLIP" "$it/hr.nii" "$1" >"$it/figures"
 	awk '$1 == "psnr" {print $2}' "$it/figures"

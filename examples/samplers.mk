@@ -56,7 +56,7 @@ endif
 
 # The numbers before and after "of" in what a dry run says: calls of the network, and of its derivative.
 define row
-%/$(1).row: %/truth.exr %/low.exr %/up.exr
+%/$(1).row: %/truth.exr %/low.exr %/up.exr $(call named,$(OPTIONS_$(1)))
 	@ct-ddnm --dry-run -x $(FACTOR) $(2) $$(OPTIONS_$(1)) $$*/low.exr $$@.exr | \
 		awk -v v=$(VIEWS) '$$$$1 == "work" {n = $$$$2; if (split($$$$0, part, ", ") > 1) d = part[2] + 0; \
 			print n / v, d / v}' >$$@.calls

@@ -68,6 +68,9 @@ $(foreach v,$(VOLUMES),$(eval $(call scan,$(v))))
 always:
 .PHONY: always
 
+# $(call named,OPTIONS): the files that they name: what follows from one that was changed is made anew
+named = $(foreach f,$(wildcard $(subst =, ,$(1))),$(if $(wildcard $(f)/.),,$(f)))
+
 define gather
 @head -q -n 1 $(firstword $(ROWS)) >$@.part
 @for f in $(ROWS); do tail -n 1 $$f; done >>$@.part

@@ -60,7 +60,7 @@ $(1)/$(2).nii: $(1)/lr.nii
 	ct-upsample -q -f -m $(2) $$< $$@
 $(1)/$(2)-none.exr: $(1)/$(2).nii
 	$$(project) $$< $$@
-$(1)/$(2)-ddnm.exr: $(1)/$(2)-none.exr
+$(1)/$(2)-ddnm.exr: $(1)/$(2)-none.exr $(call named,$(DDNM))
 	ct-ddnm -q -f $$(DDNM) $$< $$@
 $(1)/$(2)-truth.exr: $(1)/truth.exr
 	cp $$< $$@.part && mv $$@.part $$@

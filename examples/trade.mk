@@ -78,7 +78,7 @@ refined = $(if $(call said,steps,$(1)),$(with_steps),$(run) $(4) $(2) $(3))
 
 # RUN of CASE of SCAN, a line of CSV beside the names of its columns
 define refine
-$(OUT)/$(1)/$(2)/$(call plain,$(3)).csv: $(OUT)/$(1)/$(2)/lr.nii
+$(OUT)/$(1)/$(2)/$(call plain,$(3)).csv: $(OUT)/$(1)/$(2)/lr.nii $(call named,$(wordlist 2,99,$(call parts,$(3))))
 	$(addprefix CT_THREADS=,$(call said,threads,$(3))) $(TIME) -o $$(@:.csv=.time) -f '%U %S %e %M' \
 		$(SHELL) $(.SHELLFLAGS) '$(call refined,$(3),$$<,$$(@:.csv=.nii),-q -f -x $(call factor,$(2)))'
 	@ct-metrics --harm --surface=$(SURFACES) --csv --expert blob-sigma=$(BLOBS) -w $(WINDOW) $(OUT)/$(1)/hr.nii $$(@:.csv=.nii) >$$(@:.csv=.metrics)

@@ -168,6 +168,8 @@ done
 [ "$(ls -A mine)" = table ]; ok $? 'a folder that a script refused keeps its files as they were'
 mkdir -p void && exits 1 'leave-one-out.sh refuses a folder without a CT' sh "$srcdir/examples/leave-one-out.sh" void loo
 has err 'void: no volume in HU' 'leave-one-out.sh names the folder without a CT'
+exits 1 'leave-one-out.sh refuses a file that is not of its folder' sh "$srcdir/examples/leave-one-out.sh" void loo "$PWD/v.nii"
+has err "leave-one-out.sh: $PWD/v.nii: is no file of void" 'leave-one-out.sh names the file that is not of its folder'
 
 # The Snakefile, on this machine.
 if command -v snakemake >/dev/null; then
@@ -577,4 +579,13 @@ awk "BEGIN {exit !($(column auto ddnm gaussians 8) > $(column auto none none 8) 
 ok $? "the default chain is not below the inversion: $(column auto none none 8), $(column auto ddnm gaussians 8)"
 awk "BEGIN {exit !($(column prior ddnm gaussians 8) > $(column prior none none 8) - .05)}"
 ok $? "nor below the prior of slices: $(column prior none none 8), $(column prior ddnm gaussians 8)"
+# A prior that was trained again, in the file of the same name.
+cp "$srcdir/src/prior/prior.safetensors" mine.safetensors && touch -d '1 minute ago' mine.safetensors
+judged() {
+	make -f "$srcdir/examples/stages.mk" VOLUMES=v.nii CUBE=16 VIEWS=2 DDNM='--steps=1 -p mine.safetensors' OUT=j ROWS=cubic:ddnm:none
+}
+exits 0 'stages.mk judges a prior in a file of ours' judged
+judged | grep -q ct-ddnm; [ $? -eq 1 ]; ok $? 'stages.mk does not judge the same prior again'
+touch -d '1 minute' mine.safetensors
+judged | grep -q ct-ddnm; ok $? 'stages.mk judges a prior that was changed again'
 done_testing
