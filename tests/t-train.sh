@@ -126,7 +126,8 @@ small='--kind slices --expert=cubes=2,cube=24,width=24,components=20,noise=0 -n 
 run() { out=$1; shift; ct-train $small "$@" $out.safetensors scans 2>$out.log; } # run OUT ARGS...
 
 # defaults, options, data
-run known; ok $? 'ct-train --kind slices trains on a folder'
+echo '{}' >scans/1.json
+run known; ok $? 'ct-train --kind slices trains on a folder, in which a volume has a sidecar'
 run same -p 12 --expert=batch=1024,lr=1e-3,decay=0.01,depth=3,ema=0.999 -x 4
 same known same; ok $? 'a training with its defaults stated gives the same weights'
 ct-info -v known.safetensors >out; has out '^  *4.shape' 'a prior of slices has networks for both axes'

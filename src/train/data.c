@@ -14,6 +14,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/stat.h>
 
 static int read_stack(struct ct_pictures *s, const char *path, struct ct_err *e)
@@ -68,7 +69,8 @@ static int read_file(
 	return ct_any_is_stack(path) ? read_stack(s, path, e) : read_picture(s, reading, path, e);
 }
 
-/* The files that a path names: itself, or what a folder holds, in the order of their names. */
+/* The files that a path names: itself, or what a folder holds, in the order of their names, but for
+ * sidecars: what ct-convert and dcm2niix write beside a volume. */
 struct names {
 	char **path; /* owned */
 	size_t n;
@@ -76,7 +78,9 @@ struct names {
 
 static int visible(const struct dirent *d)
 {
-	return d->d_name[0] != '.';
+	const char *end = strrchr(d->d_name, '.');
+
+	return d->d_name[0] != '.' && (!end || strcasecmp(end, ".json") != 0);
 }
 
 static int name_add(struct names *names, const char *folder, const char *name, struct ct_err *e)
