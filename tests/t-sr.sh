@@ -115,6 +115,10 @@ tail -c 6912 noisy.nii >n.raw && ct-convert -q --raw 12x12x12:f32:4 --orient RAS
 exits 0 'a blur that few edges show is measured' ct-sr -Q draft -x 2 bare.nii m.nii
 has err '^ct-sr: assumed: nothing, as too few edges show the blur; --sigma says it$' 'ct-sr says that it assumes nothing where few edges show the blur'
 says "12x12x12 to 24x24x24, 2 times; blur not known; no certain noise \\(measured\\); bspline" 'edges that do not tell'
+for o in --slice-thickness=5 --decimate=mean; do
+	exits 0 "$o of a blur that few edges show" ct-sr -Q draft -x 2 $o bare.nii "m$o.nii"
+	has err 'few edges show the blur, without which the sampling or profile that is given does nothing; --sigma' "ct-sr says that $o does nothing there"
+done
 ct-info m.nii >info; ! grep -qE '^  (factor|sigma|decimate) ' info; ok $? 'the header of a result of unknown blur names no operator'
 exits 3 'the data consistency of a result of unknown blur is refused with status 3' ct-metrics --consistency bare.nii m.nii
 ct-sr -q -f -Q draft --spacing 3.5 --sidecar m.json bare.nii m.nii && ! grep -q Sigma m.json; ok $? 'the sidecar of a result that was only interpolated names no blur'

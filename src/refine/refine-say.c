@@ -88,7 +88,10 @@ void ct_refine_say(const struct ct_refine *r, const struct ct_vol *in, const str
 				: "--sigma and --decimate say it better");
 	else if (!is->known)
 		ct_log(env, CT_TOLD,
-			"assumed: nothing, as too few edges show the blur; --sigma says it");
+			"assumed: nothing, as too few edges show the blur%s; --sigma says it",
+			r->rule.said.decimate >= 0 || ct_slice_profile_is_said(&r->rule.said.slice)
+				? ", without which the sampling or profile that is given does nothing"
+				: "");
 	if (r->careful)
 		ct_log(env, CT_TOLD, "slices %s; --trust does not",
 			ct_operator_is_estimated(is)
