@@ -28,7 +28,10 @@ OUT = measured
 PYTHON = python3
 HERE := $(dir $(lastword $(MAKEFILE_LIST)))
 SCORE = $(PYTHON) $(HERE)measured.py
-SETTINGS = TV VIEWS JOINT
+SETTINGS = HTC TOOTH TV VIEWS JOINT
+ifeq ($(HTC)$(if $(PHANTOMS),,none),)
+$(error HTC=FOLDER: where are the .mat files of the challenge?)
+endif
 include $(HERE)scan.mk
 
 all: $(OUT)/table $(foreach p,$(PHANTOMS),$(OUT)/$(p)-arcs.png $(OUT)/$(p)-joint.png)

@@ -20,7 +20,7 @@ signs = '*[][:space:]"'\''`$$&;|<>()*?[{}\#%:\\~=,]*'
 odd = case $(1) in ('' | $$signs) true;; (*) false;; esac
 allowed = is a name that make does not take: only letters, digits and -_.+@/
 by := $(notdir $(firstword $(MAKEFILE_LIST)))
-with := $(if $(SETTINGS),$(strip $(shell ct-sr --version) $(foreach s,$(SETTINGS),$(s)=$($(s)))))
+with := $(if $(SETTINGS),$(strip $(shell ct-sr --version) $(foreach s,$(SETTINGS) $(if $(CLIP),$(filter-out $(SETTINGS),CLIP)),$(s)=$($(s)))))
 dry := $(findstring n,$(firstword -$(MAKEFLAGS)))
 # Empty, or why OUT is refused.
 unfit := $(shell out=$(call quoted,$(OUT)); with=$(call quoted,$(with)); signs=$(signs); \

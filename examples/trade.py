@@ -16,7 +16,7 @@ BETTER = {'cpu-s': -1, 'psnr': 1, 'ssim-r2': 1, 'structures-false': -1, 'deep-sm
 
 
 def number(row, key):
-    return float(row[key]) if row[key] else float('nan')
+    return float(row[key]) if row.get(key) else float('nan')
 
 
 def means(rows):

@@ -112,7 +112,7 @@ part folders
 mkdir mine && echo mine >mine/table && mkdir empty && : >file
 for m in "$srcdir"/examples/*.mk; do
 	[ "${m##*/}" != scan.mk ] || continue
-	exits 2 "a folder with files of others is refused by ${m##*/}" env MAKEFLAGS= make -s -f "$m" OUT=mine
+	exits 2 "a folder with files of others is refused by ${m##*/}" env MAKEFLAGS= make -s -f "$m" OUT=mine HTC=.
 	has err "OUT=mine holds files that are not of ${m##*/}" "the folder of others is named by ${m##*/}"
 	MAKEFLAGS= make -n -f "$m" OUT=new >/dev/null 2>&1
 	! [ -e new ]; ok $? "${m##*/} makes no folder on make -n"
@@ -158,6 +158,11 @@ exits 2 'a step of a pipe that fails ends a makefile' broken
 exits 0 'the same makefile goes on once the step works' acc
 exits 2 'other settings in the same folder are refused' acc CUBE=8
 has err 'OUT=acc was made with ct-sr .* CUBE=16 .*, not ct-sr .* CUBE=8 ' 'the error of other settings names both'
+exits 2 'other values of HU that are kept are refused in the same folder' acc CLIP=-500:500
+has err ', not ct-sr .* CLIP=-500:500:' 'the error of other values of HU that are kept names them'
+exits 2 'measured.mk without the folder of the challenge is refused' made "$srcdir/examples/measured.mk" OUT=meas
+has err 'HTC=FOLDER: where are' 'the error of measured.mk names what it needs'
+[ ! -e meas ]; ok $? 'measured.mk that is refused leaves nothing'
 exits 0 'asis.mk makes rows of two factors' made "$srcdir/examples/asis.mk" VOLUMES=v.nii CUBE=8 FACTORS='2 3'
 exits 0 'asis.mk makes rows of one factor' made "$srcdir/examples/asis.mk" VOLUMES=v.nii CUBE=8 FACTORS=2
 has out '^1 rows' 'a table of fewer rows is made of these alone'
@@ -508,6 +513,7 @@ ok $? 'a slower run that is better is on the front'
 grep -qE '^P1 +same .* 2\.00$' t.txt; ok $? 'a slower run that is as good is not on the front'
 grep -q '<svg' t.svg; ok $? 'the plot of trade.py is SVG'
 "$PY" "$py" t.csv t2.svg >/dev/null; cmp -s t.svg t2.svg; ok $? 'trade.py draws the same bytes twice'
+sed 's/,[^,]*$//' t.csv >few.csv; "$PY" "$py" few.csv t2.svg >/dev/null; ok $? 'trade.py reads a table of scans that are too small for their edges'
 sed 1q t.csv >none.csv
 ! "$PY" "$py" none.csv x.svg 2>err && grep -q 'none.csv: no results' err
 ok $? 'a CSV without results is refused with its name'
@@ -582,7 +588,7 @@ ok $? "nor below the prior of slices: $(column prior none none 8), $(column prio
 # A prior that was trained again, in the file of the same name.
 cp "$srcdir/src/prior/prior.safetensors" mine.safetensors && touch -d '1 minute ago' mine.safetensors
 judged() {
-	make -f "$srcdir/examples/stages.mk" VOLUMES=v.nii CUBE=16 VIEWS=2 DDNM='--steps=1 -p mine.safetensors' OUT=j ROWS=cubic:ddnm:none
+	make -f "$srcdir/examples/stages.mk" VOLUMES=v.nii CUBE=16 VIEWS=2 WINDOW=-512:3071 DDNM='--steps=1 -p mine.safetensors' OUT=j ROWS=cubic:ddnm:none
 }
 exits 0 'stages.mk judges a prior in a file of ours' judged
 judged | grep -q ct-ddnm; [ $? -eq 1 ]; ok $? 'stages.mk does not judge the same prior again'
