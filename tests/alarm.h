@@ -10,7 +10,7 @@ static volatile sig_atomic_t alarm_rang;
 static void alarm_ring(int sig)
 {
 	(void)sig;
-	alarm_rang = 1;
+	__atomic_store_n(&alarm_rang, 1, __ATOMIC_RELAXED); /* threads read it so */
 }
 
 /* alarm_rang is 1 in so many seconds, and 0 until then; 0 seconds: never. */
@@ -22,7 +22,7 @@ static inline void alarm_in(double seconds)
 
 	setitimer(ITIMER_REAL, &(struct itimerval){0}, NULL);
 	signal(SIGALRM, alarm_ring);
-	alarm_rang = 0;
+	__atomic_store_n(&alarm_rang, 0, __ATOMIC_RELAXED);
 	setitimer(ITIMER_REAL, &t, NULL);
 }
 

@@ -118,7 +118,7 @@ static void report(
 
 	(void)likely;
 	if (k->c.progress && k->c.progress(k->c.user, what, done, total))
-		k->stop = 1;
+		__atomic_store_n(&k->stop, 1, __ATOMIC_RELAXED);
 	uselocale(ours);
 }
 
