@@ -200,6 +200,7 @@ try:
     ok(drawn('error$') and (alpha() != first).any(), 'a click shows the measured error as overlay')
     click('[data-kind="mip"]')
     ok(drawn('^mip'), 'a click draws the maximum along each axis')
+    ok(js("return document.getElementById('overs').disabled"), 'the buttons of overlays are off beside the maximum')
     ok(same('after', tones(np.asarray(ras.dataobj, dtype=float).max(2)[::-1, ::-1].T, -900, 1550)), 'the pixels of the maximum are those of the volume')
     click('[data-plane="coronal"]')
     ok(js("return [...document.querySelectorAll('#panels figure')].map(f => f.hidden)") == [True, False, True], 'a click shows the coronal plane alone')
