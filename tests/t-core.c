@@ -12,6 +12,7 @@
 #include "core/words.h"
 #include "tap.h"
 
+#include <errno.h>
 #include <pthread.h>
 #include <stdbool.h>
 #include <stdint.h>
@@ -543,6 +544,10 @@ static void test_number_whole(void)
 			!ct_number_u64(&u, "+1") && !ct_number_u64(&u, "") &&
 			!ct_number_u64(&u, "1x"),
 		"and no more");
+	errno = ENOMEM;
+	OK(ct_number_u64(&u, "7") && !ct_number_u64(&u, "18446744073709551616") &&
+			ct_number_whole(&x, "7", 0, 9) && errno == ENOMEM,
+		"that memory was short stays known");
 }
 
 static void test_number_lists(void)

@@ -95,13 +95,17 @@ bool ct_number_whole(long long *x, const char *text, long long lo, long long hi)
 {
 	const char *first = text + (*text == '+' || (lo < 0 && *text == '-'));
 	const char *stop = behind_digits(first);
+	const int was = errno;
+	bool fits;
 	long long got;
 
 	if (stop == first || *stop)
 		return false;
 	errno = 0;
 	got = strtoll(text, NULL, 10);
-	if (errno || got < lo || got > hi)
+	fits = errno == 0 && got >= lo && got <= hi;
+	errno = was;
+	if (!fits)
 		return false;
 	*x = got;
 	return true;
@@ -109,13 +113,17 @@ bool ct_number_whole(long long *x, const char *text, long long lo, long long hi)
 
 bool ct_number_u64(uint64_t *x, const char *text)
 {
+	const int was = errno;
 	unsigned long long got;
+	bool fits;
 
 	if (!is_digit(*text) || *behind_digits(text))
 		return false;
 	errno = 0;
 	got = strtoull(text, NULL, 10);
-	if (errno)
+	fits = errno == 0;
+	errno = was;
+	if (!fits)
 		return false;
 	*x = got;
 	return true;

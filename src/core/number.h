@@ -22,7 +22,8 @@ double ct_number_begin(const char *text, const char **end);
 bool ct_number_read(double *x, const char *text);
 /* The same of n bytes, which may end in zeros; a zero before a digit is none of them. */
 bool ct_number_field(double *x, const char *text, size_t n);
-/* Is the text digits and no more, after a sign if lo < 0, of a number from lo to hi? */
+/* Is the text digits and no more (errno stays as it was: formats/format.c), after a sign if lo < 0,
+ * of a number from lo to hi? */
 bool ct_number_whole(long long *x, const char *text, long long lo, long long hi);
 /* The same, up to what 64 bits hold. */
 bool ct_number_u64(uint64_t *x, const char *text);
