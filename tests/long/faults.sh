@@ -38,7 +38,9 @@ fails() { # fails OUT COMMAND...
 		1) grep -qi 'out of memory\|insufficient memory' err || broken='status 1' ;; # the library's words: of OpenMP, PNG
 		134 | 139) # SIGABRT, SIGSEGV
 			faulty FAULT_SHOW=1 FAULT_AT="$at" ${on:+FAULT_ON=1} "$@"
-			sed -n '/fault\.so/h; /fault\.so/!H; ${x; p}' err | grep -qE "$libraries" || broken="status $got" ;;
+			sed -n '/fault\.so/h; /fault\.so/!H; ${x; p}' err | grep -qE "$libraries" || broken="status $got"
+			rm -f out/*.ct-locked # its lock is left; the next run removes it
+			;;
 		127) grep -q 'thread-local' err || broken='status 127' ;; # the loader's own end
 		*) broken="status $got" ;;
 		esac
