@@ -20,9 +20,9 @@ fails() { # fails OUT COMMAND...
 	rm -rf out && mkdir out
 	faulty FAULT_COUNT="$work/calls" "$@" || { tally 1 'does not run'; return; }
 	want=$(content "$out") calls=$(cat "$work/calls") k=0
-	while [ "$k" -lt $((count / 20)) ]; do
+	while [ "$k" -lt $((count / 22)) ]; do
 		k=$((k + 1))
-		if [ "$k" -le $((count / 40)) ] || [ "$k" -ge "$calls" ]; then
+		if [ "$k" -le $((count / 44)) ] || [ "$k" -ge "$calls" ]; then
 			at=$k
 		else
 			random "$calls" && at=$((R + 1))

@@ -57,6 +57,8 @@ writer out/o.exr ct-ddnm -q -x 4 -n 2 hr-low.exr out/o.exr
 writer out/s.exr ct-ddnm -q -x 4 -n 2 -k 2 --std out/s.exr hr-low.exr out/o.exr
 writer out/o.ply ct-nabgs -q -b hr-up.nii -n 40 -g 200 --expert max-gaussians=200 hr.exr out/o.ply
 writer out/o.nii ct-fuse -q -n 4 hr-up.nii hr-lr.nii hr.exr out/o.nii
+writer out/o.nii ct-field -q -x 2 -b 20 hr-lr.nii out/o.nii
+writer out/o.txt ct-profile -q hr-thick.nii hr.nii out/o.txt
 writer out/o.safetensors ct-train -q --arch model_channels=32,channel_mult=1 -p 8 --expert batch=2 -n 3 out/o.safetensors hr.exr
 writer out/o.nii ct-sr -q -x 4 -Q draft hr-lr4.nii out/o.nii
 writer out/o.nii ct-sr -q -x 4 --paper --expert views=2,iterations=2,gaussians=20 --keep out/keep hr-lr4.nii out/o.nii

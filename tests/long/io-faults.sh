@@ -35,7 +35,7 @@ fails() { # fails OUT COMMAND...
 		eval "n_$kind=$(wc -l <"$work/calls")"
 	done
 	k=0
-	while [ "$k" -lt $((count / 18)) ]; do
+	while [ "$k" -lt $((count / 23)) ]; do
 		set_=$k k=$((k + 1))
 		case $((set_ % 9)) in 0) kind=open ;; 1) kind=read ;; 2) kind=write ;; 3) kind=sync ;; 4) kind=rename ;; 5) kind=mkdir ;; 6) kind=unlink ;; 7) kind=close ;; 8) kind=write ;; esac
 		eval "calls=\$n_$kind"

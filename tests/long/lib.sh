@@ -55,6 +55,7 @@ inputs() {
 	for v in hr other; do
 		ct-degrade -q -x 2 $v.nii $v-lr.nii
 		ct-degrade -q -x 4 $v.nii $v-lr4.nii
+		ct-degrade -q -x 1,1,4 --decimate mean $v.nii $v-thick.nii
 		ct-upsample -q -x 2 -m linear $v-lr.nii $v-up.nii
 		ct-project -q -n 20 $v.nii $v.exr
 		ct-project -q -n 12 --coarsen 4 $v.nii $v-low.exr
@@ -68,13 +69,14 @@ command_() {
 	ct-ddnm) line="ct-ddnm -q -t 2 -x 4 -n 4 $2-low.exr $3" ;;
 	ct-nabgs) line="ct-nabgs -q -t 2 -b $2-up.nii -n 300 -g 300 --expert max-gaussians=300 --checkpoint-every 20 $2.exr $3" ;;
 	ct-fuse) line="ct-fuse -q -t 2 -n 15 --checkpoint-every 1 $2-up.nii $2-lr.nii $2.exr $3" ;;
+	ct-field) line="ct-field -q -t 2 -x 2 -b 400 --expert every=40 $2-lr.nii $3" ;;
 	ct-train) line="ct-train -q -t 2 --arch model_channels=32,channel_mult=1 -p 8 --expert batch=2 -n 60 --checkpoint-every 10 $3 $2.exr" ;;
 	ct-upsample) line="ct-upsample -m prior -q -t 2 -x 2 $2-lr.nii $3" ;;
 	ct-sr) line="ct-sr -q -t 2 -x 4 --paper --expert views=8,iterations=50,gaussians=300 --keep $3.keep $2-lr4.nii $3" ;;
 	esac
 }
 # Those that take longest; ct-upsample keeps no state, so it begins again; ct-sr knows by --keep.
-lasting='ct-ddnm ct-nabgs ct-fuse ct-train ct-upsample ct-sr'
+lasting='ct-ddnm ct-nabgs ct-fuse ct-field ct-train ct-upsample ct-sr'
 again_of() { case $1 in ct-upsample) echo --force ;; ct-sr) ;; *) echo --resume ;; esac; }
 # every DO: "DO OUT COMMAND..." of every command, on the inputs, to the folder out or to "stdout"
 every() {
@@ -91,6 +93,8 @@ every() {
 	"$1" out/o.exr ct-ddnm -q -t 2 -x 4 -n 2 hr-low.exr out/o.exr
 	"$1" out/o.ply ct-nabgs -q -t 2 -b hr-up.nii -n 40 -g 200 --expert max-gaussians=200 hr.exr out/o.ply
 	"$1" out/o.nii ct-fuse -q -t 2 -n 4 hr-up.nii hr-lr.nii hr.exr out/o.nii
+	"$1" out/o.nii ct-field -q -t 2 -x 2 -b 20 hr-lr.nii out/o.nii
+	"$1" out/o.txt ct-profile -q -t 2 hr-thick.nii hr.nii out/o.txt
 	"$1" out/o.safetensors ct-train -q -t 2 --arch model_channels=32,channel_mult=1 -p 8 --expert batch=2 -n 3 out/o.safetensors hr.exr
 	"$1" out/o.nii ct-upsample -m prior -q -t 2 -x 2 hr-lr.nii out/o.nii
 	"$1" out/s.nii ct-upsample -m prior -q -t 2 -x 2 --std out/s.nii hr-lr.nii out/o.nii
