@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Scores of measured.mk: a slice against what the organisers of the Helsinki Tomography Challenge 2022 made.
 

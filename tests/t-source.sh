@@ -257,6 +257,11 @@ sed -n '/^Sources:/,/^$/p' "$srcdir/src/prior/README.md" | grep -oE 'LIDC-IDRI|L
 [ ! -s lost ]; ok $? 'every source of a network stands in debian/copyright'
 sed 's/^/# /' lost
 grep '^pkgdata_DATA' "$srcdir/src/local.mk" | grep -q 'src/prior/README.md'; ok $? 'the cards of the networks are installed beside them'
+# what is installed to be run says what runs it
+sed -n '/^nobase_dist_example_SCRIPTS/,/[^\\]$/p' "$srcdir/Makefile.am" | grep -oE 'examples/[^ ]*' >scripts
+[ -s scripts ] && while read -r f; do head -c 2 "$srcdir/$f" | grep -qx '#!' || echo "$f"; done <scripts >lost
+[ ! -s lost ]; ok $? 'every script among the examples names its interpreter'
+sed 's/^/# /' lost
 # every Xr of a page of ctsr is a page
 for p in "$srcdir"/man/*.in "$srcdir"/man/*.[357]; do
 	grep -ho '\(^\.Xr\|Xr\) ct[a-z-]* [1-8]' "$p" | sed 's/.*Xr //'
