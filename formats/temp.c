@@ -187,11 +187,12 @@ void ct_temp_undo(struct ct_temp *t, const char *path)
 int ct_temp_settle(const char *path)
 {
 	const size_t n = (size_t)(base_of(path) - path);
-	char *folder = n ? strndup(path, n) : strdup(".");
-	const int fd = folder ? open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC) : -1;
-	int rc = 0;
+	char folder[PATH_MAX] = "."; /* no memory: the file is in its place */
+	int fd, rc = 0;
 
-	free(folder);
+	if (n > 0)
+		snprintf(folder, sizeof folder, "%.*s", (int)n, path);
+	fd = open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
 	if (fd < 0) /* one that we may write to and not read */
 		return errno == EACCES ? 0 : -1;
 	if (fsync(fd) != 0 && errno != EINVAL && errno != ENOTSUP && errno != EBADF)

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
 # faults.sh [COUNT [COMMAND]]: memory fails within every command (tests/long/fault.c), COUNT (2000) times in all: at
-# each of the first calls, then at random ones, once or from there on. The right result, or status 7
+# each of the first calls, then at the last and at random ones, once or from there on. The right result, or status 7
 # and a message (1, if a library ends the run with words of its own), and nothing left. A library that does not
 # look at what it got may end the run by a signal: then the call that failed last is in it (FAULT_SHOW), and
 # nothing but temporary files is left.
@@ -19,13 +19,15 @@ fails() { # fails OUT COMMAND...
 	row "memory fails: $*"
 	rm -rf out && mkdir out
 	faulty FAULT_COUNT="$work/calls" "$@" || { tally 1 'does not run'; return; }
-	want=$(content "$out") calls=$(cat "$work/calls") k=0
+	want=$(content "$out") calls=$(cat "$work/calls") k=0 last=0
 	while [ "$k" -lt $((count / 22)) ]; do
 		k=$((k + 1))
 		if [ "$k" -le $((count / 44)) ] || [ "$k" -ge "$calls" ]; then
 			at=$k
 		else
 			random "$calls" && at=$((R + 1))
+			# the output takes its place in the last ones
+			[ $((k % 4)) -gt 1 ] || { at=$((last / 2 < calls ? calls - last / 2 : 1)); last=$((last + 1)); }
 		fi
 		rm -rf out && mkdir out
 		on=
