@@ -271,12 +271,14 @@ int ct_tensors_read_meta(const char *path, struct ct_meta *m, struct ct_err *e)
 /* The header's JSON, padded with blanks to a multiple of 8 bytes. NULL: no memory. */
 static char *make_header(const struct ct_tensors *w, bool half, size_t *length)
 {
-	json_t *all = json_object(), *meta = json_object();
+	json_t *all, *meta;
 	size_t at = 0;
 	int bad = 0;
 	char *text = NULL, *padded = NULL;
 
 	errno = 0;
+	all = json_object();
+	meta = json_object();
 	for (size_t i = 0; i < w->meta.n; i++)
 		if (strcmp(w->meta.pair[i].key, CT_META_INPUT) != 0) /* of the file that was read */
 			bad |= json_object_set_new(
