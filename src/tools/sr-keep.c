@@ -206,6 +206,8 @@ static int after(void *ctx, enum ct_step_paper_made k, void *made, bool again, s
 		rc = ct_err_any(write_made(s, k, made, e) || sr_steps_end(s, k, e));
 		end_state(s, rc == 0);
 	}
+	if (k == CT_STEP_PAPER_RESULT && s->w.result == SR_OUT && !s->w.p->report)
+		return rc ? -1 : 0; /* in its place, and read by nobody */
 	return rc ? -1 : as_read(k, sr_words_output(&s->w, k), made, e);
 }
 
