@@ -8,8 +8,7 @@
 count=${1:-2000} only=${2:-}
 cc -O1 -shared -fPIC -o "$work/io-fault.so" "$srcdir/tests/long/io-fault.c" -ldl || exit 99
 inputs
-mkdir tmp older
-TMPDIR=$work/tmp; export TMPDIR
+mkdir older
 ct-phantom -q --size 8x8x8 --spacing 4 cube old.nii
 faulty() { # faulty ENVIRONMENT... COMMAND...
 	timeout 60 env LD_PRELOAD="$work/io-fault.so" "$@" >stdout 2>err

@@ -50,6 +50,8 @@ said() { ct-info "$1" 2>/dev/null | sed -n 's/^hash *//p' | grep .; }
 content() { said "$1" || cksum <"$1"; }
 # Small inputs of every command, in the present folder.
 inputs() {
+	# what cannot be saved in its place is kept there
+	mkdir tmp && TMPDIR=$work/tmp && export TMPDIR
 	ct-phantom -q -w -512:3071 --size 24x24x24 --spacing 4 marks hr.nii
 	ct-phantom -q -w -512:3071 --size 24x24x24 --spacing 4 cube other.nii
 	for v in hr other; do
