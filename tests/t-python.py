@@ -223,6 +223,11 @@ ok(raises(ValueError, ctsr.degrade, hr, 2, history='a\0b'), 'in a text')
 ok(raises(ValueError, ctsr.write, ctsr.Image(hr.data, hr.affine, {'a': 'b\0c'}), 'z.nii'), 'in metadata')
 ok(raises(TypeError, ctsr.Image, np.ma.masked_less(hr.data, 0)), 'a masked array')
 ok(raises(TypeError, ctsr.Image, hr.data + 1j), 'complex numbers are no voxels')
+try:
+    ctsr.metrics(hr, ctsr.project(hr, views=2))
+except TypeError as e:
+    said = str(e)
+ok(said == 'expected a volume, not Projections', 'projections are no volume: ' + said)
 ok(raises(TypeError, ctsr.Image, hr.data.astype('S8')), 'bytes of text are no voxels')
 ok(raises(TypeError, ctsr.Image, hr.data, hr.affine * (1 + 1j)), 'complex numbers are no affine')
 ok(fails(2, 'the last row of an affine is 0 0 0 1, not 0 0 0 2', ctsr.Image, hr.data, np.diag([1, 1, 1, 2.])), 'an affine that scales the last row')

@@ -239,6 +239,8 @@ class Image:
             return x
         if isinstance(x, (str, bytes, os.PathLike)):
             return read(x)
+        if isinstance(x, (Projections, Gaussians)):
+            raise TypeError('expected a volume, not %s' % type(x).__name__)
         if hasattr(x, 'affine') and hasattr(x, 'dataobj'):
             data, units = np.asanyarray(x.dataobj), getattr(getattr(x, 'header', None), 'get_xyzt_units', lambda: ('mm', ''))()[0]
             mm = {'meter': 1e3, 'micron': 1e-3}.get(units, 1)
