@@ -141,6 +141,13 @@ static void test_detector(void)
 	OK(parse(&s, "{\"mode\": \"parallel\", \"sVoxel\": 2" SIZE "}", &grid, NULL) == 0 &&
 			same(s.dso, 375) && same(s.dsd, 562.5) && same(s.pitch[0], 9),
 		"parallel rays need neither DSO nor DSD");
+	OK(parse(&s, "{\"mode\": \"parallel\", \"DSO\": 1, \"sVoxel\": 2" SIZE "}", &grid, NULL) ==
+				0 &&
+			same(s.dso, 48) && same(s.dsd, 562.5) &&
+			parse(&s, "{\"mode\": \"parallel\", \"DSD\": 9, \"sVoxel\": 2" SIZE "}",
+				&grid, NULL) == 0 &&
+			same(s.dso, 375) && same(s.dsd, 432),
+		"but one that is given is that of parallel rays, too");
 	OK(parse(&s, "{" BASE SIZE ", \"offDetector\": [1e9, 0]}", NULL, NULL) == 0 &&
 			ct_geometry_fill(&far, &s, &e) == -1 && e.code == CT_EGEOM &&
 			strstr(e.msg, "moved by 1e+09 mm along u"),

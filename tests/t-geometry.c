@@ -156,6 +156,17 @@ static void t_refused(void)
 		*x[i] = i % 2 ? (double)INFINITY : -(double)INFINITY;
 		refused(&bad, "scan geometry is not finite");
 	}
+	for (int i = 0; i < 8; i++) {
+		struct ct_geometry bad = good;
+		double *x[4] = {&bad.offset[0], &bad.source[0], &bad.offset[1], &bad.source[1]};
+		struct ct_stack s = {0};
+
+		*x[i / 2] = (i % 2 ? -1.01e5 : 1.01e5) * bad.dsd;
+		refused(&bad, i < 4 ? "mm along u, too far" : "mm along v, too far");
+		*x[i / 2] *= 0.98;
+		OK(ct_geometry_fill(&s, &bad, &err) == 0, "less far is taken");
+		ct_stack_free(&s);
+	}
 	for (int i = 0; i < 3; i++) {
 		struct ct_geometry bad = good;
 		struct ct_stack s = {0};
