@@ -291,6 +291,7 @@ static void test_done(void)
 		"in a new folder nothing was done");
 	make(&k, 1, "a1", NULL);
 	ct_kept_close(&k);
+	OK(is_there("k/lock"), "a new folder in which something was made keeps its lock");
 	must(begin(&k, "k"));
 	OK(look(&k, 1, "a1", false) == CT_KEPT_BEGUN && ct_kept_owns(&k, 1, "k/b"),
 		"an output that is noted before it is done has begun");
@@ -452,6 +453,47 @@ static pid_t keep_locked(const char *path, double seconds)
 	return pid;
 }
 
+/* Has that process a file of this name open? */
+static bool has_open(pid_t pid, const char *end)
+{
+	char pattern[40], to[200];
+	bool has = false;
+
+	snprintf(pattern, sizeof pattern, "/proc/%d/fd/*", (int)pid);
+	globfree(&found);
+	glob(pattern, 0, NULL, &found);
+	for (size_t i = 0; i < found.gl_pathc && !has; i++) {
+		const ssize_t n = readlink(found.gl_pathv[i], to, sizeof to);
+		const size_t k = strlen(end);
+
+		has = n >= (ssize_t)k && memcmp(to + n - k, end, k) == 0;
+	}
+	return has;
+}
+
+/* A process that has the file locked, and removes it when we wait for it. */
+static void remove_locked(const char *path)
+{
+	const pid_t we = getpid();
+	int fd, ready[2];
+	char byte = 0;
+
+	if (pipe(ready))
+		exit(99);
+	if (fork() == 0) {
+		fd = open(path, O_RDWR);
+		if (!ct_temp_lock(fd) || write(ready[1], &byte, 1) != 1)
+			_exit(1);
+		while (getppid() == we && !has_open(we, path))
+			ct_clock_sleep(0.001);
+		_exit(unlink(path));
+	}
+	if (read(ready[0], &byte, 1) != 1)
+		exit(99);
+	close(ready[0]);
+	close(ready[1]);
+}
+
 /* Cannot be opened, for this reason. */
 static bool fails(const char *folder, const char *why)
 {
@@ -488,6 +530,10 @@ static void test_folder(void)
 	OK(ct_clock_wall() - start < 20, "which is told soon");
 	kill(pid, SIGKILL);
 	waitpid(pid, NULL, 0);
+	remove_locked("d/lock");
+	OK(fails("d", "d: another run just removed it"),
+		"a lock that is removed while it is waited for locks nothing");
+	wait(NULL);
 	put_text("a", "");
 	OK(fails("a", "a/lock: Not a directory"), "a file is no folder to keep in");
 	OK(fails("x/y", "x/y: No such file or directory"),

@@ -315,6 +315,11 @@ static void test_rescue(void)
 	OK(ct_resume_save(&r, pack, &work, &e) == -1 &&
 			strstr(e.msg, ": moved to o.state, the same command goes on from it"),
 		"a command without --resume names none");
+	r.own = true;
+	OK(ct_resume_rescue(&r, pack, &work, &e) == -1 &&
+			strstr(e.msg, "; the result is kept: the same command writes it"),
+		"nor does one whose result is kept in its place");
+	r.own = false;
 	OK(ct_resume_save(&r, pack_fails, &work, &e) == -1 && !strstr(e.msg, "kept"),
 		"a state that cannot be packed is kept nowhere");
 	setenv("TMPDIR", "nowhere", 1);
