@@ -381,6 +381,7 @@ static void test_grids(void)
 	const size_t n[3] = {2, 3, 4};
 	const double f[3] = {4, 2, 1}, back[3] = {0.25, 0.5, 1}, first[3] = {0, 0, 0};
 	double p[3], q[3], lr[3];
+	int axis[3] = {9, 9, 9}, sign[3];
 
 	if (ct_vol_alloc(&v, n, &e) || ct_vol_alloc(&w, n, &e))
 		exit(99);
@@ -409,6 +410,9 @@ static void test_grids(void)
 	v.data[9] = NAN;
 	OK(ct_vol_check_finite(&v, &e) && strcmp(e.msg, "voxel (1,1,1) is NaN") == 0,
 		"NaN is named");
+	v.affine[1][2] = (double)NAN;
+	ct_vol_axes(&v, axis, sign);
+	OK(axis[0] == 0 && axis[1] == 1 && axis[2] == 2, "axes of an affine of NaN are in order");
 	ct_vol_free(&v);
 	ct_vol_free(&w);
 }

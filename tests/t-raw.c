@@ -328,6 +328,8 @@ static void test_npy(void)
 		{DICT("'|u1\"", "False", "(2, 3, 4)"), "descr '|u1"},
 		{DICT("'|u12'", "False", "(2, 3, 4)"), "descr '|u12'"},
 		{DICT("'u1'", "False", "(2, 3, 4)"), "descr 'u1'"},
+		{DICT("'<f8 and more of it'", "False", "(2, 3, 4)"),
+			"descr '<f8 and more of it' is"},
 		{DICT("[u1]", "False", "(2, 3, 4)"), "descr [u1]"},
 		{"{'fortran_order': False, 'shape': (2, 3, 4)}", "without descr"},
 		{"{'descr': '|u1', 'shape': (2, 3, 4)}", "without descr"},

@@ -49,8 +49,20 @@ static float from_half(uint16_t h)
 	return x;
 }
 
+static double half_value(unsigned h)
+{
+	const int exponent = (int)(h >> 10 & 31), rest = (int)(h & 1023);
+	const double x = exponent == 31 ? rest ? (double)NAN : (double)INFINITY
+			 : exponent     ? ldexp(1024 + rest, exponent - 25)
+					: ldexp(rest, -24);
+
+	return h & 0x8000 ? -x : x;
+}
+
 static void test_half(void)
 {
+	static uint16_t each[65536];
+	static float value[65536];
 	float brain[2];
 	size_t bad = 0;
 	struct {
@@ -70,6 +82,12 @@ static void test_half(void)
 		bad += isnan(x) ? !isnan(from_half(ct_voxel_half(x))) : ct_voxel_half(x) != h;
 	}
 	OK(bad == 0, "all 65536 halves come back");
+	for (unsigned h = 0; h < 65536; h++)
+		each[h] = (uint16_t)h;
+	ct_voxels_float(65536, value, CT_V_F16, each, 1, 0);
+	for (unsigned h = 0; h < 65536; h++)
+		bad += isnan(half_value(h)) ? !isnan(value[h]) : (double)value[h] != half_value(h);
+	OK(bad == 0, "all 65536 halves have their values, infinity too");
 	for (uint64_t i = 0; i < 20000; i++) { /* nearest: no neighbour is closer */
 		float x = ct_rng_normal(1, 2, i) * (i % 2 ? 1 : 1e-4f), d;
 		uint16_t h = ct_voxel_half(x);
