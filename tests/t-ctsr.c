@@ -602,8 +602,11 @@ static void test_numbers(void)
 /* A message calls what is wrong as a C caller does: no options of commands. */
 static void test_names(void)
 {
-	const double turned[3][4] = {{0, 2, 0, -12}, {-2, 0, 0, 12}, {0, 0, 2, -12}};
+	const double turned[2][3][4] = {{{0, 2, 0, -12}, {0, 0, 2, -12}, {2, 0, 0, -12}},
+		{{-2, 0, 0, 12}, {0, 2, 0, -12}, {0, 0, 2, -12}}};
+	const ctsr_view view = {{0, -99, 0}, {0, 99, 0}, {1, 0, 0}, {0, 0, -1}};
 	const size_t n[3] = {12, 12, 12};
+	ctsr_projections *p;
 	ctsr_volume *v = ball(24), *lo, *out = NULL, *error = NULL;
 	ctsr_consistency agrees = {.size = sizeof agrees};
 	ctsr_operator by = by_two();
@@ -628,11 +631,21 @@ static void test_names(void)
 	OK(failed(ctsr_degrade(&out, v, &by, NULL, &e), CTSR_USAGE) &&
 			strcmp(e.message, "protocol: sigma and sampling leave nothing of it") == 0,
 		"where the command has another word, the member's stands: %s", e.message);
-	must(ctsr_volume_new(&lo, n, turned, NULL, &e));
+	must(ctsr_projections_new(&p, CTSR_CONE, 1, 3, 3, &view, &e));
+	OK(failed(ctsr_fdk(&out, p, NULL, NULL, &e), CTSR_GEOMETRY) &&
+			strstr(e.message, ": name a volume with like"),
+		"so does it for an argument: %s", e.message);
+	ctsr_projections_free(p);
 	by = by_two();
+	must(ctsr_volume_new(&lo, n, turned[0], NULL, &e));
 	OK(failed(ctsr_check_consistency(&agrees, v, lo, &by, NULL, &e), CTSR_GEOMETRY) &&
 			strstr(e.message, "ct-convert --reorient RAS"),
 		"the option of a command that is named stays: %s", e.message);
+	ctsr_volume_free(lo);
+	must(ctsr_volume_new(&lo, n, turned[1], NULL, &e));
+	OK(failed(ctsr_check_consistency(&agrees, v, lo, &by, NULL, &e), CTSR_GEOMETRY) &&
+			strstr(e.message, "ct-convert --reorient RAS"),
+		"also where an axis is stored the other way round alone: %s", e.message);
 	ctsr_volume_data(lo, NULL, NULL)[0] = INFINITY;
 	OK(failed(ctsr_check_consistency(&agrees, v, lo, &by, NULL, &e), CTSR_NUMBER) &&
 			strstr(e.message, "coarse: voxel (0,0,0)") == e.message,

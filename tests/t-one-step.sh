@@ -24,7 +24,7 @@ step() {
 # refused NAME STATUS END STEP 'IN...' 'KEY=VALUE...' COMMAND...: with the same words behind the name of the file or argument
 refused() {
 	name_=$1 status_=$2 end_=$3 step_=$4 in_=$5 how_=$6; shift 6
-	exits "$status_" "$name_" "$@" "no.$end_"; words 's/^ct-[a-z]*: //' >want
+	exits "$status_" "$name_" "$@" "no.$end_"; words "s/^ct-[a-z]*: //; s/--decimate/sampling/; s/--expert t-start/start/; s/--expert operator/pixel/; s/--quantity density/density/; s/--//g" >want
 	# shellcheck disable=SC2086
 	{ exits "$status_" "the library refuses $step_ of $in_ with status $status_" c $step_ $in_ "no.$end_" $how_; words >got; }
 	# shellcheck disable=SC2086
@@ -33,8 +33,9 @@ refused() {
 	cmp -s want got && cmp -s got too || sed 's/^/# /' want got too
 	[ ! -e "no.$end_" ]; ok $? "$step_ of $in_ that is refused makes no output"
 }
-# The message, without the name, the dashes of options, and what only a command or only a call can do about it.
-words() { sed "$1; s/^[^: ]*: //; s/--decimate/sampling/; s/--expert t-start/start/; s/--//g; s/ (but see .*//; s/: give .*//; s/add quantity/add/; s/^units //; s/\(low\|fine\|sinc\)\.exr/projections/; s/fine\.nii/reference/; 1q" err; }
+# The message, without the name and what only a command or only a call can do about it. An option of a command is a member
+# of that meaning: a call that names one with its dashes is seen.
+words() { sed "$1; s/^[^: ]*: //; s/ (but see .*//; s/: give .*//; s/\(ct-[a-z]*\) --/\1 /g; s/^units //; s/\(low\|fine\|sinc\)\.exr/projections/; s/fine\.nii/reference/; 1q" err; }
 # figures NAME STEP 'IN...' 'KEY=VALUE...' OPTION...: the three report the same of ct-metrics, of views those of --per-slice
 figures() {
 	name_=$1 step_=$2 in_=$3 how_=$4; shift 4
@@ -163,6 +164,7 @@ refused 'noise for a sampler that knows none' 2 exr ddnm low.exr "sampler=ddim s
 refused 'samples of a single call' 2 exr ddnm low.exr "sampler=once samples=2 prior=$rdn" ct-ddnm -q --sampler once -k 2 -p "$rdn" low.exr
 refused 'another factor' 2 exr ddnm low.exr "factor=2 prior=$prior" ct-ddnm -q -x 2 -p "$prior" low.exr
 refused 'a larger factor than that of the pixels' 2 exr ddnm low.exr "factor=8 prior=$prior" ct-ddnm -q -x 8 -p "$prior" low.exr
+refused 'an operator that is not that of the pixels' 2 exr ddnm sinc.exr "pixel=1 prior=$prior" ct-ddnm -q --expert operator=mean -p "$prior" sinc.exr
 refused 'also without a network' 2 exr ddnm sinc.exr 'factor=8 sampler=none' ct-ddnm -q -x 8 --sampler none sinc.exr
 refused 'a sampler that is not for the network' 2 exr ddnm low.exr "sampler=ddim prior=$rdn" ct-ddnm -q --sampler ddim -p "$rdn" low.exr
 refused 'Gaussians for a prior' 3 exr ddnm low.exr "prior=$g1" ct-ddnm -q -p "$g1" low.exr
