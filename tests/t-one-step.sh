@@ -135,6 +135,7 @@ ct-project -q -n 8 --beam parallel fine.nii parallel.exr && ct-project -q -n 8 -
 step 'reconstructed' nii reconstruct fine.exr '' ct-fdk -q fine.exr
 step 'with overshoots, on a grid of its own' nii reconstruct open.exr 'like=over-up.nii filter=hann' ct-fdk -q --grid over-up.nii --filter hann open.exr
 step 'of parallel rays, as density' nii reconstruct parallel.exr 'density=1 voxels=20' ct-fdk -q --quantity density --grid 20 parallel.exr
+step 'without a filter, as density' nii reconstruct fine.exr 'filter=none density=1' ct-fdk -q --filter none --quantity density fine.exr
 step 'a short scan of a fan, in its window' nii reconstruct fan.exr 'parker=1' ct-fdk -q --parker fan.exr
 step 'by iteration' nii reconstruct fine.exr 'method=cgls iterations=3' ct-fdk -q -m cgls -n 3 fine.exr
 step 'with the least variation' nii reconstruct fine.exr 'method=tv iterations=3 tv=40 nonnegative=1' ct-fdk -q -m tv -n 3 --tv 40 --nonnegative fine.exr
