@@ -221,7 +221,7 @@ ct-metrics --ssim all --json --range 255 impulse.nii zero.nii >impulse.json
 ct-metrics --ssim all --json --range 65535 low16.nii high16.nii >int16.json
 exits 0 'volumes of one slice are compared with --ssim all' ct-metrics --ssim all --json thin-a.nii thin-b.nii
 mv out thin.json
-has err 'ssim-3d is left out' 'what needs more is left out, and said so'
+has err 'ssim-3d is left out: its window is larger than the volume' 'what needs more is left out, and said so'
 exits 5 'and refused if asked for' ct-metrics --ssim 3d thin-a.nii thin-b.nii
 exits 5 'as is a thin slice' ct-metrics --ssim wang side-a.nii side-b.nii
 exits 0 'volumes of one voxel along i are compared by default' ct-metrics side-a.nii side-b.nii

@@ -79,8 +79,8 @@ static int check_mask(struct ct_step_compare *p, const struct ct_env *env, struc
 		       : 0;
 }
 
-/* Which definitions of SSIM are computed, from `first` to `last`, of so many voxels, or of such
- * views (1 along the third axis). One that is asked for, or the default, has to fit. */
+/* Which definitions of SSIM are computed of so many voxels, from `first`, 0, to `last`, or of such
+ * views: those from a later one. One that is asked for, or the default, has to fit. */
 static int choose_ssim(struct ct_step_compare_rule *r, int asked, int first, int last,
 	const size_t n[static 3], const struct ct_env *env, struct ct_err *e)
 {
@@ -98,7 +98,7 @@ static int choose_ssim(struct ct_step_compare_rule *r, int asked, int first, int
 		if (all && !fits)
 			ct_log(env, CT_WARN, "%s is left out: its window is larger than the %s",
 				ct_figures_ssim((enum ct_ssim_kind)k),
-				n[2] > 1 ? "volume" : "views");
+				first > 0 ? "views" : "volume");
 	}
 	return 0;
 }
