@@ -142,6 +142,11 @@ def run_nipype():
     made = interface('ct-sr')(IN='lr.nii', OUT='n.nii', quality='draft', threads=1, quiet=True)
     assert made.cmdline == 'ct-sr --quality=draft --quiet --threads=1 lr.nii n.nii', made.cmdline
     assert made.run().outputs.OUT.endswith('/n.nii')
+    try:
+        print(made.run().outputs)
+        raise AssertionError('a command that fails has outputs')
+    except RuntimeError as e:
+        assert 'ct-sr: n.nii: exists' in str(e) and 'Return code: 4' in str(e), e
     made = interface('ct-convert')(IN=['lr.nii'], OUT='n.nii.gz', quiet=True)
     assert made.cmdline == 'ct-convert --quiet lr.nii n.nii.gz' and made.run().outputs.OUT.endswith('/n.nii.gz')
 

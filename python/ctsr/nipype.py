@@ -49,7 +49,7 @@ def _trait(p: Dict[str, Any], places: int) -> Any:
 
 def interface(command: str) -> Type[CommandLine]:
     """A class of nipype that runs a command: ct-sr is CtSr. Its inputs are arguments and options, a - of their names a _;
-    its outputs are the files that it writes, by the same names."""
+    its outputs are the files that it writes, by the same names. run() raises RuntimeError where the command fails."""
     all_ = parameters(described(command))
     places = sum('place' in p for p in all_)
     writes = [_name(p) for p in all_ if p.get('direction') == 'out']
@@ -65,4 +65,11 @@ def interface(command: str) -> Type[CommandLine]:
                 out[w] = os.path.abspath(value)
         return out
 
-    return type(name, (CommandLine,), {'_cmd': command, 'input_spec': given, 'output_spec': made, '_list_outputs': _list_outputs})
+    def _run_interface(self, runtime, correct_return_codes=(0,)):
+        runtime = CommandLine._run_interface(self, runtime, correct_return_codes)
+        if runtime.returncode not in correct_return_codes:
+            self.raise_exception(runtime)  # nipype only notes it, and the outputs would be those of another run
+        return runtime
+
+    return type(name, (CommandLine,), {
+        '_cmd': command, 'input_spec': given, 'output_spec': made, '_list_outputs': _list_outputs, '_run_interface': _run_interface})
