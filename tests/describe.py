@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What commands say of themselves to programs: describe.py WHAT TOOL..."""
-import json, re, subprocess, sys
+import json, pickle, re, subprocess, sys
 import xml.etree.ElementTree as ET
 
 TYPES = {'flag', 'integer', 'number', 'text', 'choice', 'file'}
@@ -142,6 +142,8 @@ def run_nipype():
     made = interface('ct-sr')(IN='lr.nii', OUT='n.nii', quality='draft', threads=1, quiet=True)
     assert made.cmdline == 'ct-sr --quality=draft --quiet --threads=1 lr.nii n.nii', made.cmdline
     assert made.run().outputs.OUT.endswith('/n.nii')
+    load = [sys.executable, '-c', 'import pickle, sys; print(pickle.load(sys.stdin.buffer).cmdline)']
+    assert subprocess.run(load, check=True, input=pickle.dumps(made), capture_output=True).stdout.decode() == made.cmdline + '\n'  # as Node and Workflow do
     try:
         print(made.run().outputs)
         raise AssertionError('a command that fails has outputs')

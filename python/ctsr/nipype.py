@@ -7,7 +7,9 @@
 """
 from __future__ import annotations
 
+import functools
 import os
+import re
 from typing import Any, Dict, Type
 
 from nipype.interfaces.base import CommandLine, CommandLineInputSpec, Directory, File, InputMultiPath, TraitedSpec, isdefined, traits
@@ -47,6 +49,7 @@ def _trait(p: Dict[str, Any], places: int) -> Any:
     return traits.Either(File(exists=True), Directory(exists=True), **meta)
 
 
+@functools.lru_cache(maxsize=None)
 def interface(command: str) -> Type[CommandLine]:
     """A class of nipype that runs a command: ct-sr is CtSr. Its inputs are arguments and options, a - of their names a _;
     its outputs are the files that it writes, by the same names. run() raises RuntimeError where the command fails."""
@@ -54,8 +57,9 @@ def interface(command: str) -> Type[CommandLine]:
     places = sum('place' in p for p in all_)
     writes = [_name(p) for p in all_ if p.get('direction') == 'out']
     name = ''.join(w.capitalize() for w in command.split('-'))
-    given = type(name + 'Input', (CommandLineInputSpec,), {_name(p): _trait(p, places) for p in all_})
-    made = type(name + 'Output', (TraitedSpec,), {w: traits.Str(desc='what was written') for w in writes})
+    here = {'__module__': __name__}
+    given = type(name + 'Input', (CommandLineInputSpec,), {**here, **{_name(p): _trait(p, places) for p in all_}})
+    made = type(name + 'Output', (TraitedSpec,), {**here, **{w: traits.Str(desc='what was written') for w in writes}})
 
     def _list_outputs(self):
         out = self.output_spec().get()
@@ -71,5 +75,16 @@ def interface(command: str) -> Type[CommandLine]:
             self.raise_exception(runtime)  # nipype only notes it, and the outputs would be those of another run
         return runtime
 
-    return type(name, (CommandLine,), {
-        '_cmd': command, 'input_spec': given, 'output_spec': made, '_list_outputs': _list_outputs, '_run_interface': _run_interface})
+    runs = type(name, (CommandLine,), {
+        **here, '_cmd': command, 'input_spec': given, 'output_spec': made, '_list_outputs': _list_outputs, '_run_interface': _run_interface})
+    globals().update({c.__name__: c for c in (given, made, runs)})
+    return runs
+
+
+def __getattr__(name: str) -> Any:
+    """CtSr of ct-sr, CtSrInput and CtSrOutput: pickle, so a Node or Workflow of nipype, finds classes by name, in other processes too."""
+    of = re.fullmatch('((?:[A-Z][a-z]+)+?)(Input|Output)?', name)
+    if not of or not name.startswith('Ct'):
+        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+    interface('-'.join(re.findall('[A-Z][a-z]+', of[1])).lower())
+    return globals()[name]
