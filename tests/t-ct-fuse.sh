@@ -97,6 +97,9 @@ has err 'other-lr.nii' 'the error of an LR of another grid names it'
 ct-project --views 21 up.nii more.exr
 exits 5 'base projections of another scan' ct-fuse --base-projections=more.exr up.nii lr.nii \
 	p.exr no.nii
+ct-phantom --like=p.exr --window=-512:3071 ellipsoids narrow.exr
+exits 3 'ct-fuse refuses base projections of another window' ct-fuse --base-projections=narrow.exr up.nii lr.nii p.exr no.nii
+has err '^ct-fuse: up.nii has the window -1024:3071, narrow.exr has -512:3071' 'the error of base projections of another window names both'
 exits 4 'ct-fuse refuses to overwrite a volume with status 4' ct-fuse up.nii lr.nii p.exr out.nii
 exits 4 'ct-fuse refuses to overwrite a residual with status 4' ct-fuse --residual-out=r.nii up.nii lr.nii p.exr no.nii
 [ ! -e no.nii ] && [ ! -e no.nii.state ]; ok $? 'runs of ct-fuse that fail leave neither volume nor state'

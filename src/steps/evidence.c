@@ -60,15 +60,24 @@ int ct_evidence_operator(struct ct_degrade *by, const struct ct_meta *lr, const 
 /* The window that what is asked and all data agree on. */
 static int choose_window(struct ct_evidence *d, struct ct_err *e)
 {
-	const char *base = ct_meta_get(&d->base.meta, CT_META_WINDOW);
-	const char *in = ct_meta_get(&d->in.meta, CT_META_WINDOW);
+	const struct {
+		const struct ct_meta *meta;
+		const char *name;
+	} by[3] = {{&d->base.meta, d->is.base}, {&d->in.meta, d->is.in},
+		{&d->base_proj.meta, d->is.projections}};
+	const char *said[3];
+	int first = 3;
 
-	if (ct_window_rule_choose(d->window, &d->is.window, base ? &d->base.meta : &d->in.meta, e))
+	for (int i = 2; i >= 0; i--)
+		if ((said[i] = ct_meta_get(by[i].meta, CT_META_WINDOW)))
+			first = i;
+	if (ct_window_rule_choose(d->window, &d->is.window, by[first % 3].meta, e))
 		return -1;
-	return base && in && strcmp(base, in) != 0
-		       ? ct_fail(e, CT_EINPUT, "%s has the window %s, %s has %s", d->is.base, base,
-				 d->is.in, in)
-		       : 0;
+	for (int i = first + 1; i < 3; i++)
+		if (said[i] && strcmp(said[first], said[i]) != 0)
+			return ct_fail(e, CT_EINPUT, "%s has the window %s, %s has %s",
+				by[first].name, said[first], by[i].name, said[i]);
+	return 0;
 }
 
 /* What the base, in HU, leaves of the LR, which becomes that. */
