@@ -29,6 +29,8 @@ above "$(psnr hr.nii out.nii)" "$(psnr hr.nii up.nii) + 2"; ok $? 'the sum is 2 
 above "$(psnr hr.nii up.nii)" "$(ct-compose -g -1 up.nii res.ply - | psnr hr.nii -) + 2"
 ok $? 'with -g -1 the sum is 2 dB farther from the truth than the base'
 exits 0 'ct-compose adds a residual volume to the base' ct-compose up.nii r.nii two.nii
+! grep -q 'whole CT' err; ok $? 'ct-compose does not take a residual for a whole CT'
+ct-compose up.nii hr.nii - 2>err >/dev/null; has err '^ct-compose: warning: hr.nii: [0-9]* % of its voxels are below -500 HU, as in a whole CT' 'ct-compose warns of a whole CT for a residual'
 above "$(psnr out.nii two.nii 2>&1 | sed s/inf/999/)" 100
 ok $? 'a residual volume gives the sum of its set of Gaussians'
 exits 0 'ct-nabgs --json fits without --base-projections' fit --json p.exr j.ply

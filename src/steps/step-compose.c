@@ -22,6 +22,21 @@ static int check(
 	return 0;
 }
 
+/* Say that what nothing calls a residual has as much air as a whole CT. */
+static void warn_whole(const struct ct_vol *v, const char *name, const struct ct_env *env)
+{
+	const size_t n = ct_vol_count(v);
+	size_t air = 0;
+
+	for (size_t i = 0; i < n && !ct_meta_get(&v->meta, CT_META_QUANTITY); i++)
+		air += v->data[i] < -500;
+	if (air > n / 10)
+		ct_log(env, CT_WARN,
+			"%s: %.0f %% of its voxels are below -500 HU, as in a whole CT, not in a "
+			"residual",
+			name, 100 * (double)air / (double)n);
+}
+
 /* The residual in HU on the grid of the base. */
 static int make_residual(struct ct_vol *out, struct ct_step_compose_report *did,
 	const struct ct_step_compose *d, const struct ct_step_compose_rule *r,
@@ -35,6 +50,7 @@ static int make_residual(struct ct_vol *out, struct ct_step_compose_report *did,
 			return ct_blame(e, r->residual);
 		if (ct_vol_like(out, d->base, e))
 			return -1;
+		warn_whole(d->residual, r->residual, env);
 		memcpy(out->data, d->residual->data, ct_vol_count(out) * sizeof *out->data);
 		return 0;
 	}
