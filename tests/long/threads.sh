@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # threads.sh [TEST...]: what uses threads, under ThreadSanitizer: the C tests of kernels, solvers and the
 # fit, and the commands with four threads. Builds in build-thread. oneDNN and its OpenMP are not built for
-# it, so what happens inside them is not looked at, nor is the flag that a signal sets for all threads. TEST: the name
-# of a C test, without t-; "-" is none.
+# it, so what happens inside them is not looked at. TEST: the name of a C test, without t-; "-" is none.
 . "$(dirname "$0")/lib.sh"
 default='core solve columns resample degrade consistency tv ssim-volume metrics edges difference structures splat mixture loss loss-total project fdk joint gsfit net-layers unet superres padding refine'
 tests=${*:-$default}
