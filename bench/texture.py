@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Made-up bone texture, for what doc/results.md says of texture: texture.py FOLDER
+"""Made-up bone texture, for what doc/prior.md says of texture: texture.py FOLDER
 writes spongyS-B.nii, 128^3 voxels: walls of 1100 HU, about S voxels thick, in marrow, blurred by B voxels, noise of 20 HU."""
 import sys
 import nibabel as nb

@@ -220,7 +220,6 @@ libct_a_SOURCES += src/recon/backproject.c src/recon/backproject.h
 SIMD_SOURCES += src/recon/backproject-line.c
 SIMD_SOURCES += src/recon/backproject-row.c
 libct_a_SOURCES += src/recon/fdk-weights.c src/recon/fdk-weights.h
-libct_a_SOURCES += src/recon/parker.c src/recon/parker.h
 libct_a_SOURCES += src/recon/upright.c src/recon/upright.h src/recon/centre.c src/recon/centre.h \
 	src/recon/water.c src/recon/water.h
 libct_a_SOURCES += src/recon/fdk.c src/recon/fdk.h

@@ -3,7 +3,7 @@
  * TV joins what lies between edges to plateaus, HTV to smooth surfaces, DC adds nothing of its own.
  * All three agree with the scan, and so does every mean of them. What two of them make wrong has
  * often opposite signs: the mean is nearer to the truth than either. How much of HTV, the scan
- * itself tells (trial.h). doc/results.md, "The mean of two inversions".
+ * itself tells (trial.h). doc/prior.md, "The mean of two inversions".
  * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_INVERSE_INVERSION_H

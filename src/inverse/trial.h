@@ -4,7 +4,7 @@
  *
  * The scan itself is asked. A part of it, where neighbours differ most, is made twice as coarse by
  * the operator that made the scan, in units of its voxels, and refined again: with TV, with HTV,
- * and without. The part is the truth. doc/results.md has what this finds.
+ * and without. The part is the truth. doc/prior.md has what this finds.
  * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_INVERSE_TRIAL_H

@@ -36,7 +36,7 @@
 #define CT_UPSAMPLE_ALIAS 0.2
 /* Of the noise. The volume of least variation at the full noise level is too smooth: it gives up
  * detail until the misfit is used up. From 0.7 to 0.8 of it PSNR is the same and a third as many
- * structures are false: doc/results.md, "How far noise is taken off". */
+ * structures are false: doc/trials.md, "How far noise is taken off". */
 #define CT_UPSAMPLE_NOISE_SHARE 0.8
 
 #define CT_UPSAMPLE_LIST(X)                                                                        \

@@ -1,7 +1,6 @@
 /* fdk-weights.c: see fdk-weights.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "recon/fdk-weights.h"
-#include "recon/parker.h"
 #include "core/vec3.h"
 #include "core/mem.h"
 #include "core/order.h"
@@ -348,6 +347,22 @@ void ct_fdk_weights_free(struct ct_fdk_weights *o)
 	*o = (struct ct_fdk_weights){0};
 }
 
+/* How much a ray of a short scan counts (Parker, Med. Phys. 9, 254, 1982), 0 to 1. beta: angle of
+ * the view from where the arc begins, 0 to pi + 2 delta, rad; g: that of the ray in the fan, -delta
+ * to delta, so that (beta + pi
+ * + 2 g, -g) is the same line: the weights of the two have the sum 1. */
+static double parker_weight(double beta, double g, double delta)
+{
+	double s = 1;
+
+	g = fmin(fmax(g, -delta), delta);
+	if (beta < 2 * delta - 2 * g)
+		s = sin(M_PI / 4 * beta / (delta - g));
+	else if (beta > M_PI - 2 * g)
+		s = sin(M_PI / 4 * fmax(M_PI + 2 * delta - beta, 0) / (delta + g));
+	return s * s;
+}
+
 /* The share of a ray at x mm from the foot, `side` of the detector that reaches far: so that both
  * rays of a line count 1. */
 static double share(
@@ -359,7 +374,7 @@ static double share(
 		double beta = v->angle - o->first;
 
 		beta += beta < 0 ? 2 * M_PI : 0;
-		return ct_parker_weight(beta, -o->sign * atan(x / v->distance), o->delta);
+		return parker_weight(beta, -o->sign * atan(x / v->distance), o->delta);
 	}
 	if (o->redundancy == CT_RAYS_OFFSET) {
 		double at =

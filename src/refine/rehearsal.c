@@ -266,10 +266,10 @@ int ct_rehearsal_run(struct ct_rehearsal *t, const struct ct_refine *r, const st
 
 /* Texture, band-limited along several axes: the prior is added in full where total variation loses
  * at most so many dB times the factor, and beyond that in part. Elsewhere the loss does not tell.
- * doc/results.md, "Texture". */
+ * doc/prior.md, "Texture". */
 #define TEXTURE_LOSS 0.05
 /* Twice: a scan twice as coarse has more to add than the scan, and no more than MOST_WEIGHT is
- * believed. doc/results.md, "What the scan itself tells". */
+ * believed. doc/prior.md, "What the scan itself tells". */
 #define COARSER_MORE 0.3
 #define MOST_WEIGHT 1.6
 

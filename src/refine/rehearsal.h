@@ -10,7 +10,7 @@
  *   twice      along two axes or three: along the same. It is supposed to look alike twice as
  *              coarse. Of other factors, to which other networks belong, that does not tell.
  *
- * doc/results.md, "Texture", "What the scan itself tells" and "Is the predicted error right?", has
+ * doc/prior.md, "Texture", "What the scan itself tells" and "Is the predicted error right?", has
  * what it finds.
  * SPDX-License-Identifier: Apache-2.0
  */

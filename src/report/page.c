@@ -148,8 +148,8 @@ static void put_ran(FILE *f, const struct ct_page *p)
 static void put_foot(FILE *f, const struct ct_page *p)
 {
 	(void)p;
-	fputs("Made by ct-report " PACKAGE_VERSION
-	      " of ctsr. For research, not for diagnosis. This file holds the name of a patient only if a "
+	fputs("Made by ctsr " PACKAGE_VERSION
+	      ". For research, not for diagnosis. This file holds the name of a patient only if a "
 	      "file name has it, and loads nothing from the network.\n",
 		f);
 }

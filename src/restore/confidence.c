@@ -6,7 +6,7 @@
 
 #include <math.h>
 
-/* HU, of thick slices and of others: doc/results.md, "Where the network looks". */
+/* HU, of thick slices and of others: doc/trials.md, "Where the network looks". */
 #define LEAST_THICK 3
 #define LEAST 10
 
@@ -43,7 +43,7 @@ static struct ct_degrade as_seen(const struct ct_degrade *d, double cell)
 	return seen;
 }
 
-/* The numbers are measured: doc/results.md, "How far a correction is trusted". */
+/* The numbers are measured: doc/trials.md, "How far a correction is trusted". */
 int ct_restore_confidence(struct ct_restore_rule *rule, bool *little, size_t cell,
 	const size_t n[static 3], struct ct_err *e)
 {

@@ -14,7 +14,7 @@
 #include <string.h>
 
 #define LEAST_VARIANCE 1e-6 /* HU^2, of an expected error */
-#define POINTS_ERROR 1.4    /* times that, of points: doc/results.md, the predicted error */
+#define POINTS_ERROR 1.4    /* times that, of points: doc/prior.md, the predicted error */
 /* Noise that the result may depart from the scan by at a voxel of that, in standard deviations:
  * what lies beyond is none. */
 #define NOISE_LIMIT 3
