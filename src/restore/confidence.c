@@ -6,8 +6,10 @@
 
 #include <math.h>
 
-/* HU, of thick slices and of others: doc/trials.md, "Where the network looks". */
+/* HU, of thick slices, of what is refined twice along several axes, and of others: doc/trials.md,
+ * "Where the network looks". */
 #define LEAST_THICK 3
+#define LEAST_TWICE 14
 #define LEAST 10
 
 struct trust {
@@ -73,7 +75,7 @@ int ct_restore_confidence(struct ct_restore_rule *rule, bool *little, size_t cel
 	/* the network for 4x errs more often where it expects much */
 	rule->cap = aliases ? 0 : (cell == 4 && coarse > 1 && !(rule->noise > 0) ? 90 : 125) * most;
 	rule->second_cap = aliases ? 0 : 20 * most; /* more spoils plastic, where nothing aliases */
-	rule->least = coarse == 1 ? LEAST_THICK : LEAST;
+	rule->least = coarse == 1 ? LEAST_THICK : cell == 2 ? LEAST_TWICE : LEAST;
 	rule->flat = points && !(rule->noise > 0);
 	rule->passes = 2;
 	/* thick slices that are well sampled */
