@@ -155,6 +155,10 @@ has err '^ct-upsample: even.nii: its edges do not show how it was made, which me
 exits 2 'or that does not say it itself' ct-upsample -x 4 --std r.nii even.nii x.nii
 has err '^ct-upsample: even.nii: holds no operator (how it was reduced): pass --sigma' 'the error of a scan without its operator names it'
 exits 3 'ct-sr refuses a scan whose operator is not known' ct-sr -Q draft --confidence r.nii even.nii x.nii
+exits 0 'but not for a page of it' ct-sr -Q draft --report page.html even.nii page.nii
+has page.html '<li>No predicted error was given' 'which says that there is no predicted error'
+exits 0 'nor for the page of a small factor' ct-sr -x 1.2 --report page.html -f even.nii page.nii
+has page.html '<li>No predicted error was given' 'which is only interpolated and has none'
 [ ! -e r.nii ] && [ ! -e x.nii ]; ok $? 'and nothing is left of what failed'
 
 # ct-sr, whole and in slabs

@@ -378,6 +378,8 @@ static int plan_all(
 
 	if (ct_operator_find(&r->scan, &rule->said, iterates(rule->method), in, env, e))
 		return -1;
+	if (rule->wished && (!r->scan.known || ct_operator_is_cubic(&r->scan)))
+		r->rule.error = false;
 	if ((rule->method == CT_REFINE_PRIOR || rule->error) && !r->scan.known &&
 		!rule->said.estimate)
 		return ct_fail(e, CT_EUSAGE,

@@ -167,7 +167,8 @@ static int rule_of(struct ct_refine_rule *r, const struct files *f, struct ct_er
 	r->tolerance = SR_TOLERANCE;
 	r->prior = &f->prior;
 	r->one_axis = p->quality == FAST;
-	r->error = p->confidence != NULL;
+	r->error = p->confidence || p->report;
+	r->wished = !p->confidence;
 	return 0;
 }
 
@@ -230,9 +231,9 @@ static int write_out(struct files *f, const struct ct_env *env, struct ct_err *e
 	const char *confidence = f->p->confidence;
 
 	if (ct_meta_step(&f->out.meta, env, 2, from, e) ||
-		(confidence && (ct_meta_step(&f->error.meta, env, 2, from, e) ||
-				       ct_meta_set(&f->error.meta, CT_META_QUANTITY,
-					       CT_QUANTITY_ERROR, e))))
+		(f->error.data && (ct_meta_step(&f->error.meta, env, 2, from, e) ||
+					  ct_meta_set(&f->error.meta, CT_META_QUANTITY,
+						  CT_QUANTITY_ERROR, e))))
 		return -1;
 	if (!ct_files_is_dicom(f->p->out))
 		return ct_keep_vols(f->p->out, &f->out, confidence, &f->error, env, e);
@@ -261,7 +262,7 @@ static int count(struct files *f, struct ct_err *e)
 {
 	const struct ct_frame frame = ct_frame_of(&f->in);
 
-	if (f->p->confidence)
+	if (f->error.data)
 		ct_frame_map_error(&f->error, &frame);
 	return ct_err_any(ct_frame_map(&f->in, &frame, e) || ct_frame_map(&f->out, &frame, e));
 }
@@ -286,8 +287,8 @@ static int write_report(struct files *f, double seconds, const struct ct_env *en
 	page.log = f->said;
 	command.notes = NULL; /* so that it stays as it is */
 	own.command = &command;
-	if (f->p->confidence)
-		page.std = (struct ct_page_volume){basename(f->p->confidence), f->error};
+	if (f->error.data)
+		page.std = (struct ct_page_volume){"the predicted error", f->error};
 	rc = ct_err_any(
 		ct_page_measure(&page, &own, e) || page_file_write(f->p->report, &page, &own, e));
 	page.lr.vol = page.hr.vol = page.std.vol = (struct ct_vol){0}; /* ours */
@@ -322,7 +323,7 @@ static int refine(struct files *f, const struct ct_env *env, struct ct_err *e)
 	if (env->command->dry_run)
 		return 0;
 	part = (struct ct_env_part){.env = env, .from = part.to, .to = pages ? REFINES : 1};
-	if (ct_refine_run(&r, &f->out, f->p->confidence ? &f->error : NULL, &f->in, &own, e))
+	if (ct_refine_run(&r, &f->out, r.rule.error ? &f->error : NULL, &f->in, &own, e))
 		return ct_blame(e, f->p->in);
 	part = (struct ct_env_part){.env = env, .from = part.to, .to = f->p->report ? WRITES : 1};
 	if ((ct_files_is_dicom(f->p->out) && lift(&r, &f->out, &f->in, env, e)) ||
