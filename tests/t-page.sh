@@ -104,6 +104,8 @@ has r.html '"row">Estimated</th><td>profile [0-9.,]* mm wide (2.35 standard devi
 ! grep -q 'Known from' r.html; ok $? 'a blur that is estimated does not count as known'
 has r.html '<pre>ct-sr: assumed: profile ' 'and so does the log on the page'
 has r.html '<li>The blur of the scan is not known but estimated' 'an estimated blur is a warning'
+has r.html 'id="error"' 'the page shows the predicted error, which is not asked for'
+ct-sr -q -Q draft -x 2 bare.nii plain.nii && ct-metrics --ssim none plain.nii hr.nii >out; has out '^psnr inf$' 'and the result is the same as without a page'
 : >log; CTSR_LOG=log ct-sr -q -f -Q draft -x 2 bare.nii hr.nii
 has log '^ct-sr: assumed: profile ' 'a quiet run puts it into CTSR_LOG, too'
 exits 0 'a scan that says its blur' ct-sr -Q draft --report said.html h.nii said.nii
@@ -114,6 +116,8 @@ ct-degrade -q -x 1 --sigma 6,6,6 big.nii soft.nii && tail -c 3538944 soft.nii >s
 exits 0 'a smooth scan is refined with a page' ct-sr -q -x 2 --confidence std.nii --report smooth.html smooth.nii smooth-hr.nii
 has smooth.html '<li>The scan is smooth: its edges rise within ' 'the page of a smooth scan warns that it is smooth'
 ! grep -q 'No warning' smooth.html; ok $? 'the page of a smooth scan does not say that there is no warning'
+exits 0 'a dry run of a scan without noise' ct-sr --dry-run -Q draft -x 2 bare.nii no.nii
+has out '^noise     none that is certain (measured)$' 'says that no noise was found, not that there is none'
 exits 0 'a noisy scan is refined with a page' ct-sr -Q draft -x 2 --report loud.html loud.nii loud-hr.nii
 has err '^ct-sr: noise: [0-9.]* HU or texture; ' 'what was measured of the noise is said, and what is done'
 has loud.html '^ct-sr: noise: [0-9.]* HU or texture; ' 'on the page, too'

@@ -80,6 +80,11 @@ struct ct_operator {
 
 /* Was it estimated, at least in part? */
 bool ct_operator_is_estimated(const struct ct_operator *r);
+/* Was its noise measured, and none of it certain? */
+static inline bool ct_operator_is_quiet(const struct ct_operator *r)
+{
+	return r->noise_from == CT_BY_MEASURE && !(r->noise > 0);
+}
 /* The spread of p that is assumed of it: that of least expected loss, unless it is trusted. */
 double ct_operator_aim(const struct ct_operator *r, const struct ct_profile *p);
 /* Axes that were estimated count as no wider than `most`, voxels of the CT. */

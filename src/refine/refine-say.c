@@ -27,7 +27,7 @@ static void put_operator(FILE *f, const struct ct_operator *is)
 			CT_WORD(CT_SOURCE_LIST, is->from));
 	} else
 		fputs("; blur not known", f);
-	if (is->noise_from == CT_BY_MEASURE && !(is->noise > 0))
+	if (ct_operator_is_quiet(is))
 		fputs("; no certain noise (measured)", f);
 	else
 		fprintf(f, "; noise %.3g HU%s (%s)", is->noise,

@@ -144,8 +144,12 @@ static void print_plan(const struct ct_refine *r, const struct ct_vol *in)
 			CT_WORD(CT_SOURCE_LIST, r->scan.from));
 	else
 		puts("blur      not known");
-	printf("noise     %.3g HU (%s)\n", r->scan.noise,
-		CT_WORD(CT_SOURCE_LIST, r->scan.noise_from));
+	if (ct_operator_is_quiet(&r->scan))
+		puts("noise     none that is certain (measured)");
+	else
+		printf("noise     %.3g HU%s (%s)\n", r->scan.noise,
+			r->scan.correlated ? ", correlated" : "",
+			CT_WORD(CT_SOURCE_LIST, r->scan.noise_from));
 }
 
 /* Of the code of the program, what a run will still load. */
