@@ -272,6 +272,9 @@ has out 'volume.affine *10,0,0,-15,0,10,0,-20,0,0,5,-12.5' 'the stack notes wher
 sed 's/\[4, 5, 6\]/[4, 5.5, 6]/' grid.json >half.json
 exits 3 'half a voxel in the scanner file is refused' ct-convert --scanner half.json a.npy b.exr
 has err 'nVoxel' 'the error of half a voxel names nVoxel'
+sed 's/"dDetector": \[/&-/' scan.json >less.json
+exits 5 'pixels below zero in the scanner file are refused' ct-convert --scanner less.json a.npy b.exr
+has err 'less.json: pixel pitch' 'the error of a refused geometry names its scanner file'
 sed 's/\[40, 50/[0, 50/' grid.json >flat.json
 exits 3 'a grid without width is refused' ct-convert --scanner flat.json a.npy b.exr
 has err 'a voxel of 0 mm' 'the error of a voxel of 0 mm says so'

@@ -97,6 +97,9 @@ for f in r2 own; do cp $f.exr g.exr; ct-project --like g.exr m.nii - >like-$f; d
 echo '{"DSO": "far"}' >bad.json
 exits 3 'a scanner file with a word as distance is refused with status 3' ct-project --scanner bad.json m.nii new.exr
 has err 'bad.json: DSO' 'the error of a bad scanner file names file and key'
+sed 's/"sDetector": \[/&-/' scan.json >bad.json
+exits 5 'a scanner file of pixels below zero is refused with status 5' ct-project --scanner bad.json m.nii new.exr
+has err 'bad.json: pixel pitch' 'the error of a refused geometry names the scanner file'
 echo '[1' >bad.json
 exits 3 'a scanner file that is not JSON is refused with status 3' ct-project --scanner bad.json m.nii new.exr
 exits 2 '--beam with a scanner file is refused with status 2' ct-project --beam parallel --scanner scan.json m.nii new.exr

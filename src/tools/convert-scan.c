@@ -55,11 +55,12 @@ static int place(
 		return 0;
 	}
 	rc = p->scanner ? scan_for(&scan, &named, p->scanner, in->n, e) : 0;
-	rc = ct_err_any(rc || ct_geometry_fill(s, p->scanner ? &scan : &in->scan, e) ||
-			(named.n[0] && ct_scan_grid_put(&s->meta, &named, e)));
+	if (rc == 0 && (ct_geometry_fill(s, p->scanner ? &scan : &in->scan, e) ||
+			       (named.n[0] && ct_scan_grid_put(&s->meta, &named, e))))
+		rc = ct_blame(e, p->scanner ? p->scanner : p->in);
 	ct_geometry_free(&scan);
 	if (rc)
-		return p->scanner ? -1 : ct_blame(e, p->in);
+		return -1;
 	memcpy(s->data, in->data, ct_stack_count(s) * sizeof *s->data);
 	return 0;
 }

@@ -98,7 +98,9 @@ int ct_geometry_opts_make(struct ct_stack *out, const struct ct_geometry_opts *o
 
 	if (o->like)
 		return ct_geometry_opts_like(out, o->like, e);
-	rc = ct_err_any(make_scan(&s, o, grid, e) || ct_geometry_fill(out, &s, e));
+	rc = make_scan(&s, o, grid, e);
+	if (rc == 0 && ct_geometry_fill(out, &s, e))
+		rc = o->scanner ? ct_blame(e, o->scanner) : -1;
 	ct_geometry_free(&s);
 	return rc;
 }
