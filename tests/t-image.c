@@ -39,6 +39,7 @@ static void test_round_trip(size_t channels)
 	struct ct_err e = {0};
 	float *gray = NULL, worst = 0;
 	size_t w, h, n, m;
+	double most;
 
 	for (size_t i = 0; i < sizeof px; i++)
 		px[i] = (unsigned char)(i * 7919 >> 3);
@@ -48,7 +49,8 @@ static void test_round_trip(size_t channels)
 			memcmp(png, again, n) == 0,
 		"the same bytes again");
 	save(png, n);
-	OK(picture_file_read(path, &w, &h, &gray, &e) == 0 && w == W && h == H, "read %s", e.msg);
+	OK(picture_file_read(path, &w, &h, &most, &gray, &e) == 0 && w == W && h == H, "read %s",
+		e.msg);
 	for (size_t i = 0; gray && i < W * H; i++) {
 		float want = 0;
 
@@ -61,7 +63,7 @@ static void test_round_trip(size_t channels)
 	gray = NULL;
 #ifndef __SANITIZE_ADDRESS__ /* OpenImageIO jumps out of libpng over its own strings: a leak */
 	save(png, n / 2);
-	OK(picture_file_read(path, &w, &h, &gray, &e) < 0 && e.code == CT_EINPUT &&
+	OK(picture_file_read(path, &w, &h, &most, &gray, &e) < 0 && e.code == CT_EINPUT &&
 			in_words(e.msg, path),
 		"half a file: %s", e.msg);
 	free(gray);
@@ -76,11 +78,12 @@ static void test_bad(void)
 	unsigned char px[4] = {0}, *png = NULL;
 	float *gray = NULL;
 	size_t w, h, n;
+	double most;
 
-	OK(picture_file_read("/dev/null", &w, &h, &gray, &e) < 0 && e.code == CT_EINPUT &&
+	OK(picture_file_read("/dev/null", &w, &h, &most, &gray, &e) < 0 && e.code == CT_EINPUT &&
 			strncmp(e.msg, "/dev/null: neither ", 19) == 0,
 		"what is no picture is refused: %s", e.msg);
-	OK(picture_file_read("/no/such.png", &w, &h, &gray, &e) < 0 &&
+	OK(picture_file_read("/no/such.png", &w, &h, &most, &gray, &e) < 0 &&
 			in_words(e.msg, "/no/such.png"),
 		"no file: %s", e.msg);
 	OK(ct_png_encode(&png, &n, 0, 1, 1, px, &e) < 0, "no pixels: %s", e.msg);
@@ -100,6 +103,7 @@ static void test_bomb(void)
 	struct ct_err e = {0};
 	float *gray = NULL;
 	size_t w, h, n;
+	double most;
 
 	if (ct_png_encode(&png, &n, 1, 1, 3, px, &e))
 		exit(99);
@@ -107,11 +111,11 @@ static void test_bomb(void)
 	put_u32(png + 20, 16000);
 	put_u32(png + 29, (uint32_t)crc32(0, png + 12, 17));
 	save(png, n);
-	OK(picture_file_read(path, &w, &h, &gray, &e) < 0 && e.code == CT_EINPUT &&
+	OK(picture_file_read(path, &w, &h, &most, &gray, &e) < 0 && e.code == CT_EINPUT &&
 			strstr(e.msg, "--expand") && strstr(e.msg, "3072000000"),
 		"3 GB of pixels in a small file: %s", e.msg);
 	ct_inflate_allow(0);
-	OK(picture_file_read(path, &w, &h, &gray, &e) < 0 && !strstr(e.msg, "--expand"),
+	OK(picture_file_read(path, &w, &h, &most, &gray, &e) < 0 && !strstr(e.msg, "--expand"),
 		"allowed, it is decoded: %s", e.msg);
 	ct_inflate_allow(CT_INFLATE_TIMES);
 	free(png);

@@ -118,6 +118,7 @@ def make():
             tifffile.imwrite(f"v{i:02}.tif", x.astype(np.float32))
         tifffile.imwrite("flat.tif", w.mean(0).astype(np.float32))
         tifffile.imwrite("dark.tif", k[0].astype(np.float32))
+        tifffile.imwrite("whole.tif", w.mean(0).astype(np.uint16))
     except ImportError:
         pass
     ringed = SINO[:, None].repeat(ROWS, 1) * .01 + np.sin(np.arange(COLS) / 5)

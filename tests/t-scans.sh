@@ -67,6 +67,10 @@ if [ -e v00.tif ]; then
 	! grep 'is before' err; ok $? 'views in the order of their numbers give no warning of it'
 	for i in 0 1 2 3 4 5 6 7 8 9 10 11; do cp "v$(printf %02d $i).tif" w$i.tif; done
 	stack counts --scanner cone.json --flat flat.tif --dark dark.tif w*.tif x.exr 2>err; has err 'w11.tif is before w2.tif: ' 'views that a shell sorts by letters are warned of'
+	exits 3 'a flat field of another type than the views is refused' stack counts --scanner cone.json --flat whole.tif --dark dark.tif v??.tif no.exr
+	has err 'whole.tif: its 65535 becomes 1, but of v00.tif 1 does' 'the error of another type names both files'
+	exits 3 'a dark field of another type than the views is refused' stack counts --scanner cone.json --flat flat.tif --dark whole.tif v??.tif no.exr
+	exits 3 'a view of another type than the first is refused' stack counts --scanner cone.json --flat flat.tif v0?.tif v10.tif whole.tif no.exr
 else
 	skip 'pictures of counts' 'no tifffile'
 fi

@@ -10,6 +10,7 @@
 
 struct picture {
 	size_t size[2];
+	double most;
 	float *gray;
 };
 
@@ -18,15 +19,16 @@ static int take(FILE *f, void *ctx, struct ct_err *e)
 	struct picture *p = ctx;
 	const size_t *size = p->size;
 
-	if (fread(p->size, sizeof *size, 2, f) != 2 || !size[0] || size[1] > SIZE_MAX / size[0])
+	if (fread(p->size, sizeof *size, 2, f) != 2 || fread(&p->most, sizeof p->most, 1, f) != 1 ||
+		!size[0] || size[1] > SIZE_MAX / size[0])
 		return 1;
 	if (ct_alloc(&p->gray, size[0] * size[1], sizeof *p->gray, e))
 		return -1;
 	return fread(p->gray, sizeof *p->gray, size[0] * size[1], f) == size[0] * size[1] ? 0 : 1;
 }
 
-int ct_image_read_next(struct ct_reading *s, const char *path, size_t *w, size_t *h, float **gray,
-	struct ct_err *e)
+int ct_image_read_next(struct ct_reading *s, const char *path, size_t *w, size_t *h, double *most,
+	float **gray, struct ct_err *e)
 {
 	static const struct ct_reader reader = {
 		"ct-picture", "picture", "pictures", "ctsr-pictures", "--with-oiio"};
@@ -39,14 +41,17 @@ int ct_image_read_next(struct ct_reading *s, const char *path, size_t *w, size_t
 	}
 	*w = p.size[0];
 	*h = p.size[1];
+	if (most)
+		*most = p.most;
 	*gray = p.gray;
 	return 0;
 }
 
-int ct_image_read(const char *path, size_t *w, size_t *h, float **gray, struct ct_err *e)
+int ct_image_read(
+	const char *path, size_t *w, size_t *h, double *most, float **gray, struct ct_err *e)
 {
 	struct ct_reading s = {0};
-	const int rc = ct_image_read_next(&s, path, w, h, gray, e);
+	const int rc = ct_image_read_next(&s, path, w, h, most, gray, e);
 
 	ct_reading_end(&s);
 	return rc;

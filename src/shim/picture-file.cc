@@ -11,6 +11,7 @@ extern "C" {
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <memory>
 #include <string>
@@ -58,7 +59,15 @@ bool is_negative(const OIIO::ImageSpec &s)
 	       s.get_int_attribute("tiff:PhotometricInterpretation", 1) == 0;
 }
 
-int read_gray(const char *path, size_t *w, size_t *h, float **gray, ct_err *e)
+/* What became 1: the largest value of integers, 1 itself of floats. */
+double largest(const OIIO::TypeDesc &t)
+{
+	const int bits = 8 * (int)t.basesize() - (t.is_signed() ? 1 : 0);
+
+	return t.is_floating_point() ? 1 : std::ldexp(1.0, bits) - 1;
+}
+
+int read_gray(const char *path, size_t *w, size_t *h, double *most, float **gray, ct_err *e)
 {
 	OIIO::ImageSpec hints;
 	std::string text;
@@ -107,13 +116,15 @@ int read_gray(const char *path, size_t *w, size_t *h, float **gray, ct_err *e)
 	in->geterror(); /* that there is none */
 	*w = nw;
 	*h = nh;
+	*most = largest(s.format);
 	*gray = owned.release();
 	return 0;
 }
 
 } // namespace
 
-int picture_file_read(const char *path, size_t *w, size_t *h, float **gray, struct ct_err *e)
+int picture_file_read(
+	const char *path, size_t *w, size_t *h, double *most, float **gray, struct ct_err *e)
 {
-	return guard(e, path, [&] { return read_gray(path, w, h, gray, e); });
+	return guard(e, path, [&] { return read_gray(path, w, h, most, gray, e); });
 }

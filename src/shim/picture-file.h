@@ -10,7 +10,8 @@ extern "C" {
 #endif
 
 /* As ct_image_read (shim/image-read.h), in this process. */
-int picture_file_read(const char *path, size_t *w, size_t *h, float **gray, struct ct_err *e);
+int picture_file_read(
+	const char *path, size_t *w, size_t *h, double *most, float **gray, struct ct_err *e);
 
 #ifdef __cplusplus
 }

@@ -54,7 +54,7 @@ static int read_picture(
 	size_t w, h;
 	int rc = -1;
 
-	if (ct_image_read_next(reading, path, &w, &h, &gray, e) == 0 &&
+	if (ct_image_read_next(reading, path, &w, &h, NULL, &gray, e) == 0 &&
 		ct_vol_alloc(v, (const size_t[]){w, h, 1}, e) == 0) {
 		memcpy(v->data, gray, w * h * sizeof *gray);
 		rc = 0;

@@ -145,8 +145,8 @@ static int correct(struct ct_stack *s, struct scan_source *in, const struct conv
 		free(in->dark);
 		in->dark = NULL;
 	}
-	if ((p->flat && scan_source_field(&in->flat, p->flat, s->h, s->w, p, e)) ||
-		(p->dark && scan_source_field(&in->dark, p->dark, s->h, s->w, p, e)))
+	if ((p->flat && scan_source_field(&in->flat, p->flat, s->h, s->w, in->most, p, e)) ||
+		(p->dark && scan_source_field(&in->dark, p->dark, s->h, s->w, in->most, p, e)))
 		return -1;
 	if (rule.counts && !in->flat)
 		return ct_fail(e, CT_EUSAGE,

@@ -18,7 +18,7 @@ static int read_picture(const char *path, struct ct_stack *s, struct ct_err *e)
 	size_t h, w;
 	int rc = -1;
 
-	if (ct_any_check_picture(path, e) || ct_image_read(path, &w, &h, &gray, e) ||
+	if (ct_any_check_picture(path, e) || ct_image_read(path, &w, &h, NULL, &gray, e) ||
 		ct_image_read_check(path, w, h, gray, e) || ct_stack_alloc(s, 1, h, w, e))
 		goto out;
 	piece = (struct ct_piece){s->data, h * w * sizeof *gray};

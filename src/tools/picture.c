@@ -11,12 +11,14 @@ static int answer(const char *path)
 {
 	struct ct_err e = {0};
 	size_t size[2] = {0};
+	double most = 0;
 	float *gray = NULL;
-	int rc = picture_file_read(path, &size[0], &size[1], &gray, &e);
+	int rc = picture_file_read(path, &size[0], &size[1], &most, &gray, &e);
 
 	fwrite(&e, sizeof e, 1, stdout);
 	if (rc == 0) {
 		fwrite(size, sizeof size, 1, stdout);
+		fwrite(&most, sizeof most, 1, stdout);
 		fwrite(gray, sizeof *gray, size[0] * size[1], stdout);
 	}
 	free(gray);

@@ -267,6 +267,7 @@ static int read_stack(struct scan_source *s, const struct convert *p, struct ct_
 	s->stack.data = NULL;
 	rescale(s->data, s->n[0] * s->n[1] * s->n[2], p);
 	s->placed = true;
+	s->most = 0;
 	return 0;
 }
 
@@ -285,22 +286,35 @@ static int read_raw(
 	return 0;
 }
 
+/* Are the numbers of a file of the type of `of`? Integers of pictures become 0 to 1. */
+static int same_type(const char *path, double most, const char *of, double want, struct ct_err *e)
+{
+	return most == want ? 0
+			    : ct_fail(e, CT_EINPUT,
+				      "%s: its %.10g becomes 1, but of %s %.10g does: expected "
+				      "pictures of the same type",
+				      path, most, of, want);
+}
+
 /* View k is a picture; the first one says how large they all are. */
 static int read_picture(struct scan_source *s, struct ct_reading *r, const struct convert *p,
 	size_t k, struct ct_err *e)
 {
 	float *gray = NULL;
+	double most = 0;
 	size_t w, h;
-	int rc = ct_image_read_next(r, p->files.v[k], &w, &h, &gray, e);
+	int rc = ct_image_read_next(r, p->files.v[k], &w, &h, &most, &gray, e);
 
 	if (rc == 0 && k == 0) {
 		s->n[1] = h;
 		s->n[2] = w;
+		s->most = most;
 		rc = ct_alloc(&s->data, s->n[0] * h * w, sizeof *s->data, e);
 	}
 	if (rc == 0 && (h != s->n[1] || w != s->n[2]))
 		rc = ct_fail(e, CT_EGEOM, "%s: has %zux%zu pixels, but %s has %zux%zu",
 			p->files.v[k], w, h, p->in, s->n[2], s->n[1]);
+	rc = ct_err_any(rc || same_type(p->files.v[k], most, p->in, s->most, e));
 	if (rc == 0) {
 		memcpy(s->data + k * h * w, gray, h * w * sizeof *gray);
 		rescale(s->data + k * h * w, h * w, p);
@@ -356,6 +370,7 @@ int scan_source_read(
 {
 	if (!p->raw && convert_is_picture(p->in))
 		return read_pictures(s, p, env, e);
+	s->most = 1;
 	if (p->files.n > 2)
 		return ct_fail(e, CT_EUSAGE,
 			"%s: is no picture: only of pictures several files make a stack", p->in);
@@ -368,12 +383,13 @@ int scan_source_read(
 		       : ct_raw_npy(p->in, p->slope, p->inter, s->n, &s->data, e);
 }
 
-int scan_source_field(float **mean, const char *path, size_t h, size_t w, const struct convert *p,
-	struct ct_err *e)
+int scan_source_field(float **mean, const char *path, size_t h, size_t w, double most,
+	const struct convert *p, struct ct_err *e)
 {
 	size_t n[3] = {1, 0, 0};
+	double own = 1;
 	float *x = NULL;
-	int rc = convert_is_picture(path) ? ct_image_read(path, &n[2], &n[1], &x, e)
+	int rc = convert_is_picture(path) ? ct_image_read(path, &n[2], &n[1], &own, &x, e)
 					  : ct_raw_npy(path, p->slope, p->inter, n, &x, e);
 
 	if (rc == 0 && convert_is_picture(path))
@@ -385,7 +401,8 @@ int scan_source_field(float **mean, const char *path, size_t h, size_t w, const 
 	if (rc == 0 && (n[1] != h || n[2] != w))
 		rc = ct_fail(e, CT_EGEOM, "%s: has %zux%zu pixels, but the views have %zux%zu",
 			path, n[2], n[1], w, h);
-	rc = ct_err_any(rc || mean_of(mean, x, n[0], h * w, e));
+	rc = ct_err_any(rc || (most > 0 && same_type(path, own, p->in, most, e)) ||
+			mean_of(mean, x, n[0], h * w, e));
 	free(x);
 	return rc;
 }

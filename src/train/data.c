@@ -54,7 +54,8 @@ static int read_picture(
 	size_t w, h;
 	float *px;
 
-	if (ct_any_check_picture(path, e) || ct_image_read_next(reading, path, &w, &h, &px, e))
+	if (ct_any_check_picture(path, e) ||
+		ct_image_read_next(reading, path, &w, &h, NULL, &px, e))
 		return -1;
 	if (ct_image_read_check(path, w, h, px, e)) {
 		free(px);

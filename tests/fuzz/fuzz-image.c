@@ -16,8 +16,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 	struct ct_err e = {0};
 	float *gray = NULL;
 	size_t w = 0, h = 0;
+	double most = 0;
 
-	if (picture_file_read(mem_file(data, size, 0), &w, &h, &gray, &e) == 0) {
+	if (picture_file_read(mem_file(data, size, 0), &w, &h, &most, &gray, &e) == 0) {
 		bool inside = true;
 
 		for (size_t i = 0; i < w * h; i++)
