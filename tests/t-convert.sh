@@ -33,6 +33,8 @@ exits 2 'a name of another format is refused' ct-convert a.nii a.mgz
 # shellcheck disable=SC2086
 exits 3 'too many raw bytes' sh -c 'cat a.raw a.raw >long.raw; ct-convert --raw 4x3x2:i16:1 long.raw d.nii'
 exits 3 'too few raw bytes' ct-convert --raw 4x3x3:i16:1 a.raw d.nii
+cp a.raw second.raw; exits 2 'a second file of raw voxels is refused with status 2' ct-convert $raw a.raw second.raw d.nii
+has err 'several files' 'the error of two files of raw voxels says that they make no volume'
 exits 2 'raw needs a spacing' ct-convert --raw 4x3x2:i16 a.raw d.nii
 exits 2 'an unknown raw type' ct-convert --raw 4x3x2:i12:1 a.raw d.nii
 exits 2 'axes that are none' ct-convert --raw 4x3x2:i16:1 --orient LLS a.raw d.nii

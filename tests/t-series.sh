@@ -160,6 +160,8 @@ exits 3 'a file that does not exist among others is refused' ct-convert ok/01.dc
 has err 'none.dcm: No such file' 'the error of a file that does not exist names it'
 exits 2 'two NIfTI files as inputs are refused with status 2' ct-convert ok.nii more.nii d.nii
 has err 'only of DICOM several files make a volume' 'the error of two NIfTI inputs says that only DICOM is joined'
+exits 0 'a series is read beside a file that is no DICOM' ct-convert -f ok ok.nii d.nii; rm -f d.nii
+has err 'warning: .* files used: 1 not DICOM$' 'a file that was named and has no picture is warned of'
 exits 2 'a series without an output is refused with status 2' ct-convert ok
 has err 'missing OUT' 'the error of a missing output says OUT'
 

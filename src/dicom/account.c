@@ -299,11 +299,20 @@ static void account_frames(
 	}
 }
 
-void series_account(
-	const struct series_set *set, size_t pick, size_t without, const struct ct_env *env)
+/* Is the path one of those that were named? */
+static bool is_named(const struct ct_dicom_in *in, const char *path)
+{
+	for (size_t k = 0; k < in->n; k++)
+		if (strcmp(in->paths[k], path) == 0)
+			return true;
+	return false;
+}
+
+void series_account(const struct series_set *set, const struct ct_dicom_in *in, size_t pick,
+	size_t without, const struct ct_env *env)
 {
 	const struct ct_census *c = &set->census;
-	size_t count[REASONS] = {0}, at = 0, beside;
+	size_t count[REASONS] = {0}, at = 0, beside = 0;
 	struct ct_err e = {0};
 	char text[300] = "";
 	int *reason;
@@ -315,6 +324,9 @@ void series_account(
 		const struct ct_file *f = &c->file[i];
 
 		count[reason[i]]++;
+		/* a README and a report are expected beside slices, not among names */
+		beside += (f->state == CT_FILE_FOREIGN || f->state == CT_FILE_BARE) &&
+			  !is_named(in, f->path);
 		if (reason[i] != USED)
 			ct_log(env, CT_INFO, "%s: not used: %s%s%s", f->path,
 				reason_word(reason[i]), f->why[0] ? ": " : "", f->why);
@@ -323,8 +335,6 @@ void series_account(
 		if (count[r] && at < sizeof text)
 			at += (size_t)snprintf(text + at, sizeof text - at, "%s%zu %s",
 				at ? ", " : ": ", count[r], reason_word(r));
-	/* a README and a report are expected beside slices */
-	beside = count[STATES + CT_FILE_FOREIGN] + count[STATES + CT_FILE_BARE];
 	ct_log(env, count[USED] + beside < c->files ? CT_WARN : CT_INFO, "%zu of %zu file%s used%s",
 		count[USED], c->files, c->files == 1 ? "" : "s", text);
 	account_frames(set, pick, reason, env);

@@ -399,7 +399,7 @@ int series_read(
 	if (rc && failed < count && e->code != CT_ENOMEM)
 		hint(e, "; ct-convert --skip-damaged goes on without it");
 	if (rc == 0)
-		series_account(&set, pick, l->count - count, env);
+		series_account(&set, in, pick, l->count - count, env);
 out:
 	if (rc)
 		ct_vol_free(v);

@@ -24,9 +24,10 @@ void series_lines(const struct series_set *set, const struct ct_env *env);
 void series_tell(const struct series_set *set, const struct ct_dicom_in *in, size_t pick,
 	const struct ct_env *env);
 /* How the files are used if series `pick` is: one line in the log if not all are, with -v one line
- * a file. `without` slices at the end of the series are not. */
-void series_account(
-	const struct series_set *set, size_t pick, size_t without, const struct ct_env *env);
+ * a file. What has no picture is expected beside slices: of it the line warns only where it was
+ * named. `without` slices at the end of the series are not used. */
+void series_account(const struct series_set *set, const struct ct_dicom_in *in, size_t pick,
+	size_t without, const struct ct_env *env);
 /* CT_EOUTPUT if the output, a file or a folder, is a file of the slices, holds one, or is another
  * slice of their series. */
 int series_apart(const struct ct_slice *s, size_t n, const char *out, struct ct_err *e);

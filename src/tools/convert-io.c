@@ -79,11 +79,11 @@ bool convert_is_picture(const char *path)
 
 static int read_other(const struct convert *p, struct ct_vol *v, struct ct_err *e)
 {
-	if (p->raw)
-		return read_raw(p, v, e);
 	if (p->files.n > 2)
 		return ct_fail(e, CT_EUSAGE,
 			"%s: is not DICOM: only of DICOM several files make a volume", p->in);
+	if (p->raw)
+		return read_raw(p, v, e);
 	if (p->series && !p->template)
 		return ct_fail(e, CT_EUSAGE, "--series: %s is not DICOM", p->in);
 	return convert_is_picture(p->in)
