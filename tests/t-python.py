@@ -184,6 +184,9 @@ run('ct-convert', '-q', '--type', 'i16', 'lr.nii', 'i16.nii')
 if subprocess.run(['ct-convert', '-q', 'i16.nii', 'dicom/'], capture_output=True).returncode == 0:
     d = ctsr.read('dicom')
     ok(sorted(d.data.ravel()) == sorted(ctsr.read('i16.nii').data.ravel()), 'a folder of DICOM')
+    os.rename('dicom/ctsr0001.dcm', 'dicom/IM1')
+    subprocess.run(['tar', 'czf', 'dicom.tgz', 'dicom'], check=True)
+    ok(same(ctsr.read('dicom/IM1'), d) and same(ctsr.read('dicom.tgz'), d), 'a file of DICOM and an archive, whatever their names')
 
 # errors
 e = pickle.loads(pickle.dumps(ctsr.Error(5, 'grids differ')))

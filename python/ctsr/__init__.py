@@ -22,6 +22,7 @@ import math
 import operator
 import os
 import subprocess
+import tarfile
 import tempfile
 import threading
 import time
@@ -309,10 +310,24 @@ def version() -> str:
     return _lib.ctsr_version().decode()
 
 
+def _is_dicom(path):
+    """Does ct-convert read it: a folder, an archive, or a file of DICOM, whatever its name? Of a pipe the name alone says it."""
+    if os.path.isdir(path) or path.lower().endswith(('.dcm', '.zip', '.tar')):
+        return True
+    try:
+        if not os.path.isfile(path):
+            return False
+        with open(path, 'rb') as f:
+            head = f.read(132)
+        return head[128:] == b'DICM' or head[:4] == b'PK\3\4' or tarfile.is_tarfile(path)
+    except OSError:  # the library says why
+        return False
+
+
 def read(path) -> Image:
     """NIfTI, NRRD or MetaImage; DICOM, of a folder, a file or an archive, by the command ct-convert."""
     path, v = os.fsdecode(_path(path)), abi.H()
-    if os.path.isdir(path) or path.lower().endswith(('.dcm', '.zip', '.tar')):
+    if _is_dicom(path):
         with tempfile.TemporaryDirectory() as t:
             made = os.path.join(t, 'dicom.nii')
             try:
