@@ -67,7 +67,9 @@ ct-convert -q --reorient SRA q.nii r.nii && ct-info r.nii >info; has info '^  fa
 has info '^  sigma  *0,1.69865806,0.84932903$' '--reorient permutes the sigma with its axes'; has info '^orientation  *SRA$' 'a volume of --reorient SRA has the orientation SRA'
 ct-convert -q --iso 5 q.nii i.nii && ct-info i.nii >info
 ! grep -q '^  \(factor\|sigma\|decimate\)' info; ok $? 'none of other voxels'; has info '^size  *10 14 29$' 'as many as fit'
-has info '^centre-mm  *0 0 0$' 'about the same centre'
+has info '^centre-mm  *0 0 0$' 'about the same centre'; has info '^  noise  *0$' 'what had no noise has none on other voxels'
+ct-degrade -q -x 4,2,1 --noise 30 p.nii loud.nii; ct-convert -qf --iso 5 loud.nii i.nii; ct-convert -q --grid q.nii loud.nii like.nii
+for f in i.nii like.nii; do ! ct-info "$f" | grep -q '^  noise'; ok $? "$f of other voxels does not state the noise of those before"; done
 ct-phantom -q --size 8x8x8 --spacing 4 ellipsoids p4.nii; ct-convert -q --iso 4 p4.nii same.nii
 [ "$(tail -c 2048 p4.nii | cksum)" = "$(tail -c 2048 same.nii | cksum)" ]; ok $? '--iso of the same size changes nothing'
 head -c 64 /dev/zero | tr '\0' '2' >grey.raw

@@ -144,6 +144,17 @@ static int resample(struct ct_vol *v, const size_t n[3], const double start[3],
 	return rc;
 }
 
+/* What a degradation left; of its noise it is not known how much is still there. */
+static void forget(struct ct_meta *m)
+{
+	struct ct_err e;
+	double noise = 0;
+
+	ct_degrade_drop(m);
+	if (ct_meta_noise(m, &noise, &e) || noise > 0)
+		ct_meta_drop(m, CT_META_NOISE);
+}
+
 int ct_regrid_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct ct_err *e)
 {
 	double old[3], start[3], step[3];
@@ -162,7 +173,7 @@ int ct_regrid_iso(struct ct_vol *v, double mm, const struct ct_env *env, struct 
 	}
 	if (resample(v, n, start, step, true, env, e))
 		return -1;
-	ct_degrade_drop(&v->meta);
+	forget(&v->meta);
 	return 0;
 }
 
@@ -206,7 +217,7 @@ int ct_regrid_like(
 	if (place(start, step, v, like, e) || resample(v, like->n, start, step, true, env, e))
 		return -1;
 	memcpy(v->affine, like->affine, sizeof v->affine);
-	ct_degrade_drop(&v->meta);
+	forget(&v->meta);
 	return 0;
 }
 
