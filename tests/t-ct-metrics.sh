@@ -350,7 +350,7 @@ exits 5 'too small for edges' ct-metrics --ssim none --edges tiny.nii tiny.nii
 head -c 55296 /dev/zero >zero.raw
 ct-convert -q --raw 24x24x24:f32:2 zero.raw water.nii
 exits 0 'ct-metrics --edges accepts a volume without edges' ct-metrics --ssim none --edges water.nii water.nii
-has out '^mtf50-ref nan$' 'a volume without edges has nan as mtf50-ref'
+has out '^mtf50-ref nan$' 'a volume without edges has nan as mtf50-ref'; ct-metrics --edges --max mtf50-ref=1 water.nii water.nii >out 2>err; has err 'mtf50-ref is nan' 'a limit of a figure that is nan says so'
 ct-metrics --structures water.nii water.nii >out
 [ "$(grep -E '^(soft|struct|false|missed)' out | tr '\n' ' ')" = "soft-tissue-cm3 110.592 structures-bright 0 structures-dark 0 false-bright 0 false-dark 0 missed-bright 0 missed-dark 0 false-bright-per-cm3 0.000000 false-dark-per-cm3 0.000000 missed-bright-per-cm3 0.000000 missed-dark-per-cm3 0.000000 structures-false 0 structures-missed 0 " ]
 ok $? 'water is soft tissue without structures'

@@ -393,6 +393,8 @@ static int bound(const struct ct_figures *f, const char **text, bool least, cons
 	*text = *end ? end + 1 : NULL;
 	if (least ? v >= x : v <= x)
 		return 0;
+	if (isnan(v))
+		return ct_fail(e, CT_EINPUT, "%s: %s is nan, which keeps no limit", test, name);
 	return ct_fail(
 		e, CT_EINPUT, "%s: %s %.8g is %s %g", test, name, v, least ? "below" : "above", x);
 }
