@@ -179,7 +179,7 @@ static double segment_distance(const double p[3], const double a[3], const doubl
 /* Also of a triangle without area. */
 static double triangle_distance(const double p[3], const double t[3][3])
 {
-	double u[3], v[3], normal[3], from[3], square, least = INFINITY;
+	double u[3], v[3], normal[3], from[3], square, least = (double)INFINITY;
 	bool above = true;
 
 	ct_vec3_minus(u, t[1], t[0]);
@@ -204,7 +204,7 @@ static double triangle_distance(const double p[3], const double t[3][3])
 
 static double cell_distance(const struct ct_isosurface *s, const size_t at[3], const double p[3])
 {
-	double triangle[CT_ISOSURFACE_TRIANGLES][3][3], least = INFINITY;
+	double triangle[CT_ISOSURFACE_TRIANGLES][3][3], least = (double)INFINITY;
 	const size_t n = ct_isosurface_cell(triangle, s, at);
 
 	for (size_t i = 0; i < n; i++)
@@ -275,7 +275,7 @@ static void look(const struct ct_isosurface *s, size_t size, const size_t b[3], 
 
 double ct_isosurface_distance(const struct ct_isosurface *s, const double p[static 3])
 {
-	double least = INFINITY;
+	double least = (double)INFINITY;
 
 	if (ct_isosurface_exists(s))
 		look(s, s->top, (const size_t[3]){0}, p, &least);

@@ -331,7 +331,7 @@ out:
 static int say_error(struct ct_rehearsal *its, const struct ct_refine *r, const struct ct_vol *in,
 	const struct ct_env *env, struct ct_err *e)
 {
-	double least = INFINITY, most = 0;
+	double least = (double)INFINITY, most = 0;
 
 	if (ct_rehearsal_run(its, r, in, env, e))
 		return -1;
