@@ -133,6 +133,11 @@ has err '^ct-upsample: thick.nii: takes [0-9]* MiB of memory in slabs, and 30 Mi
 ct-degrade -q -x 4 hr.nii sinc.nii
 exits 7 'a scan that cannot be cut into slabs is refused with status 7' ct-sr -Q draft --memory 40M sinc.nii made/no.nii
 has err '^ct-sr: sinc.nii: takes [0-9]* MiB of memory as a whole, which band-limited sampling (sinc) or a wide blur along all axes asks, ' 'the error of a scan that cannot be cut says why'
+just=$(ct-sr --prior "$known" --memory 40M sinc.nii made/no.nii 2>&1 | sed -n 's/.* takes \([0-9]*\) MiB .*/\1/p')M
+exits 0 'a page is no reason to refuse what fits without it' ct-sr --prior "$known" --memory "$just" --report page.html sinc.nii page.nii
+has err '^ct-sr: the predicted error is left out, for which the memory is too small$' 'what does not fit beside the result is left out, and said'
+has page.html '<li>No predicted error was given' 'the page says that nothing is predicted'
+exits 7 'a predicted error that is asked for is refused where it does not fit' ct-sr --prior "$known" --memory "$just" --confidence made/e.nii sinc.nii made/no.nii
 ct-phantom -q --size 192x48x256 ellipsoids wide.nii && ct-degrade -q -f -x 1,1,4 --sigma 0,0,4 --decimate point wide.nii wide4.nii && ct-upsample -q -m tv wide4.nii wide-tv.nii
 exits 0 'a blur of whole slices is refined in slabs' ct-upsample -v -m tv --memory 60M wide4.nii made/wide.nii
 has err 'refines in [0-9]* slabs' 'ct-upsample -v reports the number of slabs'

@@ -180,6 +180,27 @@ static int choose_slabs(struct ct_refine *r, const struct ct_vol *in, struct ct_
 		floor(most / MIB), given > 0 ? "given" : "free");
 }
 
+/* The same. A predicted error that is only wished is left out where it does not fit. */
+static int fit(
+	struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
+{
+	struct ct_err why;
+
+	if (!r->rule.wished || !r->rule.error)
+		return choose_slabs(r, in, e);
+	if (choose_slabs(r, in, &why) == 0)
+		return 0;
+	if (why.code != CT_ENOMEM) {
+		*e = why;
+		return -1;
+	}
+	r->rule.error = false;
+	if (choose_slabs(r, in, e))
+		return -1;
+	ct_log(env, CT_TOLD, "the predicted error is left out, for which the memory is too small");
+	return 0;
+}
+
 /* Only the inversion will be done. */
 __attribute__((format(printf, 3, 4))) static int leave(
 	struct ct_refine *r, struct ct_err *e, const char *fmt, ...)
@@ -359,7 +380,7 @@ static int plan(
 		(r->scan.known && iterates(rule->method) &&
 			ct_rest_plan(&r->rest, &r->scan.operator, r->n, r->scan.noise,
 				r->scan.alike, e)) ||
-		choose_slabs(r, in, e) ||
+		fit(r, in, env, e) ||
 		need_in_slabs(&r->need, r, in, r->slabs, ct_par_threads(env->par), e))
 		return -1;
 	if (r->slabs == 1)

@@ -55,7 +55,8 @@ struct ct_refine_rule {
 	const struct ct_arssr *arssr; /* the network of that method, borrowed */
 	double denoise;               /* share of the noise to take off, 0 to 1 (rest.h) */
 	bool error;                   /* also the predicted error */
-	bool wished;   /* ... where it can be predicted: elsewhere the plan's error is false */
+	bool wished;   /* ... where it can be predicted: elsewhere, and where memory is short, the
+			  plan's error is false */
 	double memory; /* bytes that all of it may take, CT and result included; 0: no bound */
 };
 /* What the inversion takes of the time of both, about. */
