@@ -40,7 +40,7 @@ $(OUT)/table: $(LINES)
 project = ct-project -q -f -n $(VIEWS) -w $(WINDOW)
 fit = ct-nabgs -q -f -n $(ITERATIONS) -g $(GAUSSIANS)
 # $(call db,TRUTH,OTHER): its PSNR in dB
-db = ct-metrics $(3) $(1) $(2) | awk '$$1 == "psnr" {printf "%.2f", $$2}'
+db = ct-metrics $(3) $(1) $(2) | awk '$$1 == "psnr" {printf ($$2 == "inf" ? "%s" : "%.2f"), $$2}'
 
 define case
 $(1)/lr.nii: $(dir $(1))hr.nii
