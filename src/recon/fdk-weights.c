@@ -349,8 +349,8 @@ void ct_fdk_weights_free(struct ct_fdk_weights *o)
 
 /* How much a ray of a short scan counts (Parker, Med. Phys. 9, 254, 1982), 0 to 1. beta: angle of
  * the view from where the arc begins, 0 to pi + 2 delta, rad; g: that of the ray in the fan, -delta
- * to delta, so that (beta + pi
- * + 2 g, -g) is the same line: the weights of the two have the sum 1. */
+ * to delta, so that (beta + pi + 2 g, -g) is the same line: the weights of the two have the sum 1.
+ */
 static double parker_weight(double beta, double g, double delta)
 {
 	double s = 1;
