@@ -74,7 +74,7 @@ static double loss_of(struct ct_arssr_train *t, const struct ct_arssr_piece *p, 
 {
 	double loss;
 
-	must(ct_dnn_refresh(t->dnn, NULL, &err));
+	ct_dnn_refresh(t->dnn, NULL);
 	must(ct_arssr_train_piece(t, 0, p, &loss, grad, &err));
 	return loss;
 }

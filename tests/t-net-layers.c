@@ -354,8 +354,9 @@ static void test_conv(const char *name, struct ct_conv_shape s)
 		in_d[1][i] = (double)in_f[1][i];
 	}
 	l.plain(&l, y_d, in_d);
-	if (!rc && !ct_dnn_refresh(d, NULL, &err) &&
-		!ct_conv_forward(c, y_f, in_f[0], in_f[2], in_f[3], scratch, &err))
+	if (!rc)
+		ct_dnn_refresh(d, NULL);
+	if (!rc && !ct_conv_forward(c, y_f, in_f[0], in_f[2], in_f[3], scratch, &err))
 		check_forward(&l);
 	ct_conv_free(c);
 	ct_dnn_free(d);

@@ -228,12 +228,14 @@ int ct_arssr_train_step(void *training, double *loss, struct ct_err *e)
 	if (go(&sum, &p, r->batch, e))
 		return -1;
 	*loss = sum * scale;
-	return ct_err_any(ct_trainer_step(&t->trainer, *loss, scale, e) ||
-			  ct_dnn_refresh(t->dnn, t->env.par, e));
+	if (ct_trainer_step(&t->trainer, *loss, scale, e))
+		return -1;
+	ct_dnn_refresh(t->dnn, t->env.par);
+	return 0;
 }
 
 /* The average of the weights and those in training change places. */
-static int swap(struct ct_arssr_train *t, struct ct_err *e)
+static void swap(struct ct_arssr_train *t)
 {
 	for (size_t i = 0; i < t->net.n; i++) {
 		const float was = t->net.all[i];
@@ -241,23 +243,24 @@ static int swap(struct ct_arssr_train *t, struct ct_err *e)
 		t->net.all[i] = t->trainer.average[i];
 		t->trainer.average[i] = was;
 	}
-	return ct_dnn_refresh(t->dnn, t->env.par, e);
+	ct_dnn_refresh(t->dnn, t->env.par);
 }
 
 int ct_arssr_train_held(struct ct_arssr_train *t, const struct ct_vol *v, size_t n, size_t pieces,
 	double *loss, struct ct_err *e)
 {
-	struct ct_err later;
 	double sum = 0;
-	int rc = swap(t, e);
+	int rc = 0;
 
+	swap(t);
 	for (size_t i = 0; i < pieces && rc == 0; i += t->rule.batch) {
 		const struct pass p = {t, v, n, HELD + i, false};
 
 		rc = go(&sum, &p, pieces - i < t->rule.batch ? pieces - i : t->rule.batch, e);
 	}
 	*loss = sum / (double)(pieces * t->side->piece.points);
-	return ct_err_any(swap(t, rc ? &later : e) || rc);
+	swap(t);
+	return rc;
 }
 
 static int side_alloc(
@@ -370,6 +373,8 @@ int ct_arssr_train_restore(void *training, const struct ct_tensors *w, struct ct
 		return -1;
 	if (memcmp(&is.shape, &t->net.shape, sizeof is.shape) != 0)
 		return ct_fail(e, CT_EINPUT, "not the state of this training: another network");
-	return ct_err_any(
-		ct_trainer_restore(&t->trainer, w, e) || ct_dnn_refresh(t->dnn, t->env.par, e));
+	if (ct_trainer_restore(&t->trainer, w, e))
+		return -1;
+	ct_dnn_refresh(t->dnn, t->env.par);
+	return 0;
 }

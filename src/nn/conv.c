@@ -26,7 +26,6 @@ struct ct_conv {
 	dnnl_stream_t stream;
 	struct prim dir[DIRECTIONS];
 	struct ct_dnn_order unpack; /* gradient of the weights, added to plain order */
-	dnnl_exec_arg_t unpack_arg[2];
 	ct_dnn_desc src, dst, weights, plain, bias;
 };
 
@@ -140,8 +139,7 @@ static int prim_new(struct ct_conv *c, enum direction dir, dnnl_primitive_desc_t
 	if (dir != BACK_WEIGHTS)
 		return ct_dnn_pack_get(c->dnn, key, weight, c->plain, w, &p->pack, e) ||
 		       prim_set(p, WEIGHTS, p->pack->data, e);
-	return ct_dnn_order_new(&c->unpack, eng, w, c->plain, true, e) ||
-	       ct_dnn_order_args(&c->unpack, eng, c->unpack_arg, e);
+	return ct_dnn_order_new(&c->unpack, w, c->plain, e);
 }
 
 static int conv_build(
@@ -218,7 +216,6 @@ void ct_conv_free(struct ct_conv *c)
 		if (c->dir[d].p)
 			dnnl_primitive_destroy(c->dir[d].p);
 	}
-	ct_dnn_args_free(2, c->unpack_arg);
 	ct_dnn_order_free(&c->unpack);
 	if (c->stream)
 		dnnl_stream_destroy(c->stream);
@@ -281,5 +278,6 @@ int ct_conv_back_weights(struct ct_conv *c, float *dw, float *db, const float *x
 		return -1;
 	for (size_t i = 0; i < c->s.co; i++)
 		db[i] += b[i];
-	return ct_dnn_order_run(&c->unpack, c->unpack_arg, c->stream, packed, dw, e);
+	ct_dnn_order_run(&c->unpack, packed, dw, true);
+	return 0;
 }

@@ -9,6 +9,7 @@
 #include "nn/dnn.h"
 
 #include <dnnl.h>
+#include <stdint.h>
 
 #if DNNL_VERSION_MAJOR >= 3
 typedef dnnl_memory_desc_t ct_dnn_desc;
@@ -18,10 +19,12 @@ typedef dnnl_memory_desc_t *ct_dnn_desc;
 typedef const dnnl_memory_desc_t *ct_dnn_cdesc;
 #endif
 
-/* A copy in another order or of another type, or an addition to it. */
+/* How weights get into another order: element (i,j), j over all axes but the first, lies at
+ * at[0][0][i] + at[0][1][j] and goes to at[1][0][i] + at[1][1][j]. Ours, as the reorder of
+ * oneDNN 3.7 and 3.8.0 makes nothing of most of what it is to pad (its issue 3280). */
 struct ct_dnn_order {
-	ct_dnn_desc from, to;
-	dnnl_primitive_t p;
+	size_t n[2];
+	uint32_t *at[2][2];
 };
 
 /* Weights in the order of one direction. */
@@ -29,8 +32,8 @@ struct ct_dnn_pack {
 	size_t key;         /* of the weights */
 	const float *plain; /* what they were made of */
 	float *data;
+	ct_dnn_desc desc; /* of data */
 	struct ct_dnn_order order;
-	struct ct_err err; /* of the last refresh */
 };
 
 struct ct_dnn {
@@ -62,20 +65,12 @@ int ct_dnn_set(dnnl_memory_t m, const void *data, struct ct_err *e);
 /* Run a primitive of n arguments, to its end. */
 int ct_dnn_run(dnnl_primitive_t p, dnnl_stream_t stream, int n, const dnnl_exec_arg_t *arg,
 	const char *what, struct ct_err *e);
-/* With `sum` it adds to what is there. *o must be zero; free it also after a failure. */
-int ct_dnn_order_new(struct ct_dnn_order *o, dnnl_engine_t eng, ct_dnn_cdesc from, ct_dnn_cdesc to,
-	bool sum, struct ct_err *e);
+/* Both are of one shape. *o must be zero; free it also after a failure. CT_EFAIL, CT_ENOMEM. */
+int ct_dnn_order_new(struct ct_dnn_order *o, ct_dnn_cdesc from, ct_dnn_cdesc to, struct ct_err *e);
 void ct_dnn_order_free(struct ct_dnn_order *o);
-/* The memories of one thread that runs it; *arg must be zero; free them also after a failure. */
-int ct_dnn_order_args(
-	const struct ct_dnn_order *o, dnnl_engine_t eng, dnnl_exec_arg_t arg[2], struct ct_err *e);
+/* Nothing between the elements is written: let `to` be zero where it is new. */
+void ct_dnn_order_run(const struct ct_dnn_order *o, const float *from, float *to, bool add);
 void ct_dnn_args_free(int n, dnnl_exec_arg_t *arg);
-/* dst = (or +=) src. */
-int ct_dnn_order_run(const struct ct_dnn_order *o, const dnnl_exec_arg_t arg[2],
-	dnnl_stream_t stream, const void *src, void *dst, struct ct_err *e);
-/* The same, with memories and a stream that it makes: for what no loop does. */
-int ct_dnn_order_once(const struct ct_dnn_order *o, dnnl_engine_t eng, const void *src, void *dst,
-	struct ct_err *e);
 /* The pack of weights called `key` in this order, made if there is none: of `plain`, or if that is
  * NULL of the pack in another order that there must be. */
 int ct_dnn_pack_get(struct ct_dnn *d, size_t key, const float *plain, ct_dnn_cdesc from,

@@ -163,61 +163,110 @@ int ct_dnn_run(dnnl_primitive_t p, dnnl_stream_t stream, int n, const dnnl_exec_
 	return ct_dnn_check(dnnl_stream_wait(stream), what, e);
 }
 
-int ct_dnn_order_new(struct ct_dnn_order *o, dnnl_engine_t eng, ct_dnn_cdesc from, ct_dnn_cdesc to,
-	bool sum, struct ct_err *e)
-{
-	dnnl_primitive_attr_t attr = NULL;
-	dnnl_post_ops_t ops = NULL;
-	dnnl_primitive_desc_t pd = NULL;
-	int rc = -1;
+/* A layout as the library describes it. */
+struct blocked {
+	dnnl_format_kind_t kind;
+	int rank, inner; /* axes; inner blocks, the last is the fastest */
+	const dnnl_dim_t *dim, *stride, *size, *axis;
+};
 
-	if (ct_dnn_desc_copy(&o->from, from, e) || ct_dnn_desc_copy(&o->to, to, e) ||
-		ct_dnn_check(dnnl_primitive_attr_create(&attr), "reorder", e) ||
-		ct_dnn_check(dnnl_post_ops_create(&ops), "reorder", e))
-		goto out;
 #if DNNL_VERSION_MAJOR >= 3
-	if (sum && ct_dnn_check(
-			   dnnl_post_ops_append_sum(ops, 1.0f, 0, dnnl_data_type_undef), "sum", e))
-		goto out;
+static int blocked_of(struct blocked *b, ct_dnn_cdesc d, struct ct_err *e)
+{
+	const struct {
+		dnnl_query_t what;
+		void *to;
+	} ask[] = {{dnnl_query_format_kind, &b->kind}, {dnnl_query_ndims_s32, &b->rank},
+		{dnnl_query_inner_nblks_s32, &b->inner}, {dnnl_query_dims, &b->dim},
+		{dnnl_query_strides, &b->stride}, {dnnl_query_inner_blks, &b->size},
+		{dnnl_query_inner_idxs, &b->axis}};
+
+	for (size_t i = 0; i < sizeof ask / sizeof *ask; i++)
+		if (ct_dnn_check(dnnl_memory_desc_query(d, ask[i].what, ask[i].to), "layout", e))
+			return -1;
+	return 0;
+}
 #else
-	if (sum && ct_dnn_check(dnnl_post_ops_append_sum(ops, 1.0f), "sum", e))
-		goto out;
+static int blocked_of(struct blocked *b, ct_dnn_cdesc d, struct ct_err *e)
+{
+	const dnnl_blocking_desc_t *f = &d->format_desc.blocking;
+
+	(void)e;
+	*b = (struct blocked){d->format_kind, d->ndims, f->inner_nblks, d->dims, f->strides,
+		f->inner_blks, f->inner_idxs};
+	return 0;
+}
 #endif
-	if (ct_dnn_check(dnnl_primitive_attr_set_post_ops(attr, ops), "reorder", e) ||
-		ct_dnn_check(dnnl_reorder_primitive_desc_create(&pd, from, eng, to, eng, attr),
-			"reorder", e))
-		goto out;
-	rc = ct_dnn_primitive(&o->p, pd, "reorder", e);
-out:
-	if (pd)
-		dnnl_primitive_desc_destroy(pd);
-	if (ops)
-		dnnl_post_ops_destroy(ops);
-	if (attr)
-		dnnl_primitive_attr_destroy(attr);
-	return rc;
+
+/* Where element i of an axis lies. */
+static size_t place(const struct blocked *b, int axis, dnnl_dim_t i)
+{
+	dnnl_dim_t at = 0, step = 1;
+
+	for (int k = b->inner - 1; k >= 0; step *= b->size[k--])
+		if (b->axis[k] == axis) {
+			at += i % b->size[k] * step;
+			i /= b->size[k];
+		}
+	return (size_t)(at + i * b->stride[axis]);
+}
+
+/* Where element i of the axes from `first` on lies, before `end`. */
+static uint32_t place_of(const struct blocked *b, int first, int end, size_t i)
+{
+	size_t at = 0;
+
+	for (int k = end - 1; k >= first; k--) {
+		at += place(b, k, (dnnl_dim_t)(i % (size_t)b->dim[k]));
+		i /= (size_t)b->dim[k];
+	}
+	return (uint32_t)at;
+}
+
+int ct_dnn_order_new(struct ct_dnn_order *o, ct_dnn_cdesc from, ct_dnn_cdesc to, struct ct_err *e)
+{
+	struct blocked b[2];
+
+	if (blocked_of(&b[0], from, e) || blocked_of(&b[1], to, e))
+		return -1;
+	if (b[0].kind != dnnl_blocked || b[1].kind != dnnl_blocked ||
+		dnnl_memory_desc_get_size(to) / sizeof(float) > UINT32_MAX)
+		return ct_fail(e, CT_EFAIL, "oneDNN: weights in an order that is not known");
+	o->n[0] = (size_t)b[0].dim[0];
+	o->n[1] = 1;
+	for (int k = 1; k < b[0].rank; k++)
+		o->n[1] *= (size_t)b[0].dim[k];
+	for (int far = 0; far < 2; far++)
+		for (int rest = 0; rest < 2; rest++) {
+			uint32_t **at = &o->at[far][rest];
+
+			if (ct_alloc0(at, o->n[rest], sizeof **at, e))
+				return -1;
+			for (size_t i = 0; i < o->n[rest]; i++)
+				(*at)[i] = place_of(&b[far], rest, rest ? b[far].rank : 1, i);
+		}
+	return 0;
 }
 
 void ct_dnn_order_free(struct ct_dnn_order *o)
 {
-	if (o->p)
-		dnnl_primitive_destroy(o->p);
-	ct_dnn_desc_free(o->from);
-	ct_dnn_desc_free(o->to);
+	for (int i = 0; i < 4; i++)
+		free(o->at[i / 2][i % 2]);
 }
 
-int ct_dnn_order_args(
-	const struct ct_dnn_order *o, dnnl_engine_t eng, dnnl_exec_arg_t arg[2], struct ct_err *e)
+void ct_dnn_order_run(const struct ct_dnn_order *o, const float *from, float *to, bool add)
 {
-	const ct_dnn_cdesc desc[2] = {o->from, o->to};
+	for (size_t i = 0; i < o->n[0]; i++) {
+		const float *x = from + o->at[0][0][i];
+		float *y = to + o->at[1][0][i];
 
-	arg[0].arg = DNNL_ARG_FROM;
-	arg[1].arg = DNNL_ARG_TO;
-	for (int i = 0; i < 2; i++)
-		if (ct_dnn_check(dnnl_memory_create(&arg[i].memory, desc[i], eng, DNNL_MEMORY_NONE),
-			    "reorder", e))
-			return -1;
-	return 0;
+		for (size_t j = 0; j < o->n[1]; j++) {
+			const float v = x[o->at[0][1][j]];
+			float *at = &y[o->at[1][1][j]];
+
+			*at = add ? *at + v : v;
+		}
+	}
 }
 
 void ct_dnn_args_free(int n, dnnl_exec_arg_t *arg)
@@ -227,34 +276,12 @@ void ct_dnn_args_free(int n, dnnl_exec_arg_t *arg)
 			dnnl_memory_destroy(arg[i].memory);
 }
 
-int ct_dnn_order_run(const struct ct_dnn_order *o, const dnnl_exec_arg_t arg[2],
-	dnnl_stream_t stream, const void *src, void *dst, struct ct_err *e)
-{
-	if (ct_dnn_set(arg[0].memory, src, e) || ct_dnn_set(arg[1].memory, dst, e))
-		return -1;
-	return ct_dnn_run(o->p, stream, 2, arg, "reorder", e);
-}
-
-int ct_dnn_order_once(const struct ct_dnn_order *o, dnnl_engine_t eng, const void *src, void *dst,
-	struct ct_err *e)
-{
-	dnnl_exec_arg_t arg[2] = {0};
-	dnnl_stream_t stream = NULL;
-	int rc = -1;
-
-	if (!ct_dnn_order_args(o, eng, arg, e) && !ct_dnn_stream_new(&stream, eng, e))
-		rc = ct_dnn_order_run(o, arg, stream, src, dst, e);
-	if (stream)
-		dnnl_stream_destroy(stream);
-	ct_dnn_args_free(2, arg);
-	return rc;
-}
-
 static void pack_free(struct ct_dnn_pack *p)
 {
 	if (!p)
 		return;
 	ct_dnn_order_free(&p->order);
+	ct_dnn_desc_free(p->desc);
 	free(p->data);
 	free(p);
 }
@@ -270,33 +297,17 @@ void ct_dnn_free(struct ct_dnn *d)
 	free(d);
 }
 
-static int pack_run(struct ct_dnn *d, const struct ct_dnn_pack *p, struct ct_err *e)
-{
-	const int was = ct_dnn_enter();
-	const int rc = ct_dnn_order_once(&p->order, d->engine, p->plain, p->data, e);
-
-	ct_dnn_leave(was);
-	return rc;
-}
-
 static void refresh_one(void *arg, size_t i, size_t worker)
 {
-	struct ct_dnn *d = arg;
+	const struct ct_dnn_pack *p = ((struct ct_dnn *)arg)->pack[i];
 
 	(void)worker;
-	d->pack[i]->err = (struct ct_err){0};
-	pack_run(d, d->pack[i], &d->pack[i]->err);
+	ct_dnn_order_run(&p->order, p->plain, p->data, false);
 }
 
-int ct_dnn_refresh(struct ct_dnn *d, struct ct_par *par, struct ct_err *e)
+void ct_dnn_refresh(struct ct_dnn *d, struct ct_par *par)
 {
 	ct_par_for(par, d->n, refresh_one, d);
-	for (size_t i = 0; i < d->n; i++)
-		if (d->pack[i]->err.code != CT_OK) {
-			*e = d->pack[i]->err;
-			return -1;
-		}
-	return 0;
 }
 
 int ct_dnn_pack_get(struct ct_dnn *d, size_t key, const float *plain, ct_dnn_cdesc from,
@@ -307,7 +318,7 @@ int ct_dnn_pack_get(struct ct_dnn *d, size_t key, const float *plain, ct_dnn_cde
 	for (size_t i = 0; i < d->n; i++) {
 		if (d->pack[i]->key != key)
 			continue;
-		if (dnnl_memory_desc_equal(d->pack[i]->order.to, to)) {
+		if (dnnl_memory_desc_equal(d->pack[i]->desc, to)) {
 			*out = d->pack[i];
 			return 0;
 		}
@@ -315,7 +326,7 @@ int ct_dnn_pack_get(struct ct_dnn *d, size_t key, const float *plain, ct_dnn_cde
 	}
 	if (!plain) {
 		plain = other->data;
-		from = other->order.to;
+		from = other->desc;
 	}
 	if (ct_grow(&d->pack, &d->cap, d->n + 1, sizeof(struct ct_dnn_pack *), e) ||
 		ct_alloc0(&p, 1, sizeof *p, e))
@@ -323,10 +334,11 @@ int ct_dnn_pack_get(struct ct_dnn *d, size_t key, const float *plain, ct_dnn_cde
 	p->key = key;
 	p->plain = plain;
 	if (ct_alloc0(&p->data, 1, dnnl_memory_desc_get_size(to), e) ||
-		ct_dnn_order_new(&p->order, d->engine, from, to, false, e) || pack_run(d, p, e)) {
+		ct_dnn_desc_copy(&p->desc, to, e) || ct_dnn_order_new(&p->order, from, to, e)) {
 		pack_free(p);
 		return -1;
 	}
+	ct_dnn_order_run(&p->order, plain, p->data, false);
 	d->pack[d->n++] = p;
 	*out = p;
 	return 0;

@@ -27,7 +27,7 @@ void ct_dnn_leave(int was);
 int ct_dnn_alloc(struct ct_dnn **out, struct ct_err *e);
 void ct_dnn_free(struct ct_dnn *d);
 /* The weights that the convolutions were made with have changed: order them anew. */
-int ct_dnn_refresh(struct ct_dnn *d, struct ct_par *par, struct ct_err *e);
+void ct_dnn_refresh(struct ct_dnn *d, struct ct_par *par);
 
 /* C[m][n] = alpha op(A) op(B) + beta C, rows of lda, ldb, ldc floats; op transposes if asked.
  * CT_EFAIL. */

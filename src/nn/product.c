@@ -47,9 +47,10 @@ static int pack(struct ct_product *p, dnnl_primitive_desc_t pd, struct ct_err *e
 			dnnl_primitive_desc_query_md(pd, dnnl_query_scratchpad_md, 0), e) ||
 		ct_alloc0((char **)&p->weights, 1, dnnl_memory_desc_get_size(p->ordered), e) ||
 		ct_dnn_desc_new(&plain, 2, dim, dnnl_f32, dnnl_ba, e) ||
-		ct_dnn_order_new(&order, p->engine, plain, p->ordered, false, e))
+		ct_dnn_order_new(&order, plain, p->ordered, e))
 		goto out;
-	rc = ct_dnn_order_once(&order, p->engine, p->matrix, p->weights, e);
+	ct_dnn_order_run(&order, p->matrix, p->weights, false);
+	rc = 0;
 out:
 	ct_dnn_order_free(&order);
 	ct_dnn_desc_free(plain);

@@ -128,10 +128,10 @@ void ct_unet_free(struct ct_unet *n)
 	free(n);
 }
 
-int ct_unet_changed(struct ct_unet *n, struct ct_par *par, struct ct_err *e)
+void ct_unet_changed(struct ct_unet *n, struct ct_par *par)
 {
 	assert(n->param);
-	return ct_dnn_refresh(n->dnn, par, e);
+	ct_dnn_refresh(n->dnn, par);
 }
 
 int ct_unet_tensors(

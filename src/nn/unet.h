@@ -49,7 +49,7 @@ int ct_unet_init(
 	struct ct_unet **out, const struct ct_unet_arch *a, uint64_t seed, struct ct_err *e);
 void ct_unet_free(struct ct_unet *n);
 /* The parameters have been written to. No plan may run meanwhile. */
-int ct_unet_changed(struct ct_unet *n, struct ct_par *par, struct ct_err *e);
+void ct_unet_changed(struct ct_unet *n, struct ct_par *par);
 /* A flat vector [graph.count] as named tensors with the architecture in their metadata; *w zero:
  * free it in any case. */
 int ct_unet_tensors(
