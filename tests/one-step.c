@@ -127,7 +127,7 @@ static void three(double to[3], const char *key)
 static int degrade(ctsr_volume *in, const char *out)
 {
 	ctsr_operator o = {.size = sizeof o,
-		.sampling = (int)number("sampling", 0),
+		.decimate = (int)number("decimate", 0),
 		.noise = number("noise", 0)};
 	ctsr_volume *v = NULL;
 	int rc;

@@ -307,7 +307,7 @@ static void test_estimate(void)
 		"too few edges: %s", e.message);
 	o = by_two();
 	o.factor[0] = o.factor[1] = 1;
-	OK(ctsr_estimate_operator(&o, few, NULL, &e) == 0 && o.sampling == CTSR_MEAN,
+	OK(ctsr_estimate_operator(&o, few, NULL, &e) == 0 && o.decimate == CTSR_MEAN,
 		"slices then are as thick as far apart");
 	ctsr_volume_free(few);
 }
@@ -627,9 +627,9 @@ static void test_names(void)
 			strstr(e.message, "slices--thick.txt: ") == e.message,
 		"the name of a file is left as it is: %s", e.message);
 	by.protocol = "release";
-	by.sampling = CTSR_MEAN;
+	by.decimate = CTSR_MEAN;
 	OK(failed(ctsr_degrade(&out, v, &by, NULL, &e), CTSR_USAGE) &&
-			strcmp(e.message, "protocol: sigma and sampling leave nothing of it") == 0,
+			strcmp(e.message, "protocol: sigma and decimate leave nothing of it") == 0,
 		"where the command has another word, the member's stands: %s", e.message);
 	must(ctsr_projections_new(&p, CTSR_CONE, 1, 3, 3, &view, &e));
 	OK(failed(ctsr_fdk(&out, p, NULL, NULL, &e), CTSR_GEOMETRY) &&

@@ -87,7 +87,7 @@ int main(int argc, char **argv)
 	o.factor[2] = 2.5;
 	o.sigma[2] = 1.125;
 	o.noise = 3.5;
-	o.sampling = CTSR_MEAN;
+	o.decimate = CTSR_MEAN;
 	must(ctsr_degrade(&lo, v, &o, &c, &e));
 	for (int i = 0; i < 5; i++) {
 		const ctsr_format *f = i == 0 ? ctsr_nifti() : i % 2 ? ctsr_metaimage() : ctsr_nrrd();

@@ -24,7 +24,7 @@ step() {
 # refused NAME STATUS END STEP 'IN...' 'KEY=VALUE...' COMMAND...: with the same words behind the name of the file or argument
 refused() {
 	name_=$1 status_=$2 end_=$3 step_=$4 in_=$5 how_=$6; shift 6
-	exits "$status_" "$name_" "$@" "no.$end_"; words "s/^ct-[a-z]*: //; s/--decimate/sampling/; s/--expert t-start/start/; s/--expert operator/pixel/; s/--quantity density/density/; s/--//g" >want
+	exits "$status_" "$name_" "$@" "no.$end_"; words "s/^ct-[a-z]*: //; s/--expert t-start/start/; s/--expert operator/pixel/; s/--quantity density/density/; s/--//g" >want
 	# shellcheck disable=SC2086
 	{ exits "$status_" "the library refuses $step_ of $in_ with status $status_" c $step_ $in_ "no.$end_" $how_; words >got; }
 	# shellcheck disable=SC2086
@@ -117,15 +117,15 @@ step 'another number of pixels' exr project fine.nii 'views=6 columns=20 rows=12
 # A coarser grid.
 step 'degraded' nii degrade fine.nii 'factor=2' ct-degrade -q -x 2 --sigma 0 fine.nii
 step 'by a factor an axis, blurred' nii degrade fine.nii 'factor=2,3,1 sigma=1,0.5,0' ct-degrade -q -x 2,3,1 --sigma 1,0.5,0 fine.nii
-step 'by means of cells, with noise' nii degrade fine.nii 'factor=1.5 sampling=2 noise=20' ct-degrade -q -x 1.5 --sigma 0 --decimate mean --noise 20 fine.nii
-step 'a CT that was clipped' nii degrade clipped.nii 'factor=2 sampling=1' ct-degrade -q -x 2 --sigma 0 --decimate point clipped.nii
+step 'by means of cells, with noise' nii degrade fine.nii 'factor=1.5 decimate=2 noise=20' ct-degrade -q -x 1.5 --sigma 0 --decimate mean --noise 20 fine.nii
+step 'a CT that was clipped' nii degrade clipped.nii 'factor=2 decimate=1' ct-degrade -q -x 2 --sigma 0 --decimate point clipped.nii
 step 'another quantity is degraded' nii degrade mu.nii 'factor=2' ct-degrade -q -x 2 --sigma 0 mu.nii
 step 'by a protocol with noise' nii degrade fine.nii 'factor=2 protocol=P1n' ct-degrade -q -x 2 -p P1n fine.nii
 step 'by a protocol, its blur another' nii degrade fine.nii 'factor=2 protocol=P3 sigma=0.7' ct-degrade -q -x 2 -p P3 --sigma 0.7 fine.nii
 step 'clipped first' nii degrade fine.nii 'factor=2 protocol=P2 clip=-512:300' ct-degrade -q -x 2 -p P2 --clip=-512:300 fine.nii
 step 'by slices of a profile' nii degrade fine.nii 'factor=1,1,4 profile=trapezoid slice_thickness=9' ct-degrade -q -x 1,1,4 --profile trapezoid --slice-thickness 9 fine.nii
 step 'by slices of a profile, on a protocol' nii degrade fine.nii 'factor=2,2,4 protocol=P2 profile=box slice_thickness=9' ct-degrade -q -x 2,2,4 -p P2 --profile box --slice-thickness 9 fine.nii
-refused 'a protocol of which nothing is left' 2 nii degrade fine.nii 'factor=2 protocol=P1 sigma=1 sampling=1' ct-degrade -q -x 2 -p P1 --sigma 1 --decimate point fine.nii
+refused 'a protocol of which nothing is left' 2 nii degrade fine.nii 'factor=2 protocol=P1 sigma=1 decimate=1' ct-degrade -q -x 2 -p P1 --sigma 1 --decimate point fine.nii
 refused 'a factor longer than an axis' 5 nii degrade fine.nii 'factor=2,2,30' ct-degrade -q -x 2,2,30 --sigma 0 fine.nii
 step 'as the release, which clips' nii degrade fine.nii 'factor=2 protocol=release' ct-degrade -q -x 2 -p release fine.nii
 refused 'no HU is not degraded' 3 nii degrade grey.nii 'factor=2' ct-degrade -q -x 2 --sigma 0 grey.nii

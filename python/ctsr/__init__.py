@@ -38,7 +38,7 @@ __all__ = ['Error', 'Image', 'Operator', 'Projections', 'version', 'read', 'writ
            'superres', 'upsample', 'paper', 'project', 'ddnm', 'read_projections', 'write_projections', 'backproject', 'reconstruct', 'fdk', 'Gaussians',
            'fit', 'read_gaussians', 'write_gaussians', 'compose', 'metrics', 'consistency']
 _lib = abi.load()
-_SAMPLING = ('sinc', 'point', 'mean')
+_DECIMATE = ('sinc', 'point', 'mean')
 _METHODS = ('auto', 'linear', 'cubic', 'bspline', 'lanczos', 'sinc', 'dc', 'tv', 'htv', 'prior', 'arssr')
 _PRESETS = ('fast', 'balanced')
 _QUALITIES = ('draft',) + _PRESETS
@@ -301,7 +301,7 @@ def _operator(factor: Axes, sigma: Axes = 0, decimate='sinc', noise=0.):
         if all(f == 1 for f in o.factor):
             raise Error(2, 'sigma: one number is of the axes that are reduced, and none is: expected three')
         o.sigma = abi.D3(*[s if f != 1 else 0 for f, s in zip(o.factor, o.sigma)])
-    o.sampling = _index(_SAMPLING, decimate, 'decimate')
+    o.decimate = _index(_DECIMATE, decimate, 'decimate')
     return o
 
 
@@ -377,7 +377,7 @@ def estimate_operator(image, factor: Axes, threads=0, progress: Optional[Progres
     flat."""
     h, o = Image.of(image)._handle(), _operator(factor)
     _Call(threads, progress).run(_lib.ctsr_estimate_operator, c.byref(o), h)
-    return Operator(tuple(o.factor), tuple(o.sigma), _SAMPLING[o.sampling], o.noise)
+    return Operator(tuple(o.factor), tuple(o.sigma), _DECIMATE[o.decimate], o.noise)
 
 
 def superres(image, factor: Optional[Axes] = None, spacing: Optional[Axes] = None, quality='balanced',
@@ -436,7 +436,7 @@ def _refine(name, image, factor, spacing, method, preset, sigma, decimate, noise
         if np.size(sigma) == 1:  # of the axes that are refined
             o.sigma = abi.D3(o.sigma[0], math.nan, math.nan)
     if decimate is not None:
-        o.sampling = _index(_SAMPLING, decimate, 'decimate')
+        o.decimate = _index(_DECIMATE, decimate, 'decimate')
     if slice_thickness is not None:
         o.slice_thickness = slice_thickness
     o.profile = _path(profile) if profile is not None else None
@@ -455,7 +455,7 @@ def _refine(name, image, factor, spacing, method, preset, sigma, decimate, noise
     made.error = Image._own(std) if error else None
     made.report = {'method': _METHODS[r.method], 'prior': bool(r.prior), 'residual': r.residual, 'added': r.added,
                    'off': r.off, 'back': r.back, 'iterations': r.iterations, 'slabs': r.slabs, 'why_not': r.why_not.decode(),
-                   'operator': Operator(tuple(r.factor), tuple(r.sigma), _SAMPLING[r.sampling], r.noise)}
+                   'operator': Operator(tuple(r.factor), tuple(r.sigma), _DECIMATE[r.decimate], r.noise)}
     return made
 
 

@@ -15,16 +15,16 @@ def _struct(name, *fields):
 
 Context = _struct('Context', ('threads', c.c_uint), ('overwrite', c.c_int), ('seed', c.c_uint64), ('verbose', c.c_int),
                   ('progress', PROGRESS), ('log', LOG), ('user', c.c_void_p), ('history', c.c_char_p))
-Operator = _struct('Operator', ('factor', D3), ('sigma', D3), ('sampling', c.c_int), ('noise', c.c_double),
+Operator = _struct('Operator', ('factor', D3), ('sigma', D3), ('decimate', c.c_int), ('noise', c.c_double),
                    ('protocol', c.c_char_p), ('profile', c.c_char_p), ('slice_thickness', c.c_double), ('clip', c.c_double * 2))
 Paper = _struct('Paper', ('factor', c.c_size_t), ('views', c.c_size_t), ('iterations', c.c_size_t), ('gaussians', c.c_size_t),
                 ('prior_file', c.c_char_p), ('release', c.c_int))
 Options = _struct('Options', ('method', c.c_int), ('preset', c.c_int), ('factor', D3), ('spacing', D3), ('sigma', D3),
-                  ('sampling', c.c_int), ('noise', c.c_double), ('estimate', c.c_int), ('prior_file', c.c_char_p),
+                  ('decimate', c.c_int), ('noise', c.c_double), ('estimate', c.c_int), ('prior_file', c.c_char_p),
                   ('memory', c.c_double), ('iterations', c.c_int), ('tolerance', c.c_double), ('start', c.c_void_p),
                   ('slice_thickness', c.c_double), ('profile', c.c_char_p), ('denoise', c.c_double), ('trust', c.c_int),
                   ('units', c.c_char_p))
-Report = _struct('Report', ('method', c.c_int), ('prior', c.c_int), ('factor', D3), ('sigma', D3), ('sampling', c.c_int),
+Report = _struct('Report', ('method', c.c_int), ('prior', c.c_int), ('factor', D3), ('sigma', D3), ('decimate', c.c_int),
                  ('noise', c.c_double), ('residual', c.c_double), ('added', c.c_double), ('iterations', c.c_size_t),
                  ('slabs', c.c_size_t), ('why_not', c.c_char * 160), ('off', c.c_double), ('back', c.c_double))
 Geometry = _struct('Geometry', ('beam', c.c_int), ('views', c.c_size_t), ('columns', c.c_size_t), ('rows', c.c_size_t),

@@ -202,8 +202,8 @@ static bool is_of_command(const char *text, const char *option)
 /* The option after "--" at `in`: its length, 0 if there is none, and the member of that meaning. */
 static size_t option_at(const char *in, const char **member, size_t *length)
 {
-	static const char *const other[][2] = {{"decimate", "sampling"}, {"grid", "like"},
-		{"class", "label"}, {"quantity density", "density"}, {"expert t-start", "start"},
+	static const char *const other[][2] = {{"grid", "like"}, {"class", "label"},
+		{"quantity density", "density"}, {"expert t-start", "start"},
 		{"expert operator", "pixel"}};
 	static const char after[] = " ,:;)=";
 	size_t n;

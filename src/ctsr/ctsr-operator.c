@@ -32,11 +32,11 @@ static int take(
 		d->factor[a] = mine.factor[a];
 		d->sigma[a] = mine.sigma[a];
 	}
-	if (mine.sampling < CTSR_SINC || mine.sampling > CTSR_MEAN)
-		return ct_fail(e, CT_EUSAGE, "the sampling %d is not one of 0 to 2", mine.sampling);
+	if (mine.decimate < CTSR_SINC || mine.decimate > CTSR_MEAN)
+		return ct_fail(e, CT_EUSAGE, "decimate: %d is not one of 0 to 2", mine.decimate);
 	if (!(mine.noise >= 0 && mine.noise <= 1e6))
 		return ct_fail(e, CT_EUSAGE, "the noise %g HU is outside [0, 1e6]", mine.noise);
-	d->decimate = (enum ct_decimate)mine.sampling;
+	d->decimate = (enum ct_decimate)mine.decimate;
 	*taken = mine;
 	return 0;
 }
@@ -62,7 +62,7 @@ int ctsr_degrade_of(struct ct_degrade *d, double *noise, const ctsr_operator *o,
 
 static int give(ctsr_operator *o, const struct ct_degrade *d, double noise, struct ct_err *e)
 {
-	ctsr_operator mine = {.sampling = (int)d->decimate, .noise = noise};
+	ctsr_operator mine = {.decimate = (int)d->decimate, .noise = noise};
 
 	memcpy(mine.factor, d->factor, sizeof mine.factor);
 	memcpy(mine.sigma, d->sigma, sizeof mine.sigma);
@@ -164,7 +164,7 @@ static int rule_of(struct ct_step_degrade_rule *r, const ctsr_operator *o, struc
 	for (int a = 0; a < 3; a++)
 		if (all || by.sigma[0] > 0 || by.sigma[1] > 0 || by.sigma[2] > 0)
 			r->sigma[a] = by.sigma[a];
-	r->decimate = mine.sampling ? (int)by.decimate : -1; /* of no protocol it is sinc */
+	r->decimate = mine.decimate ? (int)by.decimate : -1; /* of no protocol it is sinc */
 	r->noise = all || mine.noise > 0 ? mine.noise : r->noise;
 	if (mine.clip[0] == 0 && mine.clip[1] == 0)
 		return take_profile(&r->slice, &mine, e);

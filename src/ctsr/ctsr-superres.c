@@ -30,7 +30,7 @@ void ctsr_superres_options_init(ctsr_superres_options *o, size_t size)
 		.method = CTSR_PRIOR,
 		.preset = CTSR_BALANCED,
 		.sigma = {(double)NAN, (double)NAN, (double)NAN},
-		.sampling = -1,
+		.decimate = -1,
 		.noise = (double)NAN,
 		.estimate = 1,
 		.iterations = 300,
@@ -75,8 +75,8 @@ static int check(const ctsr_superres_options *o, struct ct_err *e)
 			"arssr needs its network as the prior file: none is installed");
 	if (o->preset < CTSR_FAST || o->preset > CTSR_BALANCED)
 		return ct_fail(e, CT_EUSAGE, "the preset %d is not one of 0 and 1", o->preset);
-	if (o->sampling < -1 || o->sampling > CTSR_MEAN)
-		return ct_fail(e, CT_EUSAGE, "the sampling %d is not one of -1 to 2", o->sampling);
+	if (o->decimate < -1 || o->decimate > CTSR_MEAN)
+		return ct_fail(e, CT_EUSAGE, "decimate: %d is not one of -1 to 2", o->decimate);
 	for (int a = 0; a < 3; a++)
 		if (!(o->factor[a] >= 0) || !(o->spacing[a] >= 0) ||
 			(o->factor[a] > 0) != (o->factor[0] > 0) ||
@@ -148,7 +148,7 @@ static struct ct_refine_rule rule_of(const ctsr_superres_options *o, bool error)
 	r.said.sigma_for_all = !isnan(o->sigma[0]) && isnan(o->sigma[1]) && isnan(o->sigma[2]);
 	for (int a = 1; a < 3 && r.said.sigma_for_all; a++)
 		r.said.sigma[a] = o->sigma[0];
-	r.said.decimate = o->sampling;
+	r.said.decimate = o->decimate;
 	r.said.noise = o->noise;
 	r.said.estimate = o->estimate != 0;
 	r.said.trust = o->trust != 0;
@@ -197,7 +197,7 @@ static int give(
 {
 	ctsr_superres_report mine = {.method = (int)r->did.method,
 		.prior = prior && r->adds,
-		.sampling = (int)r->scan.operator.decimate,
+		.decimate = (int)r->scan.operator.decimate,
 		.noise = r->scan.noise,
 		.residual = prior ? r->residual : r->did.residual,
 		.added = prior ? r->added : 0,

@@ -145,7 +145,7 @@ CTSR_API int ctsr_volume_write(const ctsr_volume *v, const char *path, const cts
 
 /* ----------------------------------------------------------------------------------- operators */
 /* How a low-resolution CT is made: Gaussian blur, sampling, noise. */
-enum ctsr_sampling {
+enum ctsr_decimate {
 	CTSR_SINC = 0,  /* band-limited, then sampled */
 	CTSR_POINT = 1, /* sampled at points */
 	CTSR_MEAN = 2   /* averaged over cells, as thick slices are */
@@ -155,10 +155,10 @@ typedef struct ctsr_operator {
 	size_t size;
 	double factor[3]; /* along each axis, 1 to 1024, need not be whole; 0 (default): 1 */
 	double sigma[3];  /* of the blur, in fine voxels, 0 to 1000; default 0 */
-	int sampling;     /* of enum ctsr_sampling; default CTSR_SINC */
+	int decimate;     /* of enum ctsr_decimate; default CTSR_SINC */
 	double noise;     /* standard deviation of white noise, HU, of the coarse CT; default 0 */
 	/* Of ctsr_degrade alone, as ct-degrade(1) has them; elsewhere they are CTSR_USAGE. */
-	const char *protocol;   /* in whose place are sigma, sampling, noise that are not 0 */
+	const char *protocol;   /* in whose place are sigma, decimate, noise that are not 0 */
 	const char *profile;    /* of slices: a shape, or lines "MM WEIGHT" */
 	double slice_thickness; /* of slices, mm; 0 (default): the spacing of the coarse CT */
 	double clip[2];         /* HU, first; 0, 0 (default): not */
@@ -208,7 +208,7 @@ typedef struct ctsr_superres_options {
 	/* How the scan was made; the default of each is unknown: what the metadata say, else sinc;
 	 * noise is measured. A contradiction with the metadata is CTSR_USAGE. */
 	double sigma[3]; /* in new voxels; NaN (default): unknown; x, NaN, NaN: axes refined */
-	int sampling;    /* of enum ctsr_sampling; -1 (default): unknown */
+	int decimate;    /* of enum ctsr_decimate; -1 (default): unknown */
 	double noise;    /* HU; NaN (default): unknown */
 	int estimate;    /* default 1: measure an unknown operator; 0: CTSR_USAGE to invert it */
 	const char *prior_file; /* slice prior, safetensors; NULL (default): the installed one */
@@ -230,7 +230,7 @@ typedef struct ctsr_superres_report {
 	int method;                 /* of the inversion or interpolation, of enum ctsr_method */
 	int prior;                  /* 1: the prior added detail */
 	double factor[3], sigma[3]; /* of the operator that was inverted, as in ctsr_operator */
-	int sampling;
+	int decimate;
 	double noise;
 	double residual; /* RMS of the result, degraded again, minus the scan, HU; NaN: unknown */
 	double added;    /* RMS of what the prior added, HU */
