@@ -19,7 +19,7 @@ cost() { # cost STATE TOOL ARGS...: STATE is a regular expression of what follow
 		grep -Eq "^disk      [1-9][0-9]* MiB$state\$" out; ok $? 'a dry run states disk in one form'
 	[ ! -e new ]; ok $? 'a dry run makes no output'
 }
-kept=', and [1-9][0-9]* MiB of state until it is done'
+kept=', and [1-9][0-9]* MiB of state beside it'
 cost '' ct-upsample lr.nii new
 cost '' ct-project -n 4 hr.nii new
 cost '' ct-fdk p.exr new

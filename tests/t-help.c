@@ -160,7 +160,7 @@ static void test_cost(void)
 		"a cost is no less than it is");
 	OK(costs((struct ct_cost){"", 7199.5, 3 * mib + 1, 0, 5 * mib}, false,
 		   "time      7200 s on 1 threads\nmemory    4 MiB\n"
-		   "disk      0 MiB, and 5 MiB of state until it is done\n"),
+		   "disk      0 MiB, and 5 MiB of state beside it\n"),
 		"seconds up to two hours, and a state");
 	OK(costs((struct ct_cost){"w", 7200, 0, 0, 0}, false,
 		   "work      w\ntime      2.0 h on 1 threads\nmemory    0 MiB\ndisk      0 MiB\n"),

@@ -49,7 +49,7 @@ int ct_cost_print(const struct ct_cost *c, const struct ct_env *env, struct ct_e
 	printf("memory    %.0f MiB\n", mib(c->memory));
 	printf("disk      %.0f MiB", mib(c->disk));
 	if (c->state > 0)
-		printf(", and %.0f MiB of state until it is done", mib(c->state));
+		printf(", and %.0f MiB of state beside it", mib(c->state));
 	putchar('\n');
 	return 0;
 }

@@ -266,6 +266,20 @@ fail:
 	return -1;
 }
 
+double ct_learn_bytes(const struct ct_learn *l)
+{
+	const struct ct_slice_network *r = &l->r;
+	const double patch = (double)ct_patch_count(&r->shape), weights = (double)r->at[CT_PARTS];
+	const double side = PIECE * (double)(r->cell + 1 + 2 * r->width);
+	/* of the rows of the sides, not of matrices made ready */
+	const double rows =
+		ct_slice_network_bytes(r, PIECE, l->sides) - ct_slice_network_bytes(r, 0, 0);
+
+	return rows + sizeof(float) * ((4 + (double)l->trainer.groups) * weights +
+					      (1 + (double)r->components) * patch +
+					      (double)l->sides * side);
+}
+
 void ct_learn_free(struct ct_learn *l)
 {
 	if (!l)

@@ -73,6 +73,8 @@ int ct_learn_alloc(struct ct_learn **out, const struct ct_slice_network *r,
 	const struct ct_learn_rule *rule, const struct ct_example *pairs, size_t n,
 	const struct ct_env *env, struct ct_err *e);
 void ct_learn_free(struct ct_learn *l);
+/* Bytes that it holds beside the pairs. */
+double ct_learn_bytes(const struct ct_learn *l);
 /* Before the first step. CT_EINPUT if there is hardly a patch that is not flat, CT_ENUMERIC. */
 int ct_learn_begin(struct ct_learn *l, struct ct_err *e);
 /* One step; *loss <- the mean over the batch. CT_ENUMERIC if it is not finite. */

@@ -366,6 +366,7 @@ static int estimate(struct train_loop_job *j, struct ct_err *e)
 		cost.memory += cost.state / 4;
 		cost.state += cost.state / 4;
 	}
+	cost.memory += cost.state; /* a copy of it is written */
 	return ct_cost_print(&cost, &j->env, e);
 }
 

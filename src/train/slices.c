@@ -346,6 +346,7 @@ static int cost(const void *it, double seconds, struct ct_cost *c, struct ct_err
 	for (size_t i = 0; i < j->data.n; i++)
 		c->memory += 8.0 * (double)j->data.example[i].n[0] *
 			     (double)j->data.example[i].n[1] * (double)j->data.example[i].n[2];
+	c->memory += ct_learn_bytes(j->learn) + CT_RESTORE_CODE;
 	c->disk = n * (j->p->half ? 2 : 4);
 	c->state = n * 16;
 	snprintf(c->work, sizeof c->work, "%llu steps of %.2g s on %zu examples, %.0f parameters",
