@@ -189,7 +189,7 @@ exits 3 'misses a gradient error' ct-metrics --max gradient-k-hu-mm=20 ref.nii t
 exits 2 'a limit for a figure that is not reported' ct-metrics --max residual-max-hu=1 ref.nii test.nii
 has err "^ct-metrics: --max: the report has no figure 'residual-max-hu'$" 'is refused by name'
 for v in rmse-hu rmse-hu= rmse-hu=a rmse-hu=1a =1 '' rmse-hu=70, rmse-hu=nan a_name_that_is_longer_than_any_figure_is=1; do
-	exits 2 "--max '$v'" ct-metrics --max "$v" ref.nii test.nii
+	exits 2 "--max '$v' is refused before a file is read" ct-metrics --max "$v" none.nii none.nii
 done
 
 # Volumes that are out of the ordinary.

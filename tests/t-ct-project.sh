@@ -100,6 +100,8 @@ has err 'bad.json: DSO' 'the error of a bad scanner file names file and key'
 sed 's/"sDetector": \[/&-/' scan.json >bad.json
 exits 5 'a scanner file of pixels below zero is refused with status 5' ct-project --scanner bad.json m.nii new.exr
 has err 'bad.json: pixel pitch' 'the error of a refused geometry names the scanner file'
+sed 's/"startAngle": [0-9.]*/"startAngle": 1e300/' scan.json >bad.json
+exits 5 'a scanner file whose first view is at 1e300 degrees is refused' ct-project --scanner bad.json m.nii new.exr
 echo '[1' >bad.json
 exits 3 'a scanner file that is not JSON is refused with status 3' ct-project --scanner bad.json m.nii new.exr
 exits 2 '--beam with a scanner file is refused with status 2' ct-project --beam parallel --scanner scan.json m.nii new.exr

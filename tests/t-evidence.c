@@ -232,7 +232,7 @@ static void test_weight(void)
 		fit = IS(d.weight.data[i], 1);
 	OK(fit, "that are all 1 if there are none");
 	ct_evidence_free(&d);
-	REFUSED(CT_EINPUT, "negative.exr: deviation -0.5 of value 0 is negative",
+	REFUSED(CT_EINPUT, "negative.exr: deviation -0.5 of view 0, row 0, column 0 is negative",
 		.std = "negative.exr");
 	REFUSED(CT_EINPUT, "none.exr: ", .std = "none.exr");
 	REFUSED(CT_EGEOM, "three.exr: stacks differ", .std = "three.exr");

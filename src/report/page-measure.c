@@ -299,7 +299,7 @@ static int warn_found(struct ct_page *p)
 	if (p->known && p->agrees.rms > CT_PAGE_APART + p->noise)
 		bad |= warn(p,
 			"The result does not agree with the scan: the residual is %.3g HU RMS, and "
-			"at most %.3g HU are expected. At 95 %% of the voxels it is below %.1f HU.",
+			"at most %.3g HU are expected. At 95 %% of the voxels it is below %.3g HU.",
 			p->agrees.rms, CT_PAGE_APART + p->noise, p->agrees.p95);
 	if (range)
 		bad |= warn(p, "T%.*s.", (int)strcspn(range + 3, ";"), range + 3);

@@ -139,8 +139,10 @@ static int check_weight(struct ct_evidence *d, struct ct_err *e)
 	n = ct_stack_count(w);
 	for (size_t i = 0; i < n; i++) {
 		if (w->data[i] < 0)
-			return ct_fail(e, CT_EINPUT, "%s: deviation %g of value %zu is negative",
-				d->is.std, (double)w->data[i], i);
+			return ct_fail(e, CT_EINPUT,
+				"%s: deviation %g of view %zu, row %zu, column %zu is negative",
+				d->is.std, (double)w->data[i], i / (w->h * w->w), i / w->w % w->h,
+				i % w->w);
 		q += (double)w->data[i] * (double)w->data[i];
 	}
 	q /= (double)n;

@@ -61,6 +61,8 @@ static int read_all(struct report_job *j, struct ct_err *e)
 		read_volume(&page->lr, p->lr, true, NULL, j->env, e) ||
 		read_volume(&page->hr, p->hr, true, NULL, j->env, e))
 		return -1;
+	if (j->log && strlen((const char *)j->log) < n)
+		return ct_fail(e, CT_EINPUT, "%s: no text: it holds a zero byte", p->log);
 	if (j->log)
 		ct_page_forget_folders((char *)j->log);
 	page->log = (const char *)j->log;

@@ -9,6 +9,7 @@
 
 #define DEGREE 0.017453292519943295
 #define FARTHEST 1e5 /* DSD: source and detector may be moved by so many */
+#define MOST_DEGREES 1e6
 
 /* Exact at whole quarter turns, and periodic to the last bit. */
 static void sincos_degrees(double degrees, double *s, double *c)
@@ -96,6 +97,12 @@ static int check(const struct ct_geometry *s, struct ct_err *e)
 	if (!isfinite(s->arc + s->start + s->offset[0] + s->offset[1] + s->iso[0] + s->iso[1] +
 		      s->iso[2] + s->tilt + s->source[0] + s->source[1]))
 		return ct_fail(e, CT_EGEOM, "scan geometry is not finite");
+	for (size_t i = 0; i < (s->angle ? s->views : 2); i++) {
+		const double angle = s->angle ? s->angle[i] : i ? s->arc : s->start;
+
+		if (!(fabs(angle) <= MOST_DEGREES))
+			return ct_fail(e, CT_EGEOM, "an angle of %g degrees", angle);
+	}
 	for (int a = 0; a < 2; a++) {
 		const double moved = fmax(fabs(s->offset[a]), fabs(s->source[a]));
 
