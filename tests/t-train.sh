@@ -79,7 +79,7 @@ run more --validate b.exr --expert=validate-every=7,validate-pieces=5
 is '[s for s, _ in held("more")] == [7] and held("more") != held("held")[2:]' 'validate-pieces'
 ct-phantom -q -f --size 64x64x64 ellipsoids c.nii; ct-project -q -f -n 2 --det 16 c.nii c.exr
 train some some.safetensors -n 1 -p 24 --validate a.exr a.exr c.exr; has some.log 'warning: 2 of 8 pictures are smaller than a piece of 24 x 24, and not used$' 'pictures that are too small are counted in a warning'
-[ "$(grep -c warning some.log)" -eq 1 ]; ok $? 'pictures that are large enough are not warned of'
+[ "$(grep -c 'warning: .* pictures are smaller' some.log)" -eq 1 ]; ok $? 'pictures that are large enough are not warned of'
 exits 5 'or are too small' ct-train -a $net -p 64 --validate b.exr no.safetensors a.exr
 
 # more steps of the same, with and without the cosine, which ends at the last
@@ -163,6 +163,9 @@ done
 ok $? 'the cache of a second pass has as many examples as that of the first'
 run seen --validate held.nii --expert=validate-every=1
 [ "$(grep -c 'held-out loss [0-9]' seen.log)" -eq 1 ]; ok $? '--validate reports the loss on other volumes'
+! grep -q 'held out: ' seen.log; ok $? 'volumes that are only held out are not warned of'
+ln scans/1.nii twin.nii; run twice --validate twin.nii
+has twice.log '^ct-train: warning: scans/1.nii: is trained on and held out' 'a volume that is trained on and held out, by whatever name, is warned of'
 cmp plain.safetensors.state seen.safetensors.state; ok $? '--validate does not change the training'
 ct-train $small --cache as-is --validate held.nii as-is.safetensors scans 2>as-is.log
 [ "$(grep -l ' 1:1 ' as-is/* | wc -l)" -eq 2 ] && [ "$(find as-is -type f | wc -l)" -eq 6 ]
@@ -231,7 +234,7 @@ memory=$(mib memory)
 [ "$memory" -ge $((n * 40 / 1048576)) ] && [ "$memory" -le $((n * 80 / 1048576)) ]
 ok $? "the dry run prints the memory of weights, moments, gradients and of the state that is written ($memory MiB)"
 cost --expert=cubes=40; more=$(($(mib memory) - memory))
-[ "$more" -gt 4 ] && [ "$more" -le 20 ]; ok $? "the memory grows with the number of examples (by $more MiB)"
+[ "$more" -ge 3 ] && [ "$more" -le 20 ]; ok $? "the memory grows with the number of examples (by $more MiB)"
 cost --half; [ "$(mib disk)" -eq $((n * 2 / 1048576 + 1)) ]; ok $? '--half halves the size on disk'
 }
 [ ! -e no.safetensors ]; ok $? 'refused trainings of slices leave no prior'

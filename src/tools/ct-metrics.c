@@ -97,43 +97,10 @@ static bool is_taken(const struct params *p)
 }
 
 /* Refuses combinations that the option table does not know. */
-/* One NAME=X of --min or --max. */
-struct limit {
-	char name[sizeof((struct ct_figures *)0)->at->name];
-	double x;
-};
-
-/* *text moves behind it; NULL: it was the last. */
-static int next_limit(struct limit *at, const char **text, bool least, struct ct_err *e)
-{
-	const char *equals = strchr(*text, '='), *end;
-	const size_t n = equals ? (size_t)(equals - *text) : 0;
-
-	*at = (struct limit){.x = equals ? ct_number_begin(equals + 1, &end) : (double)NAN};
-	if (n == 0 || n >= sizeof at->name || isnan(at->x) || (*end && *end != ','))
-		return ct_fail(
-			e, CT_EUSAGE, "--%s: '%s' is not NAME=X,...", least ? "min" : "max", *text);
-	memcpy(at->name, *text, n);
-	*text = *end ? end + 1 : NULL;
-	return 0;
-}
-
-static int check_limits(const char *text, bool least, struct ct_err *e)
-{
-	struct limit any;
-
-	while (text)
-		if (next_limit(&any, &text, least, e))
-			return -1;
-	return 0;
-}
-
 static int check(const struct params *p, bool json, struct ct_err *e)
 {
 	const bool taken = is_taken(p);
 
-	if (check_limits(p->min, true, e) || check_limits(p->max, false, e))
-		return -1;
 	if (!p->second && !p->low)
 		return ct_fail(e, CT_EUSAGE, "missing TEST: give REF and TEST, or --consistency");
 	if (p->more.n % 2)
@@ -407,24 +374,31 @@ static int compare(struct compare_job *j, const struct params *p,
 		(p->map && write_map(p->map, j, env, e)));
 }
 
-/* A figure that is not a number passes neither. */
+/* One NAME=X of --min or --max; *text moves behind it. A figure that is not a number passes
+ * neither. Without figures it is read only. */
 static int bound(const struct ct_figures *f, const char **text, bool least, const char *test,
 	struct ct_err *e)
 {
-	struct limit at;
-	double v;
+	const char *equals = strchr(*text, '='), *end, *option = least ? "min" : "max";
+	char name[sizeof f->at->name] = "";
+	double x, v;
 
-	if (next_limit(&at, text, least, e))
-		return -1;
-	if (!ct_figures_get(&v, f, at.name))
-		return ct_fail(e, CT_EUSAGE, "--%s: the report has no figure '%s'",
-			least ? "min" : "max", at.name);
-	if (least ? v >= at.x : v <= at.x)
+	if (equals && (size_t)(equals - *text) < sizeof name)
+		memcpy(name, *text, (size_t)(equals - *text));
+	x = equals ? ct_number_begin(equals + 1, &end) : (double)NAN;
+	if (!*name || isnan(x) || (*end && *end != ','))
+		return ct_fail(e, CT_EUSAGE, "--%s: '%s' is not NAME=X,...", option, *text);
+	*text = *end ? end + 1 : NULL;
+	if (!f)
+		return 0;
+	if (!ct_figures_get(&v, f, name))
+		return ct_fail(e, CT_EUSAGE, "--%s: the report has no figure '%s'", option, name);
+	if (least ? v >= x : v <= x)
 		return 0;
 	if (isnan(v))
-		return ct_fail(e, CT_EINPUT, "%s: %s is nan, which keeps no limit", test, at.name);
-	return ct_fail(e, CT_EINPUT, "%s: %s %.8g is %s %g", test, at.name, v,
-		least ? "below" : "above", at.x);
+		return ct_fail(e, CT_EINPUT, "%s: %s is nan, which keeps no limit", test, name);
+	return ct_fail(
+		e, CT_EINPUT, "%s: %s %.8g is %s %g", test, name, v, least ? "below" : "above", x);
 }
 
 static int judge(
@@ -483,7 +457,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct ct_err missed = {0};
 	struct ct_figures head;
 
-	if (check(p, env->command->json, e) || parse_rule(&r, p, e))
+	if (check(p, env->command->json, e) || judge(NULL, p, NULL, e) || parse_rule(&r, p, e))
 		return -1;
 	for (size_t i = 0; i <= p->more.n; i += 2) {
 		struct compare_job j = {0};

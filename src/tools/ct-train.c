@@ -6,6 +6,7 @@
 #include "core/mem.h"
 #include "tools/lib/prior-opts.h"
 #include "tools/train-loop.h"
+#include "train/data.h"
 #include "xray/window.h"
 
 #include <math.h>
@@ -306,9 +307,11 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	struct train_subject subject = {0};
 	struct train_data data = {.n = p->data.n};
 	struct ct_resume resume = {0};
+	const struct train_files files = files_of(p);
 	int rc = -1;
 
-	if (ct_resume_open(&resume, p->out, p->resume, opts, p, env, e) ||
+	if (train_files_check(&files, env, e) ||
+		ct_resume_open(&resume, p->out, p->resume, opts, p, env, e) ||
 		ct_alloc0(&data.input, data.n, sizeof *data.input, e))
 		goto out;
 	if (p->kind == TRAIN_SLICES        ? begin_slices(&subject, &data, &slices, p, env, e)

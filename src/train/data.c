@@ -130,6 +130,39 @@ static void names_free(struct names *names)
 	*names = (struct names){0};
 }
 
+static bool is_one_of(const struct stat *a, const struct stat *b, size_t n)
+{
+	for (size_t i = 0; i < n; i++)
+		if (a->st_dev == b[i].st_dev && a->st_ino == b[i].st_ino)
+			return true;
+	return false;
+}
+
+int train_files_check(const struct train_files *f, const struct ct_env *env, struct ct_err *e)
+{
+	struct names held = {0}, data = {0};
+	struct stat *other = NULL, is;
+	int rc = f->validate ? names_of(&held, f->validate, e) : 0;
+
+	if (rc == 0)
+		rc = ct_alloc0(&other, held.n + 1, sizeof *other, e);
+	for (size_t i = 0; i < held.n && rc == 0; i++)
+		if (stat(held.path[i], &other[i])) /* reading it says why */
+			other[i].st_ino = 0;
+	for (size_t k = 0; k < f->n && held.n && rc == 0; k++) {
+		rc = names_of(&data, f->v[k], e);
+		for (size_t i = 0; i < data.n; i++)
+			if (stat(data.path[i], &is) == 0 && is_one_of(&is, other, held.n))
+				ct_log(env, CT_WARN,
+					"%s: is trained on and held out: its loss there says little",
+					data.path[i]);
+		names_free(&data);
+	}
+	names_free(&held);
+	free(other);
+	return rc;
+}
+
 int train_data_read(struct ct_pictures *s, struct ct_reading *reading, const char *path,
 	struct ct_meta *meta, const struct ct_env *env, struct ct_err *e)
 {

@@ -7,6 +7,9 @@
 #include "shim/reader.h"
 #include "train/subject.h"
 
+/* Warns of each file that is trained on and held out. CT_EINPUT, CT_ENOMEM. */
+int train_files_check(const struct train_files *f, const struct ct_env *env, struct ct_err *e);
+
 /* Add what `path` names to the set: an EXR stack, divided by its largest value; a picture; or all
  * pictures and stacks of a folder in the order of their names. The key "input" of *meta becomes
  * the name and a hash of it all. CT_EINPUT, CT_ENUMERIC naming the file; CT_ESTOP. */
