@@ -6,7 +6,8 @@
 #   make -f examples/measured.mk HTC=kex/data/HTC2022/TestData TOOTH=tomopy/source/tomopy/data/tooth.h5
 #
 # Four minutes of CPU time. With `challenge` at the end: OUT/scores, a line of each of the 21 phantoms of the challenge, with
-# the arc of its level, 90 to 30 degrees, and a picture of three; 16 minutes of CPU time more.
+# the arc of its level, 90 to 30 degrees, and a picture of three; 16 minutes of CPU time more. With `joint`:
+# OUT/joint-scores, the figures of 90 views beside a coarser CT, of each.
 #
 # In OUT/table: of each phantom the correlation of ct-fdk with the FBP of the organisers on their grid, in the circle
 # of 250 pixels; then of arcs of VIEWS views (every half degree) the score of the challenge, Matthews' coefficient
@@ -70,6 +71,16 @@ $(OUT)/scores: $(foreach p,$(DISCS),$(OUT)/$(p)-full.nii $(OUT)/$(p)-limited.nii
 		set -- $$p $$r $$s; echo $$1 $$3 $$6 $$8; done | awk '{n[$$1 + 0]++; r[$$1 + 0] += $$2; a[$$1 + 0] += $$3; b[$$1 + 0] += $$4; print} \
 		END {for (l = 1; l in n; l++) printf "level %d: %.5f %.4f %.4f\n", l, r[l] / n[l], a[l] / n[l], b[l] / n[l]}' >$@.part
 	@mv $@.part $@
+# The last figures of each of the 21, and the means of each method.
+joint: $(OUT)/joint-scores
+	@cat $<
+$(OUT)/joint-scores: $(foreach p,$(DISCS),$(foreach m,$(JOINT),$(OUT)/$(p)-joint-$(m).nii))
+	@for p in $(DISCS); do all="$(JOINT:%=$(OUT)/$$p-joint-%.nii)"; fbp=$(HTC)/htc2022_$${p}_recon_fbp; \
+		$(SCORE) correlate $$fbp.mat $$all >$@.r && $(SCORE) segment $${fbp}_seg.mat $$all | paste $@.r - || exit; done | \
+		awk '{sub(/.*\//, "", $$1); sub(/-joint-/, " ", $$1); sub(/\.nii/, "", $$1); print $$1, $$2, $$5; \
+			split($$1, is, " "); m = is[2]; if (!(m in n)) order[++k] = m; n[m]++; r[m] += $$2; s[m] += $$5} \
+		END {for (i = 1; i <= k; i++) {m = order[i]; printf "mean of %d %s %.5f %.4f\n", n[m], m, r[m] / n[m], s[m] / n[m]}}' >$@.part
+	@rm $@.r && mv $@.part $@
 $(OUT)/%-limited.exr:
 	@mkdir -p $(OUT)
 	ct-convert -q -f --projections auto --mu-water .046 $(HTC)/htc2022_$*_limited.mat $@
@@ -120,11 +131,11 @@ $(OUT)/%-joint-tv.nii: $(OUT)/%-joint.exr $(OUT)/grid256.nii
 $(OUT)/%-joint-fuse.nii: $(OUT)/%-joint-up.nii $(OUT)/%-joint-lr.nii $(OUT)/%-joint.exr
 	ct-fuse -q -f --resume $^ $@
 $(OUT)/%-joint-nabgs.nii: $(OUT)/%-joint-up.nii $(OUT)/%-joint-lr.nii $(OUT)/%-joint.exr
-	ct-nabgs -q -f --resume -n 3000 -g 4000 -b $< --lr $(word 2,$^) $(word 3,$^) $(@:nii=ply)
+	ct-nabgs -q -f --resume -n 5000 -g 16000 -b $< --lr $(word 2,$^) $(word 3,$^) $(@:nii=ply)
 	ct-compose -f $< $(@:nii=ply) $@
 $(OUT)/tooth.nii: $(TOOTH)
 	@mkdir -p $(OUT)
 	ct-convert -q -f --projections auto $< $(OUT)/tooth.exr
 	ct-fdk -v -f --find-centre --quantity density $(OUT)/tooth.exr $@
-.PHONY: all challenge $(OUT)/table $(OUT)/scores
+.PHONY: all challenge joint $(OUT)/table $(OUT)/scores $(OUT)/joint-scores
 .SECONDARY:

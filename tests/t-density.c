@@ -36,7 +36,8 @@ static struct ct_densify_rule rule(void)
 {
 	const double affine[3][4] = {{2, 0, 0, -8}, {0, 3, 0, -12}, {0, 0, 4, -16}};
 	const size_t zero[3] = {0}, n[3] = {9, 9, 9};
-	struct ct_densify_rule r = {.grad = 0.25, .large = 1, .most = 100, .ln_least = -5};
+	struct ct_densify_rule r = {
+		.grad = 0.25, .large = 1, .most = 100, .ln_least = -5, .least = CT_DENSIFY_LEAST};
 
 	must(ct_block_init(&r.box, affine, zero, n, &err));
 	return r;
@@ -323,7 +324,8 @@ static void places(void)
 		double shift = shifted ? -0.5 : 0;
 		struct ct_gauss g = {.gamma = 0.5};
 
-		must(ct_place_base(&g, &v, 9, 0.2, shift, ln_s, &env, &err));
+		must(ct_place_base(
+			&g, &v, (double)CT_PLACE_LEAST, 9, 0.2, shift, ln_s, &env, &err));
 		OK(g.n == 3, "%zu voxels are dense", g.n);
 		for (size_t i = 0; i < g.n; i++) {
 			size_t found = 0;

@@ -388,7 +388,8 @@ static void control(void)
 	static const float x[] = {1, 2, 3, 90, 4}, ln_s[] = {0, 2, 0, 0, 0};
 	const double affine[3][4] = {{4, 0, 0, -32}, {0, 4, 0, -32}, {0, 0, 4, -32}};
 	const size_t zero[3] = {0}, n[3] = {17, 17, 17};
-	struct ct_densify_rule r = {.grad = 1, .large = 2, .most = 100, .ln_least = -5};
+	struct ct_densify_rule r = {
+		.grad = 1, .large = 2, .most = 100, .ln_least = -5, .least = CT_DENSIFY_LEAST};
 	struct ct_densify_count c;
 	struct ct_gauss g = {.gamma = 0.25};
 	struct ct_gs_adam a = {0};

@@ -100,7 +100,7 @@ static void base(const struct ct_vol *v, size_t n, double shift, double low, dou
 	for (size_t i = 0; i < COUNT; i++)
 		left += v->data[i] > CT_PLACE_LEAST;
 	found = left;
-	must(ct_place_base(&g, v, n, 0.3, shift, ln_s, &env, &err));
+	must(ct_place_base(&g, v, (double)CT_PLACE_LEAST, n, 0.3, shift, ln_s, &env, &err));
 	n = n < found ? n : found;
 	for (size_t i = 0; i < COUNT; i++)
 		if (v->data[i] > CT_PLACE_LEAST) {
@@ -158,7 +158,8 @@ static void refused(void)
 	volume(&v);
 	for (size_t i = 0; i < COUNT; i++)
 		v.data[i] = 0;
-	OK(ct_place_base(&g, &v, 5, 1, 0, ln_s, &env, &err) == -1 && err.code == CT_EINPUT,
+	OK(ct_place_base(&g, &v, (double)CT_PLACE_LEAST, 5, 1, 0, ln_s, &env, &err) == -1 &&
+			err.code == CT_EINPUT,
 		"no voxel: %s", err.msg);
 	OK(ct_place_residual(&g, &v, 5, 1, ln_s, &env, &err) == -1 && err.code == CT_EINPUT,
 		"no field: %s", err.msg);

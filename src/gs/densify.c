@@ -7,8 +7,7 @@
 
 #include <math.h>
 
-#define LEAST_DENSITY 1e-5 /* raw density that counts as none */
-#define SHRINK 1.6         /* of a child's axes */
+#define SHRINK 1.6 /* of a child's axes */
 
 void ct_densify_note(struct ct_gs_adam *a, size_t n, const struct ct_gradient *grad)
 {
@@ -67,7 +66,7 @@ static bool keep(const struct ct_gauss *g, size_t i, const struct ct_densify_rul
 
 	if (r->by_density || g->activation == CT_SOFTPLUS || g->activation == CT_RELU)
 		z = ct_activation_apply(g->activation, g->gamma, z);
-	if (fabs(z) < LEAST_DENSITY)
+	if (fabs(z) < r->least)
 		return false;
 	for (int k = 0; k < 3; k++) {
 		double at = 0;

@@ -3,7 +3,7 @@
  *
  * A Gaussian whose mean screen gradient reaches a threshold is duplicated if it is small and split
  * in two if it is large (children drawn from it, 1.6 times smaller); each of the two gets half the
- * density, sign kept. Pruned are those with |z| < 1e-5 (z the raw density; the density itself
+ * density, sign kept. Pruned are those with |z| < `least` (z the raw density; the density itself
  * for the activations that cannot be negative) and those whose centre is outside the grid.
  * SPDX-License-Identifier: Apache-2.0
  */
@@ -15,12 +15,15 @@
 
 #include <stdbool.h>
 
+#define CT_DENSIFY_LEAST 1e-5
+
 struct ct_densify_rule {
-	double grad;         /* threshold of the mean screen gradient */
-	double large;        /* mm: a longest axis above is split, not cloned */
-	size_t most;         /* Gaussians; what would go beyond is left as it is */
-	double ln_least;     /* least ln s of a child */
-	bool by_density;     /* pruned by density, whatever the activation */
+	double grad;     /* threshold of the mean screen gradient */
+	double large;    /* mm: a longest axis above is split, not cloned */
+	size_t most;     /* Gaussians; what would go beyond is left as it is */
+	double ln_least; /* least ln s of a child */
+	double least;    /* of |z|: what is below is pruned; CT_DENSIFY_LEAST of what counts as 1 */
+	bool by_density; /* pruned by density, whatever the activation */
 	struct ct_block box; /* the grid whose box they live in */
 };
 

@@ -16,6 +16,7 @@ void ct_fit_defaults(struct ct_fit_options *o, size_t scale, bool full, enum ct_
 		.max_gaussians = 500000,
 		.activation = a,
 		.full = full,
+		.one = 1,
 		/* 0.15 is R2-Gaussian's; for a signed residual 0.05 was the best */
 		.start_density = full || unsigned_density ? 0.15 : 0.05,
 		.l1 = full ? 1 : 2, /* of projections and, as published, of the residual's */

@@ -66,8 +66,8 @@ static int place_dense(
 {
 	const struct ct_fit_options *o = &f->opt;
 
-	return ct_place_base(
-		&f->g, v, o->gaussians, o->start_density, o->compat ? -0.5 : 0, f->ln_s, env, e);
+	return ct_place_base(&f->g, v, (double)CT_PLACE_LEAST * o->one, o->gaussians,
+		o->start_density, o->compat ? -0.5 : 0, f->ln_s, env, e);
 }
 
 static int follow_residual(
@@ -100,7 +100,7 @@ static int place(
 			return -1;
 		ct_log(env, CT_INFO, "Gaussians begin where the base is dense: %s", e->msg);
 		base = true;
-		f->unit = 1 / o->rate_factor; /* not known: the published rate of density */
+		f->unit = o->one / o->rate_factor; /* not known: the published rate of density */
 	}
 	if (base)
 		return place_dense(f, d->base, env, e);
@@ -134,7 +134,7 @@ int ct_fit_init(struct ct_fit *f, const struct ct_fit_options *o, const struct c
 	const struct ct_env *env, struct ct_err *e)
 {
 	*f = (struct ct_fit){
-		.opt = *o, .extent = extent_of(d->base), .error = 1, .unit = 1, .pace = 1};
+		.opt = *o, .extent = extent_of(d->base), .error = 1, .unit = o->one, .pace = 1};
 	f->ln_s[0] = log(LEAST_SIZE * f->extent);
 	f->ln_s[1] = log(MOST_SIZE * f->extent);
 	f->g.activation = o->activation;
@@ -142,6 +142,7 @@ int ct_fit_init(struct ct_fit *f, const struct ct_fit_options *o, const struct c
 	f->rule = (struct ct_densify_rule){.grad = o->densify_grad,
 		.large = o->densify_large * f->extent,
 		.most = o->max_gaussians,
+		.least = CT_DENSIFY_LEAST * o->one,
 		.by_density = o->by_density,
 		.ln_least = f->ln_s[0]};
 	if (!o->full && !d->base_projections)
@@ -340,7 +341,7 @@ static int iterate(struct ct_fit *f, struct ct_loss_total *w, size_t iteration, 
 
 	if (ct_loss_total_grow(w, f->g.n, e) || terms(f, w, &t, k, iteration, e))
 		return -1;
-	l1 = t.l1 * f->extent / 2; /* mm */
+	l1 = t.l1 * f->extent / 2 * o->one; /* mm */
 	if (check_term(t.l1, "L1", iteration, e) || check_term(t.dssim, "SSIM", iteration, e) ||
 		check_term(t.tv, "TV", iteration, e) || check_term(t.lr, "LR", iteration, e) ||
 		check_growth(f, l1, k, iteration, e))

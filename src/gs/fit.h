@@ -19,6 +19,11 @@
  * of |x - y|, measured on each view before its step, as a part of the same without Gaussians. Where
  * that is less than CT_FIT_NOTHING of mean |y| there is nothing to fit, and the set is empty.
  *
+ * Densities are those of a window of HU, and the published constants (SSIM, the gradient that
+ * splits, the density that is pruned, weights of TV and of the LR) suppose one of about 4095 HU.
+ * `one` is the density that they take for 1, so that another window gives the same residual in HU
+ * where the activation is PReLU or ReLU: the others have a scale of their own.
+ *
  * Same inputs, options and seed: the same bytes, with any number of threads, and if the run was
  * stopped and continued.
  * SPDX-License-Identifier: Apache-2.0
@@ -56,6 +61,7 @@ struct ct_fit_options {
 	size_t iterations, gaussians, max_gaussians;
 	enum ct_activation activation;
 	bool full;            /* the whole volume instead of a residual */
+	double one;           /* density that the constants take for 1 */
 	double start_density; /* of the density where a Gaussian begins */
 	bool from_base;       /* begin where the base is dense, as published */
 	bool from_fdk;        /* or the volume that the projections make (FDK) */

@@ -72,7 +72,7 @@ int ct_loss_total_view(struct ct_loss_total *w, struct ct_loss_terms *t, size_t 
 	const struct ct_loss_view v = {w->dimg, w->img,
 		f->opt.full ? NULL : ct_stack_view(d->base_projections, k), ct_stack_view(y, k),
 		d->weight ? ct_stack_view(d->weight, k) : NULL, ct_rasterise_pitch(y->w), f->opt.l1,
-		f->opt.ssim, 2 / f->extent, f->mean_weight, f->opt.clamp};
+		f->opt.ssim, 2 / f->extent / f->opt.one, f->mean_weight, f->opt.clamp};
 	struct ct_camera cam;
 
 	if (ct_camera_init(&cam, &y->view[k], y->beam, y->h, y->w, e) ||
@@ -80,7 +80,7 @@ int ct_loss_total_view(struct ct_loss_total *w, struct ct_loss_terms *t, size_t 
 		ct_check_stop(w->env, e))
 		return -1;
 	if (f->opt.gate > 0)
-		ct_splat_gate(&w->splat, f->opt.gate * f->extent / 2);
+		ct_splat_gate(&w->splat, f->opt.gate * f->extent / 2 * f->opt.one);
 	ct_splat_draw(w->img, &w->splat, par);
 	ct_loss_image_gradient(&w->loss, t, &v, par);
 	ct_splat_backward(&w->grad, &w->splat, w->gaussian, &f->g, w->dimg, par);
@@ -126,8 +126,9 @@ static int clamped_tv(struct ct_loss_total *w, struct ct_loss_terms *t, const st
 			*f = *f > 0 ? *f : 0;
 		}
 	}
-	t->tv = ct_loss_tv_gradient(
-		w->dblock, w->tv, w->block, pitch, NULL, base->n, n, w->f->opt.tv, w->env->par);
+	t->tv = ct_loss_tv_gradient(w->dblock, w->tv, w->block, pitch, NULL, base->n, n,
+			w->f->opt.tv / w->f->opt.one, w->env->par) /
+		w->f->opt.one;
 	for (size_t i = 0; i < n[1] * n[2] * pitch; i++)
 		if (!(w->block[i] > 0))
 			w->dblock[i] = 0;
@@ -150,7 +151,8 @@ int ct_loss_total_tv(
 	if (o->clamp)
 		return clamped_tv(w, t, base, at, n);
 	t->tv = ct_loss_tv_gradient(w->dblock, w->tv, w->block, ct_rasterise_pitch(n[0]),
-		o->full ? NULL : base->data + at, base->n, n, o->tv, w->env->par);
+			o->full ? NULL : base->data + at, base->n, n, o->tv / o->one, w->env->par) /
+		o->one;
 	block_back(w);
 	return 0;
 }
@@ -164,7 +166,9 @@ int ct_loss_total_lowres(
 	random_block(first, n, w->low.n, LOW_BLOCK, w->env->seed, CT_STREAM_LOWRES + iteration);
 	if (ct_loss_lowres_block(&block, &w->low, first, n, e) || draw_block(w, &block, e))
 		return -1;
-	t->lr = ct_loss_lowres_gradient(w->dblock, w->block, &w->low, first, n, w->f->opt.lr);
+	t->lr = ct_loss_lowres_gradient(
+			w->dblock, w->block, &w->low, first, n, w->f->opt.lr / w->f->opt.one) /
+		w->f->opt.one;
 	block_back(w);
 	return 0;
 }

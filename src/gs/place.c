@@ -41,8 +41,8 @@ static void put(struct ct_gauss *g, const struct ct_vol *v, size_t i, const doub
 
 /* n of the `left` voxels that qualify, in the order of the grid, each with its chance (selection
  * sampling). */
-static void choose(struct ct_gauss *g, const struct ct_vol *base, size_t n, size_t left,
-	double gain, double shift, uint64_t seed)
+static void choose(struct ct_gauss *g, const struct ct_vol *base, float least, size_t n,
+	size_t left, double gain, double shift, uint64_t seed)
 {
 	size_t count = ct_vol_count(base), ordinal = 0;
 
@@ -50,7 +50,7 @@ static void choose(struct ct_gauss *g, const struct ct_vol *base, size_t n, size
 	for (size_t i = 0; i < count && g->n < n; i++) {
 		double u;
 
-		if (!(base->data[i] > CT_PLACE_LEAST))
+		if (!(base->data[i] > least))
 			continue;
 		u = ct_rng_uniform(seed, CT_STREAM_PLACE, ordinal++);
 		if (u * (double)left-- >= (double)(n - g->n))
@@ -218,28 +218,28 @@ static int finish(struct ct_gauss *g, const struct ct_vol *grid, const double ln
 	return 0;
 }
 
-int ct_place_base(struct ct_gauss *g, const struct ct_vol *base, size_t n, double gain,
-	double shift, const double ln_s[static 2], const struct ct_env *env, struct ct_err *e)
+int ct_place_base(struct ct_gauss *g, const struct ct_vol *base, double least, size_t n,
+	double gain, double shift, const double ln_s[static 2], const struct ct_env *env,
+	struct ct_err *e)
 {
 	const size_t count = ct_vol_count(base);
 	size_t found = 0;
 
 	for (size_t i = 0; i < count; i++)
-		found += base->data[i] > CT_PLACE_LEAST;
+		found += base->data[i] > (float)least;
 	if (found == 0)
 		return ct_fail(e, CT_EINPUT,
-			"no voxel has a density above %g, where Gaussians could begin",
-			(double)CT_PLACE_LEAST);
+			"no voxel has a density above %g, where Gaussians could begin", least);
 	if (n > found) {
 		ct_log(env, CT_INFO,
 			"%zu Gaussians, not %zu: there are no more voxels of density "
 			"above %g",
-			found, n, (double)CT_PLACE_LEAST);
+			found, n, least);
 		n = found;
 	}
 	if (ct_gauss_reserve(g, n, e))
 		return -1;
-	choose(g, base, n, found, gain, shift, env->seed);
+	choose(g, base, (float)least, n, found, gain, shift, env->seed);
 	return finish(g, base, ln_s, env, e);
 }
 

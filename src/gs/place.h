@@ -17,15 +17,16 @@
 #include "core/stack.h"
 #include "core/vol.h"
 
-/* Density from which a voxel may hold a Gaussian. */
+/* Density from which a voxel may hold a Gaussian, `least`, where 1 counts as one. */
 #define CT_PLACE_LEAST 0.05f
 
 /* Fill g, which must be zero or hold an activation and gamma: at most n Gaussians on the grid of
  * `base`, whose data are density [0,1]. ln s is kept within ln_s. Centres are `shift` voxels along
  * each axis from those of the voxels. CT_EINPUT if no voxel qualifies.
  */
-int ct_place_base(struct ct_gauss *g, const struct ct_vol *base, size_t n, double gain,
-	double shift, const double ln_s[static 2], const struct ct_env *env, struct ct_err *e);
+int ct_place_base(struct ct_gauss *g, const struct ct_vol *base, double least, size_t n,
+	double gain, double shift, const double ln_s[static 2], const struct ct_env *env,
+	struct ct_err *e);
 /* The same from a signed field: `gain` times its value. CT_EINPUT if it is zero. */
 int ct_place_residual(struct ct_gauss *g, const struct ct_vol *field, size_t n, double gain,
 	const double ln_s[static 2], const struct ct_env *env, struct ct_err *e);
