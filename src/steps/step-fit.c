@@ -5,7 +5,7 @@
 
 #include <math.h>
 
-#define USUAL 4095.0 /* HU of the window -1024:3071, which the constants suppose */
+#define USUAL 4095.0 /* HU of the window -1024:3071; what is wider has small numbers */
 #define BEGINS 0.03  /* of a fit, where the Gaussians are placed */
 
 /* The factor that the data say, else the one asked for, else 4. */
@@ -47,7 +47,7 @@ static int decide(struct ct_fit_options *o, const struct ct_step_fit_rule *r,
 	if (r->release)
 		ct_fit_release(o, factor);
 	if (!r->compat && !r->release) /* whose numbers are as their programs have them */
-		o->one = USUAL / (d->window[1] - d->window[0]);
+		o->one = fmin(1, USUAL / (d->window[1] - d->window[0]));
 	o->iterations = (size_t)r->iterations;
 	o->gaussians = (size_t)r->gaussians;
 	o->max_gaussians = (size_t)r->max_gaussians;
