@@ -75,12 +75,12 @@ $(OUT)/scores: $(foreach p,$(DISCS),$(OUT)/$(p)-full.nii $(OUT)/$(p)-limited.nii
 joint: $(OUT)/joint-scores
 	@cat $<
 $(OUT)/joint-scores: $(foreach p,$(DISCS),$(foreach m,$(JOINT),$(OUT)/$(p)-joint-$(m).nii))
-	@for p in $(DISCS); do all="$(JOINT:%=$(OUT)/$$p-joint-%.nii)"; fbp=$(HTC)/htc2022_$${p}_recon_fbp; \
-		$(SCORE) correlate $$fbp.mat $$all >$@.r && $(SCORE) segment $${fbp}_seg.mat $$all | paste $@.r - || exit; done | \
-		awk '{sub(/.*\//, "", $$1); sub(/-joint-/, " ", $$1); sub(/\.nii/, "", $$1); print $$1, $$2, $$5; \
+	@rm -f $@.all; for p in $(DISCS); do all="$(JOINT:%=$(OUT)/$$p-joint-%.nii)"; fbp=$(HTC)/htc2022_$${p}_recon_fbp; \
+		$(SCORE) correlate $$fbp.mat $$all >$@.r && $(SCORE) segment $${fbp}_seg.mat $$all >$@.s && paste $@.r $@.s >>$@.all || exit; done
+	@awk '{sub(/.*\//, "", $$1); sub(/-joint-/, " ", $$1); sub(/\.nii/, "", $$1); print $$1, $$2, $$5; \
 			split($$1, is, " "); m = is[2]; if (!(m in n)) order[++k] = m; n[m]++; r[m] += $$2; s[m] += $$5} \
-		END {for (i = 1; i <= k; i++) {m = order[i]; printf "mean of %d %s %.5f %.4f\n", n[m], m, r[m] / n[m], s[m] / n[m]}}' >$@.part
-	@rm $@.r && mv $@.part $@
+		END {for (i = 1; i <= k; i++) {m = order[i]; printf "mean of %d %s %.5f %.4f\n", n[m], m, r[m] / n[m], s[m] / n[m]}}' $@.all >$@.part
+	@rm $@.r $@.s $@.all && mv $@.part $@
 $(OUT)/%-limited.exr:
 	@mkdir -p $(OUT)
 	ct-convert -q -f --projections auto --mu-water .046 $(HTC)/htc2022_$*_limited.mat $@

@@ -231,7 +231,7 @@ whole=$(mib disk)
 [ "$(sed -n 's/^disk .* and \([0-9]*\) MiB of state.*/\1/p' out)" -eq $((n * 16 / 1048576 + 1)) ]
 ok $? 'the dry run prints the size of the state'
 memory=$(mib memory)
-[ "$memory" -ge $((n * 40 / 1048576)) ] && [ "$memory" -le $((n * 80 / 1048576)) ]
+[ "$memory" -ge $((n * 60 / 1048576)) ] && [ "$memory" -le $((n * 72 / 1048576)) ]
 ok $? "the dry run prints the memory of weights, moments, gradients and of the state that is written ($memory MiB)"
 cost --expert=cubes=40; more=$(($(mib memory) - memory))
 [ "$more" -ge 3 ] && [ "$more" -le 20 ]; ok $? "the memory grows with the number of examples (by $more MiB)"

@@ -19,10 +19,10 @@
  * of |x - y|, measured on each view before its step, as a part of the same without Gaussians. Where
  * that is less than CT_FIT_NOTHING of mean |y| there is nothing to fit, and the set is empty.
  *
- * Densities are those of a window of HU, and the published constants (SSIM, the gradient that
- * splits, the density that is pruned, weights of TV and of the LR) suppose one of at most some
- * 4095 HU. `one` is the density that they take for 1, so that a wider window gives the same
- * residual in HU where the activation is PReLU or ReLU: the others have a scale of their own.
+ * Densities are those of a window of HU. The published constants (SSIM, the gradient that splits,
+ * the density that is pruned, weights of TV and of the LR) suppose a window of at most some 4095
+ * HU. `one` is the density that they take for 1: a wider window gives the same residual in HU where
+ * the activation is PReLU or ReLU. The others have a scale of their own.
  *
  * Same inputs, options and seed: the same bytes, with any number of threads, and if the run was
  * stopped and continued.
