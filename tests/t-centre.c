@@ -12,6 +12,7 @@
 #include "recon/water.h"
 #include "xray/geometry.h"
 #include "xray/phantom.h"
+#include "numbers.h"
 #include "tap.h"
 
 #include <string.h>
@@ -210,6 +211,39 @@ static void test_found(
 	ct_stack_free(&stated);
 }
 
+/* A detector whose rows run along the axis: rows and columns change places, and nothing else. */
+static void test_lying(enum ct_beam beam, double arc, const char *name)
+{
+	const struct ct_geometry g = scanner(beam, 60, arc);
+	struct ct_stack s = seen(&g), lies = {0};
+	struct ct_vol a, b;
+	double found[2];
+
+	must(ct_stack_alloc(&lies, s.views, s.w, s.h, &err));
+	lies.beam = beam;
+	for (size_t k = 0; k < s.views; k++) {
+		for (size_t i = 0; i < s.w * s.h; i++)
+			ct_stack_view(&lies, k)[i % s.w * s.h + i / s.w] = ct_stack_view(&s, k)[i];
+		lies.view[k] = s.view[k];
+		memcpy(lies.view[k].u, s.view[k].v, sizeof s.view[k].u);
+		memcpy(lies.view[k].v, s.view[k].u, sizeof s.view[k].v);
+	}
+	a = slice_of(&s, false);
+	b = slice_of(&lies, false);
+	NEAR(maxdiff(ct_vol_count(&a), a.data, b.data), 0, 1e-5, name);
+	must(ct_centre_find(&found[0], &s, &(const struct ct_env){0}, &err));
+	must(ct_centre_find(&found[1], &lies, &(const struct ct_env){0}, &err));
+	ct_centre_shift(&s, 2);
+	ct_centre_shift(&lies, 2);
+	OK(fabs(found[0] - found[1]) < 1e-6 && ct_stack_check(&lies, &err) == 0 &&
+			memcmp(lies.view[7].centre, s.view[7].centre, sizeof s.view[7].centre) == 0,
+		"%s: the axis is found and put right across it", name);
+	ct_vol_free(&a);
+	ct_vol_free(&b);
+	ct_stack_free(&s);
+	ct_stack_free(&lies);
+}
+
 static void test_lost(void)
 {
 	struct ct_geometry g = scanner(CT_FAN, 90, 360);
@@ -343,6 +377,8 @@ int main(void)
 	test_found(CT_PARALLEL, 90, 180, 0.5, "parallel, half a turn, half a column");
 	test_found(CT_PARALLEL, 90, 180, -4.7, "parallel, half a turn, five columns");
 	test_found(CT_FAN, 100, 225, 0.5, "fan, short scan, half a column");
+	test_lying(CT_CONE, 360, "rows of a cone along the axis");
+	test_lying(CT_PARALLEL, 180, "rows of parallel rays along the axis");
 	test_lost();
 	test_flat();
 	return tap_done();

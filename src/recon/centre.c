@@ -24,9 +24,11 @@ enum {
 
 void ct_centre_shift(struct ct_stack *scan, double columns)
 {
+	const bool lies = ct_upright_lies(scan);
+
 	for (size_t k = 0; k < scan->views; k++)
 		for (int a = 0; a < 3; a++) {
-			const double mm = columns * scan->view[k].u[a];
+			const double mm = columns * (lies ? scan->view[k].v : scan->view[k].u)[a];
 
 			scan->view[k].centre[a] += mm;
 			scan->view[k].source[a] += scan->beam == CT_PARALLEL ? mm : 0;
@@ -72,7 +74,7 @@ int ct_centre_plane(struct ct_stack *out, const struct ct_stack *scan, bool mean
 	double axis[3], height = 0;
 	int rc = -1;
 
-	if (leans < 0 || ct_stack_alloc(out, scan->views, 1, scan->w, e) ||
+	if (leans < 0 || ct_stack_alloc(out, scan->views, 1, from->w, e) ||
 		ct_alloc(&pixels, scan->h * scan->w, sizeof *pixels, e))
 		goto out;
 	out->beam = scan->beam == CT_PARALLEL ? CT_PARALLEL : CT_FAN;
@@ -84,7 +86,7 @@ int ct_centre_plane(struct ct_stack *out, const struct ct_stack *scan, bool mean
 			ct_upright_pixels(pixels, &upright, scan, k);
 		out->view[k] = from->view[k];
 		take_row(ct_stack_view(out, k), &out->view[k],
-			leans == 0 ? pixels : ct_stack_view(scan, k), scan, axis, height,
+			leans == 0 ? pixels : ct_stack_view(scan, k), from, axis, height,
 			mean && scan->beam == CT_PARALLEL);
 	}
 	rc = 0;

@@ -90,13 +90,15 @@ int ct_fdk_alloc(struct ct_fdk *f, const struct ct_vol *grid, const struct ct_st
 	double radius;
 	int leans;
 
-	if (scan->w < 2)
-		return ct_fail(e, CT_EGEOM,
-			"rows of one pixel cannot be filtered; the iterative methods accept them");
 	*f = (struct ct_fdk){.scan = data, .kind = kind};
 	if (ct_stack_check(data, e) || (leans = ct_upright_views(&f->upright, data, e)) < 0)
 		return -1;
 	scan = leans ? data : &f->upright;
+	if (scan->w < 2) {
+		ct_fail(e, CT_EGEOM,
+			"rows of one pixel cannot be filtered; the iterative methods accept them");
+		goto fail;
+	}
 	if (ct_fdk_weights_alloc(&f->orbit, scan, (double)INFINITY, false, e))
 		goto fail;
 	radius = radius_about(&f->orbit, grid);
@@ -147,7 +149,8 @@ static void filter_view(void *arg, size_t i, size_t worker)
 {
 	const struct fdk_job *j = arg;
 	struct ct_fdk *f = j->f;
-	size_t h = f->scan->h, w = f->scan->w, pitch = f->back.pitch;
+	const struct ct_stack *stood = f->upright.views ? &f->upright : f->scan;
+	size_t h = stood->h, w = stood->w, pitch = f->back.pitch;
 	float *out = f->views + i * ct_backprojector_size(&f->back);
 	float *weight = f->weight + worker * h * w;
 	double *scratch = f->scratch + worker * ct_ramp_scratch(&f->filter);

@@ -16,6 +16,7 @@
 
 struct orbit {
 	double axis[3], centre[3]; /* parallel: any point */
+	bool lies;                 /* the detector's rows run along the axis */
 };
 
 /* What turns about the axis: the source, or the direction of the rays. */
@@ -91,13 +92,17 @@ static void find_circle(
 
 static bool find_orbit(struct orbit *o, const struct ct_stack *s)
 {
-	double mean[3], axes[3][3], up = 0;
+	double mean[3], axes[3][3], up = 0, lies = 0;
 
 	if (s->views < 3 || !find_plane(mean, axes, s))
 		return false;
 	memcpy(o->axis, axes[2], sizeof o->axis);
 	for (size_t k = 0; k < s->views; k++)
-		up -= ct_vec3_dot(o->axis, s->view[k].v);
+		lies += fabs(ct_vec3_dot(o->axis, s->view[k].u)) / ct_vec3_length(s->view[k].u) -
+			fabs(ct_vec3_dot(o->axis, s->view[k].v)) / ct_vec3_length(s->view[k].v);
+	o->lies = s->beam != CT_FAN && lies > 0;
+	for (size_t k = 0; k < s->views; k++)
+		up -= ct_vec3_dot(o->axis, o->lies ? s->view[k].u : s->view[k].v);
 	for (int a = 0; a < 3 && up < 0; a++)
 		o->axis[a] = -o->axis[a];
 	if (s->beam != CT_PARALLEL)
@@ -108,6 +113,7 @@ static bool find_orbit(struct orbit *o, const struct ct_stack *s)
 /* The upright view; false if its rays run along the axis. */
 static bool stand(struct ct_view *to, const struct ct_view *v, const struct orbit *o, bool parallel)
 {
+	const double *across = o->lies ? v->v : v->u, *down = o->lies ? v->u : v->v;
 	double out[3], u[3], n[3], along[3], far, part;
 
 	*to = *v;
@@ -119,10 +125,10 @@ static bool stand(struct ct_view *to, const struct ct_view *v, const struct orbi
 		return false;
 	ct_vec3_unit(out, out);
 	ct_vec3_cross(u, o->axis, out);
-	part = ct_vec3_dot(u, v->u) < 0 ? -1 : 1;
+	part = ct_vec3_dot(u, across) < 0 ? -1 : 1;
 	for (int a = 0; a < 3; a++) {
-		to->u[a] = part * ct_vec3_length(v->u) * u[a];
-		to->v[a] = -ct_vec3_length(v->v) * o->axis[a];
+		to->u[a] = part * ct_vec3_length(across) * u[a];
+		to->v[a] = -ct_vec3_length(down) * o->axis[a];
 	}
 	if (parallel)
 		return true;
@@ -176,6 +182,13 @@ static bool leans(const struct ct_stack *in, const struct ct_view *to, size_t k)
 	return most > LITTLE;
 }
 
+bool ct_upright_lies(const struct ct_stack *in)
+{
+	struct orbit o = {0};
+
+	return find_orbit(&o, in) && o.lies;
+}
+
 int ct_upright_views(struct ct_stack *out, const struct ct_stack *in, struct ct_err *e)
 {
 	struct orbit o = {0};
@@ -183,7 +196,7 @@ int ct_upright_views(struct ct_stack *out, const struct ct_stack *in, struct ct_
 
 	if (!find_orbit(&o, in))
 		return 1;
-	if (ct_stack_alloc(out, in->views, in->h, in->w, e))
+	if (ct_stack_alloc(out, in->views, o.lies ? in->w : in->h, o.lies ? in->h : in->w, e))
 		return -1;
 	free(out->data);
 	out->data = NULL;
@@ -193,7 +206,7 @@ int ct_upright_views(struct ct_stack *out, const struct ct_stack *in, struct ct_
 			any = false;
 			break;
 		}
-		any = any || leans(in, &out->view[k], k);
+		any = any || o.lies || leans(in, &out->view[k], k);
 	}
 	if (any)
 		return 0;
@@ -236,14 +249,14 @@ void ct_upright_pixels(
 	double map[3][4], at[2];
 
 	if (!ct_view_map(map, in, view, in->view[view].centre)) {
-		memcpy(pixels, x, in->h * in->w * sizeof *x);
+		memcpy(pixels, x, out->h * out->w * sizeof *x);
 		return;
 	}
-	for (size_t r = 0; r < in->h; r++)
-		for (size_t c = 0; c < in->w; c++) {
-			old_place(at, (const double(*)[4])map, in, &out->view[view], (double)r,
+	for (size_t r = 0; r < out->h; r++)
+		for (size_t c = 0; c < out->w; c++) {
+			old_place(at, (const double(*)[4])map, out, &out->view[view], (double)r,
 				(double)c);
-			pixels[r * in->w + c] =
+			pixels[r * out->w + c] =
 				sample(x, in->h, in->w, in->beam == CT_FAN ? 0 : at[1], at[0]);
 		}
 }
