@@ -83,6 +83,9 @@ static void frame_make(struct frame *f, const struct ct_vol *v, enum ct_montage_
 	}
 }
 
+/* A border, in voxels: the affine of a file in float says no more of where it is. */
+#define NEAR 1e-3
+
 /* Where a world coordinate across the plane is along axis[0], cells: voxel k is k to k + 1. */
 static double frame_index(const struct frame *f, double mm)
 {
@@ -101,12 +104,12 @@ double ct_montage_position(const struct ct_vol *v, enum ct_montage_plane plane, 
  * of the higher coordinate, whichever end the volume is stored from. -1 outside. */
 static ptrdiff_t plane_at(const struct frame *f, double mm)
 {
-	const double index = frame_index(f, mm), depth = (double)f->n[0], near = 1e-6;
+	const double index = frame_index(f, mm), depth = (double)f->n[0];
 
-	if (!(index >= -near && index <= depth + near))
+	if (!(index >= -NEAR && index <= depth + NEAR))
 		return -1;
 	return (ptrdiff_t)fmin(
-		fmax(f->step[0] > 0 ? floor(index + near) : ceil(index - near) - 1, 0), depth - 1);
+		fmax(f->step[0] > 0 ? floor(index + NEAR) : ceil(index - NEAR) - 1, 0), depth - 1);
 }
 
 double ct_montage_centre(const struct ct_vol *v, enum ct_montage_plane plane, double mm)
@@ -150,8 +153,8 @@ static void planes(size_t range[2], const struct frame *f, double mm, double thi
 {
 	const double at = frame_index(f, mm), half = thickness / 2 / f->mm[0],
 		     last = (double)f->n[0] - 1, one = (double)plane_at(f, mm),
-		     from = ceil(ct_cell_index(at - half) - 1e-9),
-		     to = floor(ct_cell_index(at + half) + 1e-9);
+		     from = ceil(ct_cell_index(at - half) - NEAR),
+		     to = floor(ct_cell_index(at + half) + NEAR);
 
 	if (thickness <= 0 || from > to) {
 		range[0] = thickness <= 0 ? 0 : (size_t)one;
@@ -312,7 +315,7 @@ int ct_montage_size(size_t *h, size_t *w, const struct ct_montage *m, struct ct_
 /* Row or column of a slice at `mm` from its first edge; -1 outside. */
 static ptrdiff_t index_of(const struct ct_montage_slice *s, int i, double mm)
 {
-	double k = floor(mm / s->mm[i]);
+	double k = floor(mm / s->mm[i] + NEAR);
 
 	return k >= 0 && k < (double)s->n[i] ? (ptrdiff_t)k : -1;
 }
