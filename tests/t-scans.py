@@ -8,6 +8,7 @@ import exr
 
 VIEWS, COLS, ROWS = 12, 20, 3
 SINO = np.random.default_rng(1).uniform(0, 2, (VIEWS, COLS))
+LOST = SINO[:, None].repeat(ROWS, 1)
 ANGLES = np.array([0, 20, 45, 70, 110, 140, 170, 200, 230, 260, 300, 340.5])
 BASE = {"distanceSourceOrigin": 410.66, "distanceSourceDetector": 553.74, "distanceUnit": "mm",
         "angles": ANGLES, "pixelSize": 0.05, "pixelSizePost": 0.2,
@@ -97,6 +98,7 @@ def make():
     matlab("behind.mat", distanceSourceDetector=300, effectivePixelSizePost=None)
     matlab("nan.mat", sino=np.where(np.arange(COLS) == 5, np.nan, SINO))
     scipy.io.savemat("other.mat", {"x": np.eye(3)})
+    scipy.io.savemat("two.mat", {n: {"sinogram": SINO, "parameters": BASE} for n in ("CtDataFull", "CtDataLimited")})
     exchange("a.h5")
     exchange("rad.h5", "radians")
     exchange("bare.h5", None)
@@ -125,6 +127,7 @@ def make():
     ringed[:, :, 9] += .3
     np.save("ringed.npy", ringed)
     np.save("ringed5.npy", ringed[:, :, :5])
+    np.save("lost.npy", np.where(np.arange(LOST.size).reshape(LOST.shape) == 310, np.inf, LOST))
 
 
 def read(name):
@@ -179,6 +182,11 @@ def mended(name):
 
 def watered(name):
     return np.allclose(read(name)[:, 0], SINO + .1 * SINO**2, atol=1e-6)
+
+
+def lost_one(name):
+    """All but the one value that is infinite."""
+    return np.flatnonzero(read(name) != LOST.astype(np.float32)).tolist() == [310]
 
 
 def every_other(name):

@@ -36,6 +36,7 @@ else
 	exits 3 'coefficients of water that fall are refused' stack auto --water 1,-.5 a.mat no.exr; has err 'a.mat: --water: the polynomial does not rise at' 'the error of falling coefficients says where'
 	for bad in x 1,2,3,4,5 1,; do exits 2 "coefficients of water that are none are refused: $bad" stack auto --water $bad a.mat no.exr; done
 	for bad in 3:2 0:13 0:4:0 1.5:4 x 1; do exits 2 "views that are none are refused: $bad" stack auto --views $bad a.mat no.exr; done
+	exits 3 'a file of MATLAB with two scans is refused' stack auto two.mat no.exr; has err 'two.mat: has two scans, CtDataFull.sinogram and CtDataLimited.sinogram' 'the error of two scans names both'
 	exits 2 'a flat field for line integrals is refused' stack auto --flat flat.npy a.mat no.exr
 	exits 0 'a stack is read again' stack auto --views 0:12 a.exr again.exr; py integrals again.exr && py placed again.exr; ok $? 'a stack that is read again keeps values and rays'
 	exits 0 'Data Exchange is read' stack auto --pitch .01 a.h5 x.exr; py ball x.exr >off; ok $? "counts become line integrals of the ball, off by $(cat off)"
@@ -81,6 +82,15 @@ exits 0 'rings are removed when that is asked for' stack integral --scanner cone
 stack integral --scanner cone.json ringed.npy u.exr; ! py unringed u.exr; ok $? 'a ring stays when nothing is asked for'
 exits 2 'rings of an even width are refused' stack integral --scanner cone.json --rings 8 ringed.npy no.exr
 exits 0 'attenuation of water makes HU' stack integral --scanner cone.json --mu-water .02 ringed.npy u.exr; ct-info u.exr >out; has out 'window *-1000:49000' 'the window follows from the attenuation of water'
+stack auto --scanner cone.json u.exr again.exr; ct-info again.exr >out; has out 'window *-1000:49000' 'a stack whose rays a scanner file replaces keeps its window'
+has out 'ct-convert.*ringed.npy' 'a stack whose rays a scanner file replaces keeps its history'
+exits 0 'a line integral that is infinite is read' stack integral --scanner cone.json lost.npy u.exr; py lost_one u.exr; ok $? 'an infinite value costs the pixel one view, not all of them'
+sed 's/"totalAngle": 180/"angles": [0,15,30,45,60,75,90,105,120,135,150,165]/' cone.json >each.json
+exits 0 'a scanner file with the angle of each view is taken' stack integral --scanner each.json ringed.npy u.exr; py degrees u.exr; ok $? 'each view is at its angle of the scanner file'
+for bad in 's/, "totalAngle": 180//;no totalAngle, angles or vectors' 's/"totalAngle"/"offDetector": 3, &/;offDetector is one number, not 2' 's/"totalAngle"/"offOrigin": 3, &/;offOrigin is one number, not 3'; do
+	sed "${bad%;*}" cone.json >bad.json
+	exits 3 "a scanner file that leaves rays open is refused: ${bad#*;}" stack integral --scanner bad.json ringed.npy no.exr; has err "bad.json: ${bad#*;}" "the error of open rays says so: ${bad#*;}"
+done
 exits 2 'projections to a volume are refused' ct-convert --projections auto views.npy a.nii
 exits 2 'a gantry is not rectified in projections' stack integral --scanner cone.json --tilt shear ringed.npy no.exr
 [ ! -e no.exr ]; ok $? 'scans that were refused leave no stack'

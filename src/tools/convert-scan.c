@@ -14,7 +14,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The scan of a file in its own unit, about the world's origin, for views of w by h pixels. */
+/* The scan of a file in its own unit, about the world's origin, for views of w by h pixels. Nothing
+ * is assumed of its angles. */
 static int scan_for(struct ct_geometry *s, struct ct_vol *named, const char *path,
 	const size_t n[3], struct ct_err *e)
 {
@@ -25,13 +26,35 @@ static int scan_for(struct ct_geometry *s, struct ct_vol *named, const char *pat
 	s->views = n[0];
 	s->h = n[1];
 	s->w = n[2];
+	s->arc = (double)NAN;
 	if (ct_geometry_json_read(s, path, NULL, named, e))
 		return -1;
+	if (isnan(s->arc)) {
+		if (!s->angle && !s->view)
+			return ct_fail(e, CT_EINPUT,
+				"%s: no totalAngle, angles or vectors: it does not say how the scan "
+				"turned",
+				path);
+		s->arc = 0;
+	}
 	if (s->views != n[0] || s->h != n[1] || s->w != n[2])
 		return ct_fail(e, CT_EGEOM,
 			"%s says %zu views of %zux%zu pixels, but the array has %zu of %zux%zu",
 			path, s->views, s->w, s->h, n[0], n[2], n[1]);
 	return 0;
+}
+
+/* What a stack of ours says besides where its rays ran. */
+static int keep_rest(struct ct_stack *s, struct ct_stack *of, struct ct_err *e)
+{
+	static const char *const rays[] = {CT_META_SCAN_DSO, CT_META_SCAN_DSD, CT_META_SCAN_ARC,
+		CT_META_SCAN_START, CT_META_SCAN_ISO, CT_META_VOLUME_SIZE, CT_META_VOLUME_AFFINE};
+
+	for (size_t k = 0; k < sizeof rays / sizeof *rays; k++)
+		ct_meta_drop(&of->meta, rays[k]);
+	s->deviation = of->deviation;
+	of->deviation = NULL;
+	return ct_meta_add(&s->meta, &of->meta, e);
 }
 
 /* The geometry of the source, or of --scanner, into *s, which gets the data. */
@@ -56,6 +79,7 @@ static int place(
 	}
 	rc = p->scanner ? scan_for(&scan, &named, p->scanner, in->n, e) : 0;
 	if (rc == 0 && (ct_geometry_fill(s, p->scanner ? &scan : &in->scan, e) ||
+			       keep_rest(s, &in->stack, e) ||
 			       (named.n[0] && ct_scan_grid_put(&s->meta, &named, e))))
 		rc = ct_blame(e, p->scanner ? p->scanner : p->in);
 	ct_geometry_free(&scan);

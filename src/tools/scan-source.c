@@ -85,6 +85,8 @@ static void take_data(struct scan_source *s, struct ct_array *x, size_t views, s
 static int read_htc(struct scan_source *s, struct ct_arrays *a, struct ct_err *e)
 {
 	struct ct_array *x = ct_arrays_find(a, "sinogram");
+	const struct ct_array *twice;
+	struct ct_arrays rest;
 	struct ct_geometry *g = &s->scan;
 	const struct ct_array *post = ct_arrays_find(a, "numDetectorsPost");
 	double effective, mm;
@@ -93,6 +95,10 @@ static int read_htc(struct scan_source *s, struct ct_arrays *a, struct ct_err *e
 		return ct_fail(e, CT_EINPUT,
 			"has no sinogram of views by columns: expected a struct as of the Helsinki "
 			"Tomography Challenge 2022");
+	rest = (struct ct_arrays){.a = x + 1, .n = (size_t)(a->a + a->n - (x + 1))};
+	if ((twice = ct_arrays_find(&rest, "sinogram")))
+		return ct_fail(e, CT_EINPUT, "has two scans, %s and %s: save each in its own file",
+			x->name, twice->name);
 	if (unit(&mm, a, e) || number(&g->dso, a, "distanceSourceOrigin", NULL, e) ||
 		number(&g->dsd, a, "distanceSourceDetector", NULL, e) ||
 		number(&g->pitch[0], a, "pixelSizePost", "pixelSize", e) ||

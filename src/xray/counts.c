@@ -34,22 +34,23 @@ static float about(const float *x, size_t h, size_t w, size_t r, size_t c)
 	return n ? median(near, n) : x[r * w + c];
 }
 
-/* Range of each pixel over the views; returns what is little of one. */
+/* Range of what is finite of each pixel over the views; returns what is little of one. */
 static float find_range(float *range, const struct ct_stack *s)
 {
 	const size_t n = s->h * s->w;
 	float most = 0;
 
 	for (size_t i = 0; i < n; i++) {
-		float lo = s->data[i], hi = lo;
+		float lo = INFINITY, hi = -INFINITY;
 
-		for (size_t k = 1; k < s->views; k++) {
-			lo = fminf(lo, s->data[k * n + i]);
-			hi = fmaxf(hi, s->data[k * n + i]);
+		for (size_t k = 0; k < s->views; k++) {
+			const float x = s->data[k * n + i];
+
+			lo = isfinite(x) ? fminf(lo, x) : lo;
+			hi = isfinite(x) ? fmaxf(hi, x) : hi;
 		}
-		range[i] = isfinite(lo) && isfinite(hi) ? hi - lo : 0;
-		most = isfinite(lo) && isfinite(hi) ? fmaxf(most, fmaxf(fabsf(lo), fabsf(hi)))
-						    : most;
+		range[i] = hi > lo ? hi - lo : 0;
+		most = hi >= lo ? fmaxf(most, fmaxf(fabsf(lo), fabsf(hi))) : most;
 	}
 	return LITTLE * most;
 }

@@ -58,6 +58,16 @@ static int numbers(const struct reader *r, const char *key, size_t n, double *x,
 	return 0;
 }
 
+/* Offsets: one number does not say along which axis, but for 0. */
+static int offsets(const struct reader *r, const char *key, size_t n, double *x, struct ct_err *e)
+{
+	const json_t *v = json_object_get(r->o, key);
+
+	return json_is_number(v) && json_number_value(v) != 0
+		       ? ct_fail(e, CT_EINPUT, "%s: %s is one number, not %zu", r->path, key, n)
+		       : numbers(r, key, n, x, e);
+}
+
 /* All but the first PLACES and ABSENT place no rays. */
 static const char *const keys[] = {"DSO", "DSD", "nDetector", "sDetector", "dDetector", "nVoxel",
 	"sVoxel", "dVoxel", "offOrigin", "offDetector", "totalAngle", "startAngle", "numTrain",
@@ -374,12 +384,12 @@ static int read_scan(
 			"%s: DSO %g and DSD %g are mm, and no scanner is so small; of metres say "
 			"\"unit\": \"m\"",
 			r->path, s->dso, s->dsd);
-	if (numbers(r, "offOrigin", 3, offset, e) < 0 ||
-		numbers(r, "offDetector", 2, shift, e) < 0 ||
+	if (offsets(r, "offOrigin", 3, offset, e) < 0 ||
+		offsets(r, "offDetector", 2, shift, e) < 0 ||
 		numbers(r, "totalAngle", 1, &s->arc, e) < 0 ||
 		numbers(r, "startAngle", 1, &s->start, e) < 0 ||
 		numbers(r, "tilt", 1, &s->tilt, e) < 0 ||
-		numbers(r, "offSource", 2, source, e) < 0 || angles(s, r, views != 0, e) ||
+		offsets(r, "offSource", 2, source, e) < 0 || angles(s, r, views != 0, e) ||
 		detector(s, r, unit, e))
 		return -1;
 	s->source[0] = source[0] * unit;
