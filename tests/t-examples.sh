@@ -188,6 +188,8 @@ if command -v snakemake >/dev/null; then
 	has err 'theirs holds files that are not of this Snakefile' 'the folder of others is named by the Snakefile'
 	[ "$(cat theirs/*)" = mine ]; ok $? 'the Snakefile leaves the file of others as it was'
 	exits 1 'the Snakefile refuses a folder without a scan' snake scans=dcm out=s2
+	cp 'snake/a b.nii' 'snake/a b.std.nii'
+	exits 1 'the Snakefile refuses a scan of the name of an error map' snake out=s2 confidence=yes; has err 'two scans of one name' 'the name of an error map is an error of the Snakefile'
 else
 	skip 'the Snakefile refines a folder of scans' 'no snakemake'
 fi
