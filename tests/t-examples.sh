@@ -188,6 +188,8 @@ if command -v snakemake >/dev/null; then
 	has err 'theirs holds files that are not of this Snakefile' 'the folder of others is named by the Snakefile'
 	[ "$(cat theirs/*)" = mine ]; ok $? 'the Snakefile leaves the file of others as it was'
 	exits 1 'the Snakefile refuses a folder without a scan' snake scans=dcm out=s2
+	snake out=snake/fine options='-Q draft -x 2' >out 2>&1; exits 0 'the Snakefile goes on in a folder among the scans' snake out=snake/fine options='-Q draft -x 2'
+	has err 'Nothing to be done' 'the Snakefile takes its own results for no scan'
 	cp 'snake/a b.nii' 'snake/a b.std.nii'
 	exits 1 'the Snakefile refuses a scan of the name of an error map' snake out=s2 confidence=yes; has err 'two scans of one name' 'the name of an error map is an error of the Snakefile'
 else
