@@ -127,6 +127,9 @@ def make():
     ringed[:, :, 9] += .3
     np.save("ringed.npy", ringed)
     np.save("ringed5.npy", ringed[:, :, :5])
+    # a small ball, which passes some pixels of air on the left in one view and on the right in another
+    seen = np.round(10 + 8 * np.cos(np.arange(VIEWS) * np.pi / VIEWS))[:, None] - np.arange(COLS)
+    np.save("small.npy", np.where(seen == 0, .1, 0)[:, None].repeat(ROWS, 1))
     np.save("lost.npy", np.where(np.arange(LOST.size).reshape(LOST.shape) == 310, np.inf, LOST))
 
 

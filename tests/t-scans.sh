@@ -85,6 +85,7 @@ exits 0 'attenuation of water makes HU' stack integral --scanner cone.json --mu-
 stack auto --scanner cone.json u.exr again.exr; ct-info again.exr >out; has out 'window *-1000:49000' 'a stack whose rays a scanner file replaces keeps its window'
 has out 'ct-convert.*ringed.npy' 'a stack whose rays a scanner file replaces keeps its history'
 exits 0 'a line integral that is infinite is read' stack integral --scanner cone.json lost.npy u.exr; py lost_one u.exr; ok $? 'an infinite value costs the pixel one view, not all of them'
+exits 0 'a computed scan of a small ball is read' stack integral --scanner cone.json small.npy u.exr; [ ! -s err ]; ok $? 'air that a shadow passes is no bad pixel'
 sed 's/"totalAngle": 180/"angles": [0,15,30,45,60,75,90,105,120,135,150,165]/' cone.json >each.json
 exits 0 'a scanner file with the angle of each view is taken' stack integral --scanner each.json ringed.npy u.exr; py degrees u.exr; ok $? 'each view is at its angle of the scanner file'
 for bad in 's/, "totalAngle": 180//;no totalAngle, angles or vectors' 's/"totalAngle"/"offDetector": 3, &/;offDetector is one number, not 2' 's/"totalAngle"/"offOrigin": 3, &/;offOrigin is one number, not 3'; do

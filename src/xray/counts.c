@@ -6,6 +6,7 @@
 #include "core/par.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <stdlib.h>
 
 enum { ABOUT = 2, MOST = (2 * ABOUT + 1) * (2 * ABOUT + 1), STILL = 8, FARTHEST = 16 };
@@ -55,17 +56,28 @@ static float find_range(float *range, const struct ct_stack *s)
 	return LITTLE * most;
 }
 
-/* Does a pixel keep its value while pixels on either side of it in its row do not? At the edge of a
- * computed shadow it keeps it, too, but so do those on one side. */
-static bool is_still(const float *range, float little, size_t w, size_t c)
+/* Does a pixel keep its value in all views, though in one of them pixels on either side of it in
+ * its row, which do not keep theirs, have others? So a pixel that sees air in all views is good,
+ * though a computed shadow passes it on the left in one view and on the right in the next. */
+static bool is_still(const struct ct_stack *s, const float *range, float little, size_t i)
 {
-	bool left = false, right = false;
+	const size_t c = i % s->w, n = s->h * s->w;
+	bool within = false;
 
-	for (size_t d = 1; d <= 2 * ABOUT; d++) {
-		left = left || (c >= d && range[c - d] > little);
-		right = right || (c + d < w && range[c + d] > little);
+	for (size_t k = 0; range[i] == 0 && k < s->views && !within; k++) {
+		const float *x = s->data + k * n + i;
+		bool left = false, right = false;
+
+		for (ptrdiff_t d = 1; d <= 2 * ABOUT; d++) {
+			left = left || ((ptrdiff_t)c >= d && range[(ptrdiff_t)i - d] > little &&
+					       !(fabsf(x[-d] - x[0]) <= little));
+			right = right ||
+				(c + (size_t)d < s->w && range[(ptrdiff_t)i + d] > little &&
+					!(fabsf(x[d] - x[0]) <= little));
+		}
+		within = left && right;
 	}
-	return range[c] == 0 && left && right;
+	return within;
 }
 
 /* bad[h][w], and how many; work[h][w]. */
@@ -83,7 +95,7 @@ static size_t find_bad(
 			 work[i] < DEAD * about(work, s->h, s->w, i / s->w, i % s->w);
 	little = s->views < STILL ? 0 : find_range(work, s);
 	for (size_t i = 0; i < n && s->views >= STILL; i++)
-		bad[i] = bad[i] || is_still(work + i - i % s->w, little, s->w, i % s->w);
+		bad[i] = bad[i] || is_still(s, work, little, i);
 	for (size_t i = 0; i < n; i++)
 		count += bad[i];
 	return count;

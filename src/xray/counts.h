@@ -21,11 +21,11 @@ struct ct_counts_report {
 };
 
 /* In place: -log((I - dark)/(flat - dark)) of counts. A pixel of the detector is bad if flat - dark
- * is below a tenth of the median about it, or if its value never changes while others on either
- * side of it in its row do (of 8 views or more). Bad pixels, and values that are not finite, become
- * the mean of the good pixels nearest to them. Rings: each column of a row loses what its mean over
- * all views differs from the median of those about it. CT_EINPUT if a fifth of the detector is bad,
- * CT_ENOMEM. */
+ * is below a tenth of the median about it, or (of 8 views or more) if its value never changes,
+ * though in one view others on either side of it in its row have other values, and change. Bad
+ * pixels, and values that are not finite, become the mean of the good pixels nearest to them.
+ * Rings: each column of a row loses what its mean over all views differs from the median of those
+ * about it. CT_EINPUT if a fifth of the detector is bad, CT_ENOMEM. */
 int ct_counts_correct(struct ct_stack *s, const struct ct_counts_rule *rule,
 	struct ct_counts_report *report, const struct ct_env *env, struct ct_err *e);
 
