@@ -78,7 +78,7 @@ def exchange(name, units="degrees", data=None, white=True, theta=True):
             f["exchange/data_white"] = w
         f["exchange/data_dark"] = k
         if theta:
-            f["exchange/theta"] = np.linspace(0, np.pi if units == "radians" else 180, VIEWS, endpoint=False)
+            f["exchange/theta"] = np.linspace(0, np.pi if units == "Radians" else 180, VIEWS, endpoint=False)
             if units:
                 f["exchange/theta"].attrs["units"] = units
 
@@ -100,7 +100,7 @@ def make():
     scipy.io.savemat("other.mat", {"x": np.eye(3)})
     scipy.io.savemat("two.mat", {n: {"sinogram": SINO, "parameters": BASE} for n in ("CtDataFull", "CtDataLimited")})
     exchange("a.h5")
-    exchange("rad.h5", "radians")
+    exchange("rad.h5", "Radians")
     exchange("bare.h5", None)
     exchange("grad.h5", "gradians")
     exchange("noflat.h5", white=False)

@@ -10,6 +10,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 void scan_source_free(struct scan_source *s)
 {
@@ -191,14 +192,14 @@ static int read_exchange(struct scan_source *s, const struct convert *p, struct 
 	struct ct_array *x = ct_arrays_find(a, "data");
 	const struct ct_array *theta = ct_arrays_find(a, "theta");
 	const struct ct_array *said = ct_arrays_find(a, "theta.units");
-	const bool rad = said && strncmp(said->text, "rad", 3) == 0;
+	const bool rad = said && strncasecmp(said->text, "rad", 3) == 0;
 	struct ct_geometry *g = &s->scan;
 	double most = 0;
 
 	if (!x || x->dims != 3)
 		return ct_fail(e, CT_EINPUT,
 			"exchange/data: is missing, or not of views by rows by columns");
-	if (said && !rad && strncmp(said->text, "deg", 3) != 0)
+	if (said && !rad && strncasecmp(said->text, "deg", 3) != 0)
 		return ct_fail(e, CT_EINPUT, "exchange/theta: the unit '%s' is not deg or rad",
 			said->text);
 	take_data(s, x, x->n[0], x->n[1], x->n[2]);
