@@ -17,10 +17,12 @@
 #include <string.h>
 #include <sys/stat.h>
 
-/* Examples of a set of volumes. */
+/* Examples of a set of volumes; those of one lie in one block, as large pages hold it: patches are
+ * cut here and there in gigabytes. */
 struct lessons {
 	struct ct_example *example;
-	size_t n, cap;
+	float **block; /* of each volume */
+	size_t n, cap, blocks, block_cap;
 };
 
 struct train_slices_job {
@@ -171,6 +173,30 @@ static void make(void *arg, size_t i, size_t worker)
 	g->rc[i] = example(&g->example[i], g, &g->rule, g->first + i, &g->e[i]);
 }
 
+/* The n examples made last, to a block. */
+static int put_together(struct lessons *l, struct ct_example *made, size_t n, struct ct_err *e)
+{
+	size_t all = 0;
+	float *to;
+
+	for (size_t i = 0; i < n; i++)
+		all += 2 * made[i].n[0] * made[i].n[1] * made[i].n[2];
+	if (ct_grow(&l->block, &l->block_cap, l->blocks + 1, sizeof *l->block, e) ||
+		ct_alloc(&to, all, sizeof *to, e))
+		return -1;
+	l->block[l->blocks++] = to;
+	for (size_t i = 0; i < n; i++) {
+		const size_t count = made[i].n[0] * made[i].n[1] * made[i].n[2];
+
+		memcpy(to, made[i].base, 2 * count * sizeof *to);
+		free(made[i].base);
+		made[i].base = to;
+		made[i].rest = to + count;
+		to += 2 * count;
+	}
+	return 0;
+}
+
 /* The number of the first example is of a hash of the voxels: so a volume gives the same examples
  * whatever else is trained on. */
 static int take(void *ctx, bool held, struct ct_vol *v, const char *path, struct ct_err *e)
@@ -178,6 +204,7 @@ static int take(void *ctx, bool held, struct ct_vol *v, const char *path, struct
 	struct train_slices_job *j = ctx;
 	struct lessons *l = held ? &j->held : &j->data;
 	const size_t n = j->p->cubes;
+	size_t kept = 0;
 	struct group g = {.j = j, .v = v, .rule = j->rule};
 	uint64_t bits[2];
 	int rc = -1;
@@ -196,7 +223,7 @@ static int take(void *ctx, bool held, struct ct_vol *v, const char *path, struct
 	memset(g.example, 0, n * sizeof *g.example);
 	ct_par_for(j->env.par, n, make, &g);
 	rc = ct_check_stop(&j->env, e);
-	for (size_t i = 0, kept = 0; i < n; i++) {
+	for (size_t i = 0; i < n; i++) {
 		if (g.rc[i] < 0 && rc == 0) {
 			*e = g.e[i];
 			rc = -1;
@@ -206,9 +233,13 @@ static int take(void *ctx, bool held, struct ct_vol *v, const char *path, struct
 
 			g.example[i] = (struct ct_example){0};
 			g.example[kept++] = made;
-			l->n++;
 		}
 	}
+	if (rc == 0 && kept > 0)
+		rc = put_together(l, g.example, kept, e);
+	for (size_t i = 0; i < kept && rc; i++)
+		ct_example_free(&g.example[i]);
+	l->n += rc ? 0 : kept;
 out:
 	free(g.rc);
 	free(g.e);
@@ -356,8 +387,9 @@ static int cost(const void *it, double seconds, struct ct_cost *c, struct ct_err
 
 static void lessons_free(struct lessons *l)
 {
-	for (size_t i = 0; i < l->n; i++)
-		ct_example_free(&l->example[i]);
+	for (size_t i = 0; i < l->blocks; i++)
+		free(l->block[i]);
+	free(l->block);
 	free(l->example);
 }
 
