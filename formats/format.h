@@ -37,7 +37,8 @@ int ct_gauss_sign(struct ct_gauss *g, const char *path, struct ct_err *e);
 int ct_gauss_write(
 	const char *path, const struct ct_gauss *g, const struct ct_env *env, struct ct_err *e);
 /* safetensors, or a checkpoint of PyTorch, which is read and not executed (pickle.h): F64, F32,
- * F16, BF16 and integers are read as float. Written as safetensors, F32, or F16 if half is true. */
+ * F16, BF16 and integers are read as float. Written as safetensors, F32, or F16 if half is true. *w
+ * is zero, but for `together`. */
 int ct_tensors_read(const char *path, struct ct_tensors *w, struct ct_err *e);
 int ct_tensors_write(const char *path, const struct ct_tensors *w, bool half,
 	const struct ct_env *env, struct ct_err *e);

@@ -409,7 +409,7 @@ int ct_tensors_read(const char *path, struct ct_tensors *w, struct ct_err *e)
 {
 	static const struct ct_format *const list[] = {
 		&ct_format_safetensors, &ct_format_pytorch, NULL};
-	struct ct_any a = {0};
+	struct ct_any a = {.tensors.together = w->together};
 	int rc = ct_format_read(list, path, &a, e);
 
 	*w = a.tensors;

@@ -199,7 +199,12 @@ static int read_entries(struct reader *d, struct ct_meta *m)
 static int read_data(struct reader *d, struct ct_tensors *w)
 {
 	_Alignas(8) unsigned char block[BLOCK * 8];
+	size_t all = 0;
 
+	for (size_t k = 0; k < d->n; k++)
+		all += (d->entry[k].count + CT_TENSOR_STEP - 1) / CT_TENSOR_STEP * CT_TENSOR_STEP;
+	if (w->together && d->size != UINT64_MAX && ct_tensors_room(w, all, d->e))
+		return -1;
 	for (size_t k = 0; k < d->n; k++) {
 		const struct entry *t = &d->entry[k];
 		const size_t bytes = ct_voxel_bytes(t->type);

@@ -48,7 +48,7 @@ static void types(void)
 	static const float want[][2] = {{1.5f, -2}, {1.5f, -2}, {1.5f, -2}, {1.5f, -2}, {3, -2},
 		{3, -2}, {3, -2}, {3, -2}, {3, 254}, {1, 0}};
 	enum { N = sizeof is / sizeof *is };
-	struct ct_tensors w;
+	struct ct_tensors w = {0};
 
 	a.n = a.b.n = a.dir.n = k.n = 0;
 	op(&k, "\x80\2ccollections\nOrderedDict\n)Rq\1(");
@@ -97,7 +97,7 @@ static void strides(void)
 		{"none", {"Float", "s", 6, 6, 2, {0, 4}, {4, 1}}, 0, {0}},
 		{"repeated", {"Float", "s", 6, 4, 2, {2, 2}, {0, 1}}, 4, {4, 5, 4, 5}}};
 	enum { N = sizeof is / sizeof *is };
-	struct ct_tensors w;
+	struct ct_tensors w = {0};
 
 	a.n = a.b.n = a.dir.n = k.n = 0;
 	op(&k, "\x80\2}(");
@@ -133,7 +133,7 @@ static void places(void)
 {
 	static const char *const names[] = {"state_dict", "model", "model_state_dict", "ema"};
 	static const float want[2] = {1.5f, -2};
-	struct ct_tensors w;
+	struct ct_tensors w = {0};
 
 	for (size_t i = 0; i < 4; i++) {
 		k.n = 0;
@@ -186,7 +186,7 @@ static void places(void)
 
 static void refused(const char *words)
 {
-	struct ct_tensors w;
+	struct ct_tensors w = {0};
 	int rc = read_bytes(a.b.data, a.b.n, &w);
 
 	OK(rc == -1 && err.code == CT_EINPUT && strncmp(err.msg, "x.pt: ", 6) == 0 &&
@@ -210,7 +210,7 @@ static void refused(const char *words)
 static void hostile_archives(void)
 {
 	static const float want[2] = {1.5f, -2};
-	struct ct_tensors w;
+	struct ct_tensors w = {0};
 
 	lie.wide = 1;
 	simple(&a, two);
@@ -397,7 +397,7 @@ static void hostile_pickles(void)
 		{"\x95"
 		 "123",
 			"ends inside it"}};
-	struct ct_tensors w;
+	struct ct_tensors w = {0};
 
 	for (size_t i = 0; i < sizeof is / sizeof *is; i++) {
 		k.n = 0;
@@ -420,7 +420,7 @@ static void hostile_pickles(void)
 /* Every beginning of a file, and every byte of it changed. */
 static void damaged(void)
 {
-	struct ct_tensors w;
+	struct ct_tensors w = {0};
 	size_t n, taken = 0, wrong = 0;
 	unsigned char *copy;
 
@@ -460,7 +460,7 @@ static void by_name(void)
 	static const unsigned char old[] = "\x80\2\x8a\nl\xfc\x9c"
 					   "F\xf9 j\xa8P\x19.";
 	static unsigned char tar[512];
-	struct ct_tensors w;
+	struct ct_tensors w = {0};
 
 	simple(&a, two);
 	put_bytes("w.bin", a.b.data, a.b.n);

@@ -128,7 +128,7 @@ static void add(struct ct_tensors *w, const char *name, size_t rank, const size_
 static void test_round_trip(void)
 {
 	struct ct_err e = {0};
-	struct ct_tensors w = {0}, v;
+	struct ct_tensors w = {0}, v = {0};
 	unsigned char *p, *q;
 	size_t n, m, worst = 0;
 	uint64_t header;
@@ -193,7 +193,7 @@ static void test_types(void)
 		"U8", "BOOL", "U16", "U32", "U64"};
 	static const int bytes[] = {8, 8, 4, 4, 2, 2, 2, 1, 1, 1, 2, 4, 8};
 	struct ct_err e = {0};
-	struct ct_tensors w;
+	struct ct_tensors w = {0};
 	char header[2000] = "{";
 	size_t at = 0, used = 1;
 
@@ -218,7 +218,7 @@ static void refused(const char *header, size_t bytes, const char *words)
 {
 	static const unsigned char data[64];
 	struct ct_err e = {0};
-	struct ct_tensors w;
+	struct ct_tensors w = {0};
 	int rc;
 
 	save(header, data, bytes);
@@ -233,7 +233,7 @@ static void refused(const char *header, size_t bytes, const char *words)
 static void test_hostile(void)
 {
 	struct ct_err e = {0};
-	struct ct_tensors w;
+	struct ct_tensors w = {0};
 	uint64_t n = UINT64_MAX;
 	FILE *f = fopen(path, "wb");
 
@@ -290,7 +290,7 @@ static void test_order(void)
 	static const char *const names[] = {"none", "also", "first", "cube", "late"};
 	unsigned char data[13] = {1, 2, 3, 4, 5};
 	struct ct_err e = {0};
-	struct ct_tensors w;
+	struct ct_tensors w = {0};
 	size_t n, bad = 0;
 	unsigned char *p;
 	char cat[100];
@@ -386,7 +386,7 @@ static void test_header(void)
 static void test_meta(void)
 {
 	struct ct_err e = {0};
-	struct ct_tensors w;
+	struct ct_tensors w = {0};
 	struct ct_meta m;
 
 	save("{\"__metadata__\":{\"a\":\"1\",\"\":\"no key\",\"b\":\"2\"}}", NULL, 0);
@@ -425,7 +425,7 @@ static void test_meta(void)
 static void test_private(void)
 {
 	struct ct_err e = {0};
-	struct ct_tensors w = {0}, v;
+	struct ct_tensors w = {0}, v = {0};
 	struct stat st;
 
 	add(&w, "x", 1, (size_t[]){3});
@@ -442,7 +442,7 @@ static void test_private(void)
 static void test_hash(void)
 {
 	struct ct_err e = {0};
-	struct ct_tensors w = {0}, v;
+	struct ct_tensors w = {0}, v = {0};
 	char hash[2][100];
 	size_t alike = 0;
 
@@ -475,7 +475,7 @@ static void test_hash(void)
 static void test_cut(void)
 {
 	struct ct_err e = {0};
-	struct ct_tensors w = {0}, v;
+	struct ct_tensors w = {0}, v = {0};
 	unsigned char *p;
 	size_t n, read = 0;
 

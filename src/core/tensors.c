@@ -13,9 +13,11 @@ void ct_tensors_free(struct ct_tensors *w)
 {
 	for (size_t i = 0; i < w->n; i++) {
 		free(w->t[i].name);
-		free(w->t[i].data);
+		if (!w->t[i].lent)
+			free(w->t[i].data);
 	}
 	free(w->t);
+	free(w->room);
 	ct_meta_free(&w->meta);
 	*w = (struct ct_tensors){0};
 }
@@ -27,6 +29,29 @@ size_t ct_tensor_count(const struct ct_tensor *t)
 	for (size_t i = 0; i < t->rank; i++)
 		n *= t->dim[i];
 	return n;
+}
+
+int ct_tensors_room(struct ct_tensors *w, size_t n, struct ct_err *e)
+{
+	if (ct_alloc(&w->room, n, sizeof *w->room, e))
+		return -1;
+	w->left = w->room;
+	w->spare = n;
+	return 0;
+}
+
+/* From the room, or of its own. */
+static int data_alloc(struct ct_tensor *t, struct ct_tensors *w, size_t count, struct ct_err *e)
+{
+	const size_t taken = (count + CT_TENSOR_STEP - 1) / CT_TENSOR_STEP * CT_TENSOR_STEP;
+
+	t->lent = count > 0 && count <= w->spare && taken <= w->spare;
+	if (!t->lent)
+		return ct_alloc(&t->data, count, sizeof *t->data, e);
+	t->data = w->left;
+	w->left += taken;
+	w->spare -= taken;
+	return 0;
 }
 
 int ct_tensors_add(struct ct_tensors *w, const char *name, size_t rank, const size_t *dim,
@@ -42,12 +67,12 @@ int ct_tensors_add(struct ct_tensors *w, const char *name, size_t rank, const si
 		if (ct_size_mul(&count, count, dim[i], name, e))
 			return -1;
 	}
-	if (ct_grow(&w->t, &w->cap, w->n + 1, sizeof *w->t, e) ||
-		ct_alloc(&t.data, count, sizeof *t.data, e))
+	if (ct_grow(&w->t, &w->cap, w->n + 1, sizeof *w->t, e) || data_alloc(&t, w, count, e))
 		return -1;
 	t.name = strdup(name);
 	if (!t.name) {
-		free(t.data);
+		if (!t.lent)
+			free(t.data);
 		return ct_fail(e, CT_ENOMEM, "no memory for a tensor name");
 	}
 	w->t[w->n] = t;

@@ -5,6 +5,7 @@
 #include "core/err.h"
 #include "core/meta.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 
 enum { CT_MAX_RANK = 8 };
@@ -12,18 +13,27 @@ enum { CT_MAX_RANK = 8 };
 struct ct_tensor {
 	char *name; /* owned */
 	size_t rank, dim[CT_MAX_RANK];
-	float *data; /* owned, C order (last dimension fastest) */
+	float *data; /* C order (last dimension fastest) */
+	bool lent;   /* data lie in the room of all; else owned */
 };
 
 struct ct_tensors {
 	size_t n, cap;
 	struct ct_tensor *t; /* in file order */
+	bool together; /* set before they are read: in one block, as large pages hold it, for who
+			  takes none of them over */
+	float *room, *left; /* that block; its rest */
+	size_t spare;       /* floats of the rest */
 	struct ct_meta meta;
 };
 
 void ct_tensors_free(struct ct_tensors *w);
 /* Product of the dimensions; 1 for rank 0. */
 size_t ct_tensor_count(const struct ct_tensor *t);
+/* Room for n floats of tensors that are added from now on, which take it while it lasts, each a
+ * multiple of CT_TENSOR_STEP. Once. CT_EINPUT, CT_ENOMEM. */
+int ct_tensors_room(struct ct_tensors *w, size_t n, struct ct_err *e);
+enum { CT_TENSOR_STEP = 16 };
 /* Append a tensor of this shape, data uninitialised, of a name that is not there yet; *out borrowed
  * until the next add. CT_EINPUT for a rank above CT_MAX_RANK. */
 int ct_tensors_add(struct ct_tensors *w, const char *name, size_t rank, const size_t *dim,

@@ -171,7 +171,7 @@ struct nets {
 static int read_prior(struct nets *n, int method, const char *path, struct ct_err *e)
 {
 	static const struct ct_format *const list[] = {&ct_format_safetensors, NULL};
-	struct ct_any a = {0};
+	struct ct_any a = {.tensors.together = true};
 	char *found = NULL;
 	int rc = -1;
 

@@ -35,10 +35,13 @@ static struct kept kept_at(struct ct_slice_network *r, int i)
 	return it;
 }
 
+enum { LINE = 16 }; /* floats of a line of the cache */
+
 /* Its weights are not set yet. */
 static int make_room(struct ct_slice_network *r, struct ct_err *e)
 {
 	const size_t n = ct_patch_count(&r->shape), k = r->components;
+	const size_t first = (n + k * n + LINE - 1) / LINE * LINE;
 	size_t at = 0;
 
 	if (ct_patch_shape_check(&r->shape, e))
@@ -57,10 +60,10 @@ static int make_room(struct ct_slice_network *r, struct ct_err *e)
 		at += part.dim[0] * part.dim[1];
 	}
 	r->at[CT_PARTS] = at;
-	if (ct_alloc(&r->mean, n + k * n, sizeof *r->mean, e) ||
-		ct_alloc(&r->all, at, sizeof *r->all, e))
+	if (ct_alloc(&r->mean, first + at, sizeof *r->mean, e))
 		return -1;
 	r->basis = r->mean + n;
+	r->all = r->mean + first;
 	return 0;
 }
 
@@ -79,7 +82,6 @@ int ct_slice_network_alloc(struct ct_slice_network *r, struct ct_err *e)
 void ct_slice_network_free(struct ct_slice_network *r)
 {
 	free(r->mean);
-	free(r->all);
 	*r = (struct ct_slice_network){0};
 }
 

@@ -54,10 +54,10 @@ struct ct_slice_network {
 	size_t more; /* hidden layers after the second, each added to the one before it */
 	size_t inputs, cell,
 		out;         /* F, values of a cell, and those of `out`, the spread among them */
-	float *mean, *basis; /* (patch), (K,patch); owned, one block at mean */
+	float *mean, *basis; /* (patch), (K,patch); owned, one block at mean, and `all` in it */
 	float spread[CT_SPREADS]; /* what the error is, of what the slices say: see below */
-	float *all;               /* owned */
-	size_t at[CT_PARTS + 1];  /* of each part in `all`, and the count of all */
+	float *all;
+	size_t at[CT_PARTS + 1]; /* of each part in `all`, and the count of all */
 };
 
 /* shape, components and width are set; the rest is allocated, zero. CT_EINPUT, CT_ENOMEM. */

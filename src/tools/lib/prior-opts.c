@@ -10,7 +10,7 @@
 int prior_file_read(
 	struct ct_slice_prior *prior, struct ct_meta *meta, const char *given, struct ct_err *e)
 {
-	struct ct_tensors w = {0};
+	struct ct_tensors w = {.together = true};
 	char *path;
 	int rc = -1;
 
