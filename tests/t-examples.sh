@@ -474,6 +474,10 @@ if pictures; then
 else
 	skip 'the recipe of the shipped prior' 'no OpenImageIO'
 fi
+# shells that thick slices are learnt from, small
+sed -n '/^\tct-phantom/,/shells\$i/p' "$srcdir/src/prior/make-slices.sh" | sed 's/224x224x224/24x24x24/' >shells.sh
+mkdir -p work/shells
+exits 0 'the recipe of slices makes plain shells' sh -ec 'i=1 work=work; . ./shells.sh'; [ -s work/shells/shells1.nii.gz ]; ok $? 'plain shells are a volume'
 with_dicom || { skip 'the tutorials' 'built without vtk-dicom'; done_testing; }
 # every command of the tutorials, and every picture in them is made by one
 ln -s "$srcdir/examples" examples && mkdir truths

@@ -30,7 +30,7 @@ mkdir -p "$work/shells"
 cp -P "$work"/balanced/* "$work/shells"
 for i in 1 2 3 4; do
 	ct-phantom -q -s $i --size=224x224x224 --spacing=1.5 --expert oversample=2 shells - |
-		ct-degrade -q -f -x 1 --sigma=0.6 --noise=12 --seed $i - "$work/shells/shells$i.nii.gz"
+		ct-degrade -q -f -x 1 --sigma=0.6,0.6,0.6 --noise=12 --seed $i - "$work/shells/shells$i.nii.gz"
 done
 net() { # net NAME DATA KEYS ct-train options: trains one more network and adds it to the file
 	name=$1 data=$2 keys=$3
