@@ -144,6 +144,10 @@ static void test_round_trip(void)
 	ct_meta_set(&w.meta, "input", "x", &e);
 	OK(ct_tensors_write(path, &w, false, &force, &e) == 0, "written %s", e.msg);
 	OK(ct_tensors_read(path, &v, &e) == 0 && same(&w, &v), "and read to the bit %s", e.msg);
+	ct_tensors_free(&v);
+	v.together = true;
+	OK(ct_tensors_read(path, &v, &e) == 0 && same(&w, &v) && v.t[0].lent && v.spare == 0,
+		"read together they are the same, in one block that they fill");
 	OK(v.meta.n == 3 && strcmp(ct_meta_get(&v.meta, "arch"), "{\"channels\": 64}") == 0 &&
 			strcmp(ct_meta_get(&v.meta, "history"), "one\ntwo ?") == 0,
 		"with its metadata, made UTF-8");
