@@ -75,8 +75,8 @@ def exchange(name, units="degrees", data=None, white=True, theta=True):
     with h5py.File(name, "w") as f:
         f["exchange/data"] = d if data is None else data
         if white:
-            f["exchange/data_white"] = w
-        f["exchange/data_dark"] = k
+            f["exchange/data_white"] = w.mean(0) if white == "mean" else w
+        f["exchange/data_dark"] = k[0] if white == "mean" else k
         if theta:
             f["exchange/theta"] = np.linspace(0, np.pi if units == "Radians" else 180, VIEWS, endpoint=False)
             if units:
@@ -104,6 +104,7 @@ def make():
     exchange("bare.h5", None)
     exchange("grad.h5", "gradians")
     exchange("noflat.h5", white=False)
+    exchange("mean.h5", white="mean")
     exchange("noangle.h5", theta=False)
     exchange("zero.h5", data=np.zeros((VIEWS, ROWS, COLS)))
     with h5py.File("other.h5", "w") as f:

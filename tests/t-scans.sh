@@ -47,6 +47,7 @@ else
 	has err '1 mm is assumed' 'a scan without size of pixels is warned of'
 	exits 0 'angles without a unit are read' stack auto bare.h5 r.exr; py degrees r.exr; ok $? 'angles without a unit are degrees'
 	exits 3 'an unknown unit of angles is refused' stack auto grad.h5 no.exr; has err "the unit 'gradians' is not deg or rad" 'the error of an unknown unit names it'
+	exits 0 'fields that are one picture, a mean, are read' stack auto --pitch .01 mean.h5 x.exr; py ball x.exr; ok $? 'fields that are one picture give the ball'
 	exits 2 'counts without a flat field are refused' stack auto noflat.h5 no.exr; has err 'pass it by --flat' 'the error of a missing flat field names --flat'
 	exits 0 'a flat field of a file of its own is taken' stack auto --flat flat.npy --pitch 1 noflat.h5 x.exr; py ball x.exr; ok $? 'a flat field of a file of its own gives the ball'
 	exits 2 'Data Exchange without angles needs a scanner file' stack auto noangle.h5 no.exr

@@ -152,16 +152,20 @@ static int mean_of(float **mean, const float *x, size_t n, size_t pixels, struct
 	return 0;
 }
 
+/* Of several pictures, or of one, as some save their mean. */
 static int exchange_field(
 	float **mean, const struct ct_array *it, const size_t n[3], struct ct_err *e)
 {
+	const size_t *its;
+
 	if (!it)
 		return 0;
-	if (it->dims != 3 || it->n[1] != n[1] || it->n[2] != n[2])
+	its = it->n + (it->dims == 3);
+	if ((it->dims != 2 && it->dims != 3) || its[0] != n[1] || its[1] != n[2])
 		return ct_fail(e, CT_EINPUT,
 			"exchange/%s: is not of %zux%zu pixels, as exchange/data", it->name, n[2],
 			n[1]);
-	return mean_of(mean, it->data, it->n[0], n[1] * n[2], e);
+	return mean_of(mean, it->data, it->dims == 3 ? it->n[0] : 1, n[1] * n[2], e);
 }
 
 /* --pitch, or a pixel of 1 mm. */
