@@ -354,6 +354,16 @@ has err 'InstanceNumber .*: slices may be missing' 'a gap in the instance number
 has names.html 'slices may be missing' 'the report lists the warning of a gap in the instance numbers'
 ! grep -q "Patricia\|$uid" names.html names.nii
 ok $? 'with --deid report and map name neither a slice nor the UID of the series'
+# slices that overlap
+mkdir overlap; "$PY" -c 'import glob, pydicom
+for k, f in enumerate(sorted(glob.glob("template/*"))): d = pydicom.dcmread(f); d.ImageType = ["ORIGINAL", "PRIMARY"]; d.SliceThickness = 7; d.save_as("overlap/%d.dcm" % k)'
+thick() { "$PY" -c 'import glob, pydicom, sys
+d = [pydicom.dcmread(f) for f in glob.glob(sys.argv[1] + "/*")]
+print(*sorted({float(x.SliceThickness) if x.SliceThickness != x.SpacingBetweenSlices else "apart" for x in d}))' "$1"; }
+ct-convert -q overlap overlap.nii && ct-convert -q --template overlap overlap.nii overlap-by/ && ct-convert -q overlap.nii overlap-of/
+ct-sr -q -Q draft -x 1,1,2 overlap overlap-sr/
+[ "$(thick overlap-by)$(thick overlap-of)" = 7.07.0 ]; ok $? 'slices that only pass through NIfTI are as thick as they were'
+[ "$(thick overlap-sr)" = apart ]; ok $? 'refined slices are as thick as they are far apart'
 ct-phantom -q --size 12x12x12 sphere Patricia.nii; echo '{"SliceThickness": -3}' >Patricia.json
 exits 0 'ct-sr --deid refines NIfTI into DICOM' ct-sr -f -Q draft -x 2 --deid --report names.html Patricia.nii Patricia.dcm
 has names.html 'the JSON beside IN' 'the report with --deid calls a sidecar the JSON beside IN'

@@ -1,5 +1,6 @@
 /* image.c: see image.h. SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
+#include "core/acquired.h"
 #include "core/number.h"
 #include "formats/hash.h"
 #include "formats/voxels.h"
@@ -7,6 +8,7 @@
 #include "core/vec3.h"
 #include "dicom/image.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -174,6 +176,24 @@ static void put_dates(struct ct_header *h, const struct image *im)
 	}
 }
 
+/* mm: slices that are where they were scanned are as thick as was said, others as they are apart.
+ */
+static double thickness(const struct image *im, double apart)
+{
+	double mm = im->n > 0 && !derive_resampled(im) ? im->source[0].thickness : 0;
+	struct ct_acquired a;
+	struct ct_err unused = {0};
+
+	for (size_t k = 0; k < im->n; k++)
+		if (im->source[k].thickness != im->source[0].thickness)
+			return apart;
+	if (im->n == 0 && ct_acquired_get(&a, &im->v->meta, &unused) == 0)
+		for (int k = 0; k < 3; k++)
+			if (fabs(a.spacing[k] - apart) < 1e-3 * apart)
+				mm = fmax(mm, a.thickness[k]);
+	return mm > 0 ? mm : apart;
+}
+
 /* What the pixels of all pictures are, and what they measure. */
 static void put_pixels(struct ct_header *h, const struct image *im)
 {
@@ -193,7 +213,7 @@ static void put_pixels(struct ct_header *h, const struct image *im)
 	ct_header_put(h, "", "Columns", "%zu", im->v->n[0]);
 	ct_header_put(h, "", "Rows", "%zu", im->v->n[1]);
 	ct_header_numbers(h, in[0], "PixelSpacing", 2, (const double[]){s.pitch[1], s.pitch[0]});
-	ct_header_numbers(h, in[0], "SliceThickness", 1, &mm[2]);
+	ct_header_numbers(h, in[0], "SliceThickness", 1, (const double[]){thickness(im, mm[2])});
 	ct_header_numbers(h, in[0], "SpacingBetweenSlices", 1, &mm[2]);
 	ct_header_numbers(h, in[1], "ImageOrientationPatient", 6, axes);
 	ct_header_put(h, in[2], "RescaleType", "%s", unit(im));
