@@ -134,6 +134,8 @@ static int degrade(ctsr_volume *in, const char *out)
 
 	three(o.factor, "factor");
 	three(o.sigma, "sigma");
+	o.said = (value("sigma") != NULL) | (value("decimate") != NULL) << 1 |
+		 (value("noise") != NULL) << 2;
 	o.protocol = value("protocol");
 	o.profile = value("profile");
 	o.slice_thickness = number("slice_thickness", 0);

@@ -91,7 +91,8 @@ def main(step, *words):
         ctsr.write(ctsr.reconstruct(ctsr.read_projections(files[0]), **how, **window(o), **real(o, 'tv'),
                                     **whole(o, 'iterations', 'parker', 'density', 'nonnegative', 'voxels')), files[1])
     elif step == 'degrade':
-        ctsr.write(ctsr.degrade(files[0], three(o['factor']), three(o.get('sigma', '0')), DECIMATE[int(o.get('decimate', 0))],
+        ctsr.write(ctsr.degrade(files[0], three(o['factor']), three(o['sigma']) if 'sigma' in o else None,
+                                DECIMATE[int(o['decimate'])] if 'decimate' in o else None,
                                 **real(o, 'noise', 'slice_thickness'), protocol=o.get('protocol'), profile=o.get('profile'),
                                 clip=[float(x) for x in o['clip'].split(':')] if 'clip' in o else None), files[1])
     elif step == 'paper':

@@ -122,6 +122,9 @@ step 'a CT that was clipped' nii degrade clipped.nii 'factor=2 decimate=1' ct-de
 step 'another quantity is degraded' nii degrade mu.nii 'factor=2' ct-degrade -q -x 2 --sigma 0 mu.nii
 step 'by a protocol with noise' nii degrade fine.nii 'factor=2 protocol=P1n' ct-degrade -q -x 2 -p P1n fine.nii
 step 'by a protocol, its blur another' nii degrade fine.nii 'factor=2 protocol=P3 sigma=0.7' ct-degrade -q -x 2 -p P3 --sigma 0.7 fine.nii
+step 'by a protocol, its sampling another' nii degrade fine.nii 'factor=2 protocol=P3 decimate=0' ct-degrade -q -x 2 -p P3 --decimate sinc fine.nii
+step 'by a protocol without its blur' nii degrade fine.nii 'factor=2 protocol=P1 sigma=0' ct-degrade -q -x 2 -p P1 --sigma 0 fine.nii
+step 'by a protocol without its noise' nii degrade fine.nii 'factor=2 protocol=P1n noise=0' ct-degrade -q -x 2 -p P1n --noise 0 fine.nii
 step 'clipped first' nii degrade fine.nii 'factor=2 protocol=P2 clip=-512:300' ct-degrade -q -x 2 -p P2 --clip=-512:300 fine.nii
 step 'by slices of a profile' nii degrade fine.nii 'factor=1,1,4 profile=trapezoid slice_thickness=9' ct-degrade -q -x 1,1,4 --profile trapezoid --slice-thickness 9 fine.nii
 step 'by slices of a profile, on a protocol' nii degrade fine.nii 'factor=2,2,4 protocol=P2 profile=box slice_thickness=9' ct-degrade -q -x 2,2,4 -p P2 --profile box --slice-thickness 9 fine.nii

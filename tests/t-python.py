@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The package ctsr for Python: the commands' voxels, numpy and nibabel, errors, Ctrl-C, threads."""
-import gc, os, pickle, re, shutil, signal, subprocess, sys, tempfile, threading, time, weakref
+import gc, os, pickle, re, shutil, signal, subprocess, sys, tempfile, threading, time, warnings, weakref
 import numpy as np
 import ctsr
 
@@ -47,6 +47,10 @@ run('ct-degrade', '-q', '-x', '2', '--sigma', '.85', '--noise', '5', '-s', '3', 
 lr = ctsr.degrade(hr, 2, .85, noise=5, seed=3)
 ok(same(lr, ctsr.read('lr.nii')), 'degrade: the voxels of ct-degrade')
 run('ct-degrade', '-q', '-x', '1,1,2', '--sigma', '.85', 'hr.nii', 'along.nii')
+for words, said in (['-p', 'P3', '--decimate', 'sinc'], dict(protocol='P3', decimate='sinc')), (['-p', 'P1n', '--noise', '0'], dict(protocol='P1n', noise=0)), \
+        (['-p', 'P1', '--sigma', '0'], dict(protocol='P1', sigma=0)), (['-p', 'P3'], dict(protocol='P3')):
+    run('ct-degrade', '-q', '-f', '-x', '2', *words, 'hr.nii', 'said.nii')
+    ok(same(ctsr.degrade(hr, 2, **said), ctsr.read('said.nii')), 'degrade: what is said counts in place of the protocol, though it is 0: %s' % ' '.join(words))
 ok(same(ctsr.degrade(hr, (1, 1, 2), .85), ctsr.read('along.nii')), 'degrade: one sigma is of the axes that are reduced')
 ok(fails(2, 'sigma: one number is of the axes that are reduced, and none is', ctsr.degrade, hr, 1, .85), 'degrade: one sigma where no axis is reduced')
 ok(fails(2, 'mask and window are of volumes', ctsr.metrics, ctsr.project(hr, views=2), ctsr.project(hr, views=2), window=(0, 1)), 'metrics: a window of projections is refused')
@@ -54,11 +58,19 @@ ok(fails(2, 'value_range is of projections', ctsr.metrics, hr, hr, value_range=9
 run('ct-upsample', '-q', '-m', 'prior', '-p', sys.argv[2], '--std', 'std.nii', 'lr.nii', 'sr.nii')
 sr = ctsr.superres('lr.nii', prior=sys.argv[2], error=True)
 ok(same(sr, ctsr.read('sr.nii')) and same(sr.error, ctsr.read('std.nii')), 'superres: those of ct-upsample -m prior, and its error')
+ok(sr.error.meta['quantity'] == 'expected error' and fails(3, 'expected error', ctsr.superres, sr.error, 2), 'a predicted error says what it is, and is no CT')
+ok(fails(2, 'error: needs method=auto', ctsr.upsample, lr, method='cubic', error=True), 'cubic interpolation predicts no error, as of ct-upsample')
 ok(sr.report['operator'].factor == (2, 2, 2) and sr.report['prior'] and sr.report['residual'] < 20, 'and what was done')
 run('ct-upsample', '-q', '-m', 'cubic', '-x', '1,1,3', 'hr.nii', 'cubic.nii')
 blind = ctsr.Image(lr.data, lr.affine)
 ctsr.write(blind, 'blind.nii'); run('ct-sr', '-q', '--prior', sys.argv[2], 'blind.nii', 'blind-sr.nii')
 ok(same(ctsr.superres(blind, prior=sys.argv[2]), ctsr.read('blind-sr.nii')), 'a scan that says nothing: the voxels of ct-sr')
+ctsr.write(blind, 'beside.nii')
+with open('beside.json', 'w') as f:
+    f.write('{"Modality": "CT", "Manufacturer": "Siemens", "SliceThickness": 6, "SpacingBetweenSlices": 4}')
+run('ct-sr', '-q', '-Q', 'draft', '-x', '1,1,2', 'beside.nii', 'beside-sr.nii')
+by_header = ctsr.superres('beside.nii', (1, 1, 2), quality='draft')
+ok(same(by_header, ctsr.read('beside-sr.nii')) and not same(by_header, ctsr.superres(blind, (1, 1, 2), quality='draft')), 'the JSON beside a scan counts, as for ct-sr')
 try:
     ctsr.superres(blind, estimate=False)
     ok(False, 'which is an error, if asked for')
@@ -187,6 +199,18 @@ if subprocess.run(['ct-convert', '-q', 'i16.nii', 'dicom/'], capture_output=True
     os.rename('dicom/ctsr0001.dcm', 'dicom/IM1')
     subprocess.run(['tar', 'czf', 'dicom.tgz', 'dicom'], check=True)
     ok(same(ctsr.read('dicom/IM1'), d) and same(ctsr.read('dicom.tgz'), d), 'a file of DICOM and an archive, whatever their names')
+    os.mkdir('bare')
+    for name in os.listdir('dicom'):
+        with open('dicom/' + name, 'rb') as f, open('bare/' + name.split('.')[0], 'wb') as g:
+            g.write(f.read()[132:])
+    ok(same(ctsr.read('bare/IM1'), d), 'files of DICOM without a preamble, as ct-convert reads them')
+    shutil.copy('dicom/IM1', 'dicom/IM2')
+    told = []
+    ctsr.upsample('dicom', 2, method='linear', log=told.append)
+    ok(told[:1] == ['8 of 9 files used: 1 repeated'], 'log gets what ct-convert warns of')
+    with warnings.catch_warnings(record=True) as w:
+        warnings.simplefilter('always'); ctsr.read('dicom')
+    ok([str(x.message) for x in w] == told[:1], 'without a log it is a warning of Python')
 
 # errors
 e = pickle.loads(pickle.dumps(ctsr.Error(5, 'grids differ')))
@@ -256,6 +280,8 @@ for few in ((-5,), (-500, 0, 500), -5):
     ok(raises(ValueError, ctsr.degrade, hr, 2, clip=few), 'a clip of not two numbers is refused: %s' % (few,))
     ok(raises(ValueError, ctsr.metrics, hr, hr, window=few), 'a window of not two numbers is refused: %s' % (few,))
     ok(raises(ValueError, ctsr.project, hr, views=2, offset=few), 'an offset of not two numbers is refused: %s' % (few,))
+ok(fails(2, 'the clip 0 to 0 is none', ctsr.degrade, hr, 2, clip=(0, 0)) and fails(2, 'the slice_thickness 0 is not', ctsr.degrade, hr, (1, 1, 2), slice_thickness=0), 'a clip or a thickness of 0 is not taken for none')
+ok(fails(5, 'a fan has one detector row, not 4', ctsr.project, hr, beam='fan', rows=4) and fails(2, 'the coarsen 0', ctsr.project, hr, coarsen=0), 'rows of a fan and a coarsen of 0 are refused, as of ct-project')
 ok(fails(2, 'the clip nan to 100 is none', ctsr.degrade, hr, 2, clip=(np.nan, 100)), 'a clip from NaN on is refused')
 ok(raises(TypeError, ctsr.degrade, hr, 2, progress=5), 'a progress that cannot be called is refused')
 for f in (ctsr.fdk, ctsr.ddnm, lambda x: ctsr.fit(x, hr), lambda x: ctsr.backproject(x, hr), lambda x: ctsr.metrics(ctsr.project(hr, views=2), x)):

@@ -26,6 +26,7 @@ import tarfile
 import tempfile
 import threading
 import time
+import warnings
 import weakref
 from typing import Any, Callable, Dict, NamedTuple, Optional, Sequence, Union
 
@@ -234,12 +235,12 @@ class Image:
             raise Error(2, 'the last row of an affine is 0 0 0 1, not %s' % ' '.join('%g' % x for x in self.affine[3]))
 
     @classmethod
-    def of(cls, x) -> 'Image':
-        """An Image, the name of a file, an image of nibabel, or an array."""
+    def of(cls, x, log=None, units: Optional[str] = None) -> 'Image':
+        """An Image, the name of a file (as read has it), an image of nibabel, or an array."""
         if isinstance(x, cls):
             return x
         if isinstance(x, (str, bytes, os.PathLike)):
-            return read(x)
+            return read(x, log, units)
         if isinstance(x, (Projections, Gaussians)):
             raise TypeError('expected a volume, not %s' % type(x).__name__)
         if hasattr(x, 'affine') and hasattr(x, 'dataobj'):
@@ -310,40 +311,56 @@ def version() -> str:
     return _lib.ctsr_version().decode()
 
 
-def _is_dicom(path):
-    """Does ct-convert read it: a folder, an archive, or a file of DICOM, whatever its name? Of a pipe the name alone says it."""
+_FOREIGN = 'of which ct-convert makes a volume'  # the library, of a file of DICOM
+
+
+def _is_many(path):
+    """A folder or an archive, which may hold DICOM. Of a pipe the name alone says it."""
     if os.path.isdir(path) or path.lower().endswith(('.dcm', '.zip', '.tar')):
         return True
     try:
         if not os.path.isfile(path):
             return False
         with open(path, 'rb') as f:
-            head = f.read(132)
-        return head[128:] == b'DICM' or head[:4] == b'PK\3\4' or tarfile.is_tarfile(path)
+            return f.read(4) == b'PK\3\4' or tarfile.is_tarfile(path)
     except OSError:  # the library says why
         return False
 
 
-def read(path) -> Image:
-    """NIfTI, NRRD or MetaImage; DICOM, of a folder, a file or an archive, by the command ct-convert."""
+def _convert(path, log, units, series) -> Image:
+    with tempfile.TemporaryDirectory() as t:
+        made = os.path.join(t, 'dicom.nii')
+        options = ['--%s=%s' % (key, x) for key, x in (('units', units), ('series', series)) if x is not None]
+        try:
+            p = subprocess.run(['ct-convert', *options, '--', path, made], stderr=subprocess.PIPE, text=True)
+        except FileNotFoundError:
+            raise Error(1, '%s: DICOM is read by the command ct-convert, which is not installed: install ctsr and ctsr-dicom, '
+                        'or convert it to NIfTI first' % path) from None
+        if p.returncode:
+            raise Error(p.returncode, p.stderr.strip())
+        for line in p.stderr.split('\n'):
+            if ': warning: ' in line:
+                (log or warnings.warn)(line.split(': warning: ', 1)[1])
+        return read(made)
+
+
+def read(path, log=None, units: Optional[str] = None, series: Optional[str] = None) -> Image:
+    """NIfTI, with what a JSON sidecar beside it says of the scanner; NRRD or MetaImage; DICOM, of a folder, a file or an archive,
+    by the command ct-convert, with these units and of this series. Its warnings go to log, or become those of Python."""
     path, v = os.fsdecode(_path(path)), abi.H()
-    if _is_dicom(path):
-        with tempfile.TemporaryDirectory() as t:
-            made = os.path.join(t, 'dicom.nii')
-            try:
-                p = subprocess.run(['ct-convert', '-q', '--', path, made], stderr=subprocess.PIPE, text=True)
-            except FileNotFoundError:
-                raise Error(1, '%s: DICOM is read by the command ct-convert, which is not installed: install ctsr and ctsr-dicom, '
-                            'or convert it to NIfTI first' % path) from None
-            if p.returncode:
-                raise Error(p.returncode, p.stderr.strip().split('\n')[0])
-            return read(made)
-    _Call().go(_lib.ctsr_volume_read, c.byref(v), _path(path), _lib.ctsr_formats_all(), made=[v], daemon=True)
-    return Image._own(v)
+    if _is_many(path):
+        return _convert(path, log, units, series)
+    try:
+        _Call().go(_lib.ctsr_volume_read, c.byref(v), _path(path), _lib.ctsr_formats_all(), made=[v], daemon=True)
+        return Image._own(v)
+    except Error as e:
+        if _FOREIGN not in str(e):
+            raise
+    return _convert(path, log, units, series)
 
 
 def write(image, path, overwrite=False, threads=0) -> None:
-    """By the end of the name: .nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd. int16 if all voxels are whole, else float32."""
+    """By the end of the name: .nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd. int16 if all voxels are whole numbers that fit, else float32."""
     end = os.fsdecode(path).lower()
     form = _lib.ctsr_nrrd if end.endswith(('.nrrd', '.nhdr')) else \
         _lib.ctsr_metaimage if end.endswith(('.mha', '.mhd')) else _lib.ctsr_nifti
@@ -351,23 +368,29 @@ def write(image, path, overwrite=False, threads=0) -> None:
     _Call(threads, overwrite=overwrite).run(_lib.ctsr_volume_write, h, _path(path), form())
 
 
-def degrade(image, factor: Axes, sigma: Axes = 0, decimate='sinc', noise=0., seed=0, threads=0,
+def degrade(image, factor: Axes, sigma: Optional[Axes] = None, decimate: Optional[str] = None, noise: Optional[float] = None, seed=0, threads=0,
             progress: Optional[Progress] = None, history: Optional[str] = None, protocol: Optional[str] = None,
-            profile=None, slice_thickness: float = 0, clip: Optional[Sequence[float]] = None) -> Image:
-    """The low-resolution CT, as ct-degrade: a Gaussian of `sigma` fine voxels, then the sampling, then `noise` HU.
+            profile=None, slice_thickness: Optional[float] = None, clip: Optional[Sequence[float]] = None) -> Image:
+    """The low-resolution CT, as ct-degrade: a Gaussian of `sigma` fine voxels, then the sampling, then `noise` HU; by default 0,
+    sinc and 0, where ct-degrade takes P1.
 
     sigma     one number is of the axes that are reduced
     protocol  P1, P2, P3, P1n, P3n or release, in whose place are sigma, decimate and noise that are said
     profile   of slices: gaussian, box, triangle, trapezoid, or pairs of mm and weight. slice_thickness: of slices, mm
     clip      LO, HI in HU, first"""
     out, h = abi.H(), Image.of(image)._handle()
-    o = _operator(factor, sigma, decimate, noise)
+    said = [x is not None for x in (sigma, decimate, noise)]
+    o = _operator(factor, sigma if said[0] else 0, decimate if said[1] else 'sinc', noise if said[2] else 0)
+    o.said = sum(1 << i for i in range(3) if said[i])
     o.protocol = _text(protocol, 'protocol') if protocol is not None else None
     if profile is not None:
         o.profile = _text(profile if isinstance(profile, str) else ''.join('%r %r\n' % (float(a), float(b)) for a, b in profile), 'profile')
-    o.slice_thickness = slice_thickness
+    if slice_thickness is not None:
+        o.slice_thickness = _given(slice_thickness, 'slice_thickness')[0]
     if clip is not None:
         o.clip = _some(clip, 2, 'clip')
+        if not any(o.clip):
+            raise Error(2, 'the clip 0 to 0 is none')
     _Call(threads, progress, seed=seed, history=history).run(_lib.ctsr_degrade, c.byref(out), h, c.byref(o), made=[out])
     return Image._own(out)
 
@@ -444,7 +467,7 @@ def _refine(name, image, factor, spacing, method, preset, sigma, decimate, noise
     o.estimate, o.memory, o.denoise, o.trust = bool(estimate), memory, denoise, bool(trust)
     o.prior_file = _path(prior) if prior is not None else None
     o.units = _text(units, 'units') if units is not None else None
-    out, std, h = abi.H(), abi.H(), Image.of(image)._handle()
+    out, std, h = abi.H(), abi.H(), Image.of(image, log, units)._handle()
     begin = Image.of(start)._handle() if start is not None else None
     o.start = begin.p if begin else None
     h.keeps += (begin,)
@@ -517,7 +540,11 @@ def project(image, beam='cone', threads=0, progress: Optional[Progress] = None, 
     clipped before it was reduced: keep it), coarsen (pixels so many times larger, each of which is a point, mean or
     sinc of the small ones: pixel), photons, electronic, water (noise); defaults: the published scan. method: siddon
     (exact) or joseph (linear). Without pitch the pixels fill the detector of ct-project, however many they are."""
-    h, g, p, e = Image.of(image)._handle(), abi.Geometry(), abi.H(), abi.Error()
+    h, g, p, e = Image.of(image, log)._handle(), abi.Geometry(), abi.H(), abi.Error()
+    if beam == 'fan' and geometry.get('rows', 1) != 1:
+        raise Error(5, 'a fan has one detector row, not %r' % geometry['rows'])
+    if 'coarsen' in geometry and not geometry['coarsen']:
+        raise Error(2, 'the coarsen 0 is not positive')
     _check(_lib.ctsr_geometry_init(c.byref(g), c.sizeof(g), h.p, c.byref(e)), e)
     g.beam, g.pitch = _index(_BEAMS, beam, 'beam'), (c.c_double * 2)()
     g.pixel, g.method = _index(_PIXELS, pixel, 'pixel'), _index(_INTEGRALS, method, 'method')
@@ -630,7 +657,7 @@ def paper(image, factor=0, views=0, iterations=0, gaussians=0, prior=None, relea
     factor    times finer along each axis; 0: what the metadata say, else 4
     views     projections. iterations, gaussians: of the fit
     prior     file of a diffusion prior of projections; default: the installed one"""
-    o, out, h = abi.Paper(c.sizeof(abi.Paper)), abi.H(), Image.of(image)._handle()
+    o, out, h = abi.Paper(c.sizeof(abi.Paper)), abi.H(), Image.of(image, log)._handle()
     o.factor, o.views = _whole(factor, 31, 'factor'), _whole(views, 31, 'views')
     o.iterations, o.gaussians = _whole(iterations, 31, 'iterations'), _whole(gaussians, 31, 'gaussians')
     o.prior_file, o.release = _path(prior) if prior is not None else None, bool(release)

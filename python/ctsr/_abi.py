@@ -16,7 +16,8 @@ def _struct(name, *fields):
 Context = _struct('Context', ('threads', c.c_uint), ('overwrite', c.c_int), ('seed', c.c_uint64), ('verbose', c.c_int),
                   ('progress', PROGRESS), ('log', LOG), ('user', c.c_void_p), ('history', c.c_char_p))
 Operator = _struct('Operator', ('factor', D3), ('sigma', D3), ('decimate', c.c_int), ('noise', c.c_double),
-                   ('protocol', c.c_char_p), ('profile', c.c_char_p), ('slice_thickness', c.c_double), ('clip', c.c_double * 2))
+                   ('protocol', c.c_char_p), ('profile', c.c_char_p), ('slice_thickness', c.c_double), ('clip', c.c_double * 2),
+                   ('said', c.c_int))
 Paper = _struct('Paper', ('factor', c.c_size_t), ('views', c.c_size_t), ('iterations', c.c_size_t), ('gaussians', c.c_size_t),
                 ('prior_file', c.c_char_p), ('release', c.c_int))
 Options = _struct('Options', ('method', c.c_int), ('preset', c.c_int), ('factor', D3), ('spacing', D3), ('sigma', D3),

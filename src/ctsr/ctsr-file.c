@@ -2,8 +2,9 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
 #include "ctsr/ctsr-impl.h"
-#include "formats/ends.h"
 #include "formats/any.h"
+#include "formats/beside.h"
+#include "formats/ends.h"
 
 #include <string.h>
 
@@ -13,11 +14,13 @@ int ctsr_volume_read(
 	const ctsr_context one = {.size = sizeof one, .threads = 1};
 	struct ct_any a = {0};
 	struct ctsr_call k = CTSR_CALL(__func__);
-	const int rc = ctsr_make_volume(&k, v) || ctsr_call_begin(&k, path && formats, &one) ||
-		       ct_format_read((const struct ct_format *const *)formats, path, &a, &k.err);
+	int rc = ctsr_make_volume(&k, v) || ctsr_call_begin(&k, path && formats, &one) ||
+		 ct_format_read((const struct ct_format *const *)formats, path, &a, &k.err);
 
-	if (rc == 0)
+	if (rc == 0) {
 		(*v)->v = a.vol;
+		rc = ct_beside_read(&(*v)->v, path, &k.env, &k.err);
+	}
 	return ctsr_call_end(&k, rc, e);
 }
 

@@ -44,7 +44,7 @@ static int take(
 static bool is_more(const ctsr_operator *o)
 {
 	return o->protocol || o->profile || o->slice_thickness != 0 || o->clip[0] != 0 ||
-	       o->clip[1] != 0;
+	       o->clip[1] != 0 || o->said != 0;
 }
 
 int ctsr_degrade_of(struct ct_degrade *d, double *noise, const ctsr_operator *o, struct ct_err *e)
@@ -56,7 +56,8 @@ int ctsr_degrade_of(struct ct_degrade *d, double *noise, const ctsr_operator *o,
 	*noise = mine.noise;
 	return is_more(&mine)
 		       ? ct_fail(e, CT_EUSAGE,
-				 "protocol, profile, slice_thickness and clip are of ctsr_degrade alone")
+				 "protocol, profile, slice_thickness, clip and said are of ctsr_degrade "
+				 "alone")
 		       : 0;
 }
 
@@ -147,25 +148,33 @@ static int take_profile(struct ct_slice_profile_said *to, const ctsr_operator *o
 	return ct_words_take(&to->shape, CT_WORDS(CT_SLICE_SHAPE_LIST), "profile", o->profile, e);
 }
 
-/* As ct-degrade asks: without a protocol all is said, with one what is not 0. */
+/* What of the operator is said of itself, beside a protocol: bits of its member `said`. */
+enum { SIGMA = 1, DECIMATE = 2, NOISE = 4 };
+
+/* As ct-degrade asks: without a protocol all is said, with one what is not 0, and what `said` says.
+ */
 static int rule_of(struct ct_step_degrade_rule *r, const ctsr_operator *o, struct ct_err *e)
 {
-	const bool all = !o->protocol;
 	struct ct_degrade by;
 	ctsr_operator mine;
 
 	if (take(&by, &mine, o, e))
 		return -1;
+	if (mine.said < 0 || mine.said > (SIGMA | DECIMATE | NOISE))
+		return ct_fail(e, CT_EUSAGE, "said: %d is not one of 0 to 7", mine.said);
 	memcpy(r->factor, by.factor, sizeof r->factor);
 	if (ctsr_take_word(&r->protocol, CT_WORDS(CT_STEP_DEGRADE_PROTOCOLS), "protocol",
 		    mine.protocol, e))
 		return -1;
 	r->insists = mine.protocol != NULL;
 	for (int a = 0; a < 3; a++)
-		if (all || by.sigma[0] > 0 || by.sigma[1] > 0 || by.sigma[2] > 0)
+		if (!mine.protocol || (mine.said & SIGMA) || by.sigma[0] > 0 || by.sigma[1] > 0 ||
+			by.sigma[2] > 0)
 			r->sigma[a] = by.sigma[a];
-	r->decimate = mine.decimate ? (int)by.decimate : -1; /* of no protocol it is sinc */
-	r->noise = all || mine.noise > 0 ? mine.noise : r->noise;
+	/* of no protocol it is sinc */
+	r->decimate = mine.decimate || (mine.said & DECIMATE) ? (int)by.decimate : -1;
+	if (!mine.protocol || (mine.said & NOISE) || mine.noise > 0)
+		r->noise = mine.noise;
 	if (mine.clip[0] == 0 && mine.clip[1] == 0)
 		return take_profile(&r->slice, &mine, e);
 	if (!(mine.clip[0] < mine.clip[1]) || !isfinite(mine.clip[0]) || !isfinite(mine.clip[1]))

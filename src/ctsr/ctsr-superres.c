@@ -52,7 +52,7 @@ void ctsr_upsample_options_init(ctsr_superres_options *o, size_t size)
 }
 
 /* As the option table of ct-upsample has it. */
-static int check_members(const ctsr_superres_options *o, struct ct_err *e)
+static int check_members(const ctsr_superres_options *o, bool error, struct ct_err *e)
 {
 	const unsigned prior = CT_BIT(CT_REFINE_PRIOR);
 	const struct ctsr_member members[] = {{"preset", o->preset != CTSR_BALANCED, prior},
@@ -60,13 +60,14 @@ static int check_members(const ctsr_superres_options *o, struct ct_err *e)
 		{"start", o->start != NULL, CT_REFINE_INVERTED},
 		{"iterations", o->iterations != 300, CT_REFINE_ITERATES},
 		{"tolerance", o->tolerance != 0.1, CT_REFINE_ITERATES},
-		{"denoise", o->denoise > 0, CT_REFINE_ITERATES}, {NULL, false, 0}};
+		{"denoise", o->denoise > 0, CT_REFINE_ITERATES},
+		{"error", error, prior | CT_BIT(CT_UPSAMPLE_AUTO)}, {NULL, false, 0}};
 
 	return ctsr_check_members(members, "method", CT_WORDS(CT_REFINE_LIST), o->method, e);
 }
 
 /* Written so that NaN is refused where a number is needed. */
-static int check(const ctsr_superres_options *o, struct ct_err *e)
+static int check(const ctsr_superres_options *o, bool error, struct ct_err *e)
 {
 	if (o->method < CTSR_AUTO || o->method > CTSR_ARSSR)
 		return ct_fail(e, CT_EUSAGE, "the method %d is not one of 0 to 10", o->method);
@@ -97,7 +98,7 @@ static int check(const ctsr_superres_options *o, struct ct_err *e)
 			"iterations must be at least 1, tolerance and memory not below 0");
 	if (o->trust && (!o->estimate || !isnan(o->sigma[0])))
 		return ct_fail(e, CT_EUSAGE, "trust: needs estimate, and no sigma");
-	return check_members(o, e);
+	return check_members(o, error, e);
 }
 
 /* What is said of the units of v is in the metadata of *to, whose voxels are those of v. */
@@ -243,7 +244,7 @@ static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	rule.prior = &n.prior;
 	rule.arssr = &n.arssr;
 	rule.start = o->start ? &start : NULL;
-	rc = ct_err_any(check(o, e) || take_slices(&rule.said.slice, o, e) ||
+	rc = ct_err_any(check(o, error, e) || take_slices(&rule.said.slice, o, e) ||
 			take_units(&scan, in, o, "volume", e) || ctsr_check_volume(in, e) ||
 			(o->start && take_units(&start, o->start, o, "start", e)) ||
 			read_prior(&n, o->method, o->prior_file, e));

@@ -133,8 +133,8 @@ CTSR_API const ctsr_format *ctsr_nrrd(void);      /* NRRD; .nrrd, .nhdr */
 CTSR_API const ctsr_format *ctsr_metaimage(void); /* MetaImage; .mha, .mhd */
 /* All that the library reads; a list of one's own ends with NULL, too. */
 CTSR_API const ctsr_format *const *ctsr_formats_all(void);
-/* Read a file of one of these formats. The content decides which one it is, not the name. "-" is
- * standard input. CTSR_INPUT; CTSR_GEOMETRY for a grid that is refused; CTSR_MEMORY. */
+/* Read a file of one of these formats, by its content. What x.json beside x.nii says of the scanner
+ * is metadata. "-" is standard input. CTSR_INPUT; CTSR_GEOMETRY for a grid; CTSR_MEMORY. */
 CTSR_API int ctsr_volume_read(
 	ctsr_volume **v, const char *path, const ctsr_format *const *formats, ctsr_error *e);
 /* Write a file: int16 if all voxels are integers that fit, else float32. The file appears under its
@@ -158,10 +158,11 @@ typedef struct ctsr_operator {
 	int decimate;     /* of enum ctsr_decimate; default CTSR_SINC */
 	double noise;     /* standard deviation of white noise, HU, of the coarse CT; default 0 */
 	/* Of ctsr_degrade alone, as ct-degrade(1) has them; elsewhere they are CTSR_USAGE. */
-	const char *protocol;   /* in whose place are sigma, decimate, noise that are not 0 */
+	const char *protocol;   /* in whose place are sigma, decimate, noise, unless 0; see said */
 	const char *profile;    /* of slices: a shape, or lines "MM WEIGHT" */
 	double slice_thickness; /* of slices, mm; 0 (default): the spacing of the coarse CT */
 	double clip[2];         /* HU, first; 0, 0 (default): not */
+	int said; /* those count though 0: sum of 1 sigma, 2 decimate, 4 noise; default 0 */
 } ctsr_operator;
 
 /* *o, its size set, <- the operator that the metadata name. CTSR_INPUT for none, or a wrong one. */
@@ -470,9 +471,8 @@ typedef struct ctsr_metrics {
 	double gradient[3];          /* HU/mm: error of steps between neighbours along each axis */
 } ctsr_metrics;
 
-/* The caller sets size = sizeof, the library fills in as much as fits. */
 typedef struct ctsr_consistency {
-	size_t size;
+	size_t size;                /* as of ctsr_metrics */
 	double max, p95, rms, mean; /* of D(fine) - coarse, HU */
 } ctsr_consistency;
 

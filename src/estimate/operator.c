@@ -209,8 +209,8 @@ static int expect(struct ct_operator *r, const struct ct_vol *in, const double x
 	ct_vol_spacing(in, mm);
 	if (!ct_scanner_expect(r->told, &r->scanner, mm))
 		ct_log(env, CT_WARN,
-			"what DICOM says of slices of %.4g mm is not used: they were not "
-			"%.4g,%.4g,%.4g mm apart, as the voxels are",
+			"what DICOM says of slices of %.4g mm is not used: it does not say that "
+			"they were %.4g,%.4g,%.4g mm apart, as the voxels are",
 			ct_scanner_thickness(&r->scanner), mm[0], mm[1], mm[2]);
 	for (int a = 0; a < 3; a++)
 		if (!(x[a] > 1))

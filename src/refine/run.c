@@ -395,6 +395,9 @@ out:
 	ct_vol_free(&own);
 	ct_vol_free(&other);
 	return ct_err_any(rc || ct_frame_leave(out, &r->frame, env->par, e) ||
-			  (error && ct_frame_leave_error(error, &r->frame, env->par, e)) ||
+			  (error && error->data &&
+				  (ct_frame_leave_error(error, &r->frame, env->par, e) ||
+					  ct_meta_set(&error->meta, CT_META_QUANTITY,
+						  CT_QUANTITY_ERROR, e))) ||
 			  describe_assumed(r, out, in, e));
 }

@@ -231,9 +231,7 @@ static int write_out(struct files *f, const struct ct_env *env, struct ct_err *e
 	const char *confidence = f->p->confidence;
 
 	if (ct_meta_step(&f->out.meta, env, 2, from, e) ||
-		(f->error.data && (ct_meta_step(&f->error.meta, env, 2, from, e) ||
-					  ct_meta_set(&f->error.meta, CT_META_QUANTITY,
-						  CT_QUANTITY_ERROR, e))))
+		(f->error.data && ct_meta_step(&f->error.meta, env, 2, from, e)))
 		return -1;
 	if (!ct_files_is_dicom(f->p->out))
 		return ct_keep_vols(f->p->out, &f->out, confidence, &f->error, env, e);

@@ -167,9 +167,7 @@ static int write_all(
 	const struct ct_meta *const from[] = {&f->in.meta, &f->start.meta, &f->prior_meta};
 
 	if (ct_meta_step(&f->out.meta, env, 3, from, e) ||
-		(p->std &&
-			(ct_meta_step(&f->std.meta, env, 3, from, e) ||
-				ct_meta_set(&f->std.meta, CT_META_QUANTITY, CT_QUANTITY_ERROR, e))))
+		(p->std && ct_meta_step(&f->std.meta, env, 3, from, e)))
 		return -1;
 	return ct_keep_vols(p->out, &f->out, p->std, &f->std, env, e);
 }
