@@ -65,6 +65,8 @@ exits 0 'what is no file needs no name' ct-convert -f a.nii /dev/null
 ct-phantom -q --size 24x24x24 --spacing 2,3,6 sphere p.nii && ct-degrade -q -x 4,2,1 p.nii q.nii
 ct-convert -q --reorient SRA q.nii r.nii && ct-info r.nii >info; has info '^  factor  *1,4,2$' '--reorient permutes the factor with its axes'
 has info '^  sigma  *0,1.69865806,0.84932903$' '--reorient permutes the sigma with its axes'; has info '^orientation  *SRA$' 'a volume of --reorient SRA has the orientation SRA'
+ct-degrade -q -x 2 -p release p.nii first.nii; exits 0 'samples that are first voxels of cells keep that with other axes' ct-convert -f --reorient SRA first.nii r.nii
+exits 5 'samples that would become the last voxels of cells are refused' ct-convert -f --reorient LAS first.nii no.nii; has err 'first.nii: metadata first: .*: turn what it was made of' 'the error says what to turn'
 ct-convert -q --iso 5 q.nii i.nii && ct-info i.nii >info
 ! grep -q '^  \(factor\|sigma\|decimate\)' info; ok $? 'none of other voxels'; has info '^size  *10 14 29$' 'as many as fit'
 has info '^centre-mm  *0 0 0$' 'about the same centre'; has info '^  noise  *0$' 'what had no noise has none on other voxels'

@@ -55,8 +55,10 @@ static void check(const struct ct_edge_figures *f, double sigma, double toleranc
 
 static void test_planes(void)
 {
-	static const double normal[][3] = {
-		{1, 0.13, 0.07}, {0.2, -1, 0.4}, {0.1, 0.2, -1}, {-1, 1, 1.2}};
+	static const double normal[][3] = {{1, 0.13, 0.07}, {0.2, -1, 0.4}, {0.1, 0.2, -1},
+		{-1, 1, 1.2},
+		/* along the voxels */
+		{0, 0, 1}, {0, 1, 1}, {0, 1, 2}};
 	struct ct_env env = {0};
 	struct ct_err e;
 
@@ -69,7 +71,7 @@ static void test_planes(void)
 		make(&b, normal[k], 1.1, 0);
 		OK(ct_edges(&o, &a, &b, NULL, &env, &e) == 0 && o.count > 100, "plane %zu", k);
 		snprintf(name, sizeof name, "plane %zu, ref", k);
-		check(&o.ref, 0.6, 0.02, name);
+		check(&o.ref, 0.6, k < 4 ? 0.02 : 0.06, name);
 		snprintf(name, sizeof name, "plane %zu, test", k);
 		check(&o.test, 1.1, 0.02, name);
 		ct_vol_free(&a);

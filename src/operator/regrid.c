@@ -93,8 +93,13 @@ int ct_regrid_axes(
 	int axis[3], sign[3];
 
 	ct_vec3_axes(axis, (const double(*)[4])v->affine, world);
-	for (int d = 0; d < 3; d++)
+	for (int d = 0; d < 3; d++) {
 		sign[d] = v->affine[world[d]][axis[d]] * towards[d] < 0 ? -1 : 1;
+		if (sign[d] < 0 && ct_meta_get(&v->meta, CT_META_FIRST))
+			return ct_fail(e, CT_EGEOM,
+				"metadata first: its samples are the first voxels of cells, and "
+				"would be the last along an axis: turn what it was made of");
+	}
 	return ct_regrid_turn(v, axis, sign, e);
 }
 

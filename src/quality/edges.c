@@ -14,6 +14,7 @@ enum { BATCH = 32, MOST_EDGES = 20000, LEAST_EDGES = 12, BALL_RADIUS = 2 };
 /* Sums of the edge spread functions, of a batch of edges. */
 struct spread {
 	double sum[2][BINS], count[BINS]; /* ref, test */
+	double at[BINS];                  /* sum of places, in bins */
 	size_t edges;
 };
 
@@ -245,13 +246,14 @@ static void batch(void *arg, size_t task, size_t worker)
 			continue;
 		s->edges++;
 		for (size_t i = 0; i < spots; i++) {
-			const double bin =
-				floor(((spot[i].d - f.place) / j->voxel + REACH) * PER_VOXEL);
+			const double place = ((spot[i].d - f.place) / j->voxel + REACH) * PER_VOXEL;
+			const double bin = floor(place);
 			const size_t at = spot[i].index;
 
 			if (!(bin >= 0 && bin < BINS))
 				continue;
 			s->count[(size_t)bin] += 1;
+			s->at[(size_t)bin] += place;
 			s->sum[0][(size_t)bin] += ((double)j->ref->data[at] - f.low) / f.step;
 			s->sum[1][(size_t)bin] += ((double)j->test->data[at] - f.low) / f.step;
 		}
@@ -316,16 +318,43 @@ void ct_edge_spread(struct ct_edge_figures *f, const double *spread, size_t n, d
 		falls_below(spread, n, width, 0.1)};
 }
 
+/* y at the middles of all bins, of its n values at the places x: cubic, with the slopes of
+ * neighbours. Where a plane lies along the voxels, most bins are empty. */
+static void fill(double e[BINS], const double *x, const double *y, size_t n)
+{
+	size_t i = 0;
+
+	for (size_t b = 0; b < BINS; b++) {
+		const double c = (double)b + 0.5;
+
+		while (i + 2 < n && x[i + 1] <= c)
+			i++;
+		if (n < 2 || c <= x[0] || c >= x[n - 1]) {
+			e[b] = c <= x[0] ? y[0] : y[n - 1];
+			continue;
+		}
+		const size_t before = i > 0 ? i - 1 : 0, after = i + 2 < n ? i + 2 : n - 1;
+		const double h = x[i + 1] - x[i], t = (c - x[i]) / h, u = 1 - t;
+		const double s0 = (y[i + 1] - y[before]) / (x[i + 1] - x[before]);
+		const double s1 = (y[after] - y[i]) / (x[after] - x[i]);
+
+		e[b] = u * u * (1 + 2 * t) * y[i] + t * t * (3 - 2 * t) * y[i + 1] +
+		       h * t * u * (u * s0 - t * s1);
+	}
+}
+
 /* Add the batches up in their order and make the figures. */
 static void conclude(struct ct_edges *o, const struct edges_job *j, size_t batches)
 {
 	struct spread all = {.edges = 0};
-	double(*e)[BINS] = o->spread;
+	double(*e)[BINS] = o->spread, x[BINS], y[2][BINS];
+	size_t n = 0;
 
 	for (size_t t = 0; t < batches; t++) {
 		all.edges += j->part[t].edges;
 		for (size_t b = 0; b < BINS; b++) {
 			all.count[b] += j->part[t].count[b];
+			all.at[b] += j->part[t].at[b];
 			all.sum[0][b] += j->part[t].sum[0][b];
 			all.sum[1][b] += j->part[t].sum[1][b];
 		}
@@ -334,10 +363,14 @@ static void conclude(struct ct_edges *o, const struct edges_job *j, size_t batch
 	if (all.edges < LEAST_EDGES)
 		return;
 	for (size_t b = 0; b < BINS; b++)
-		for (int k = 0; k < 2; k++)
-			e[k][b] = all.count[b] > 0 ? all.sum[k][b] / all.count[b]
-				  : b > 0          ? e[k][b - 1]
-						   : 0;
+		if (all.count[b] > 0) {
+			x[n] = all.at[b] / all.count[b];
+			for (int k = 0; k < 2; k++)
+				y[k][n] = all.sum[k][b] / all.count[b];
+			n++;
+		}
+	for (int k = 0; k < 2; k++)
+		fill(e[k], x, y[k], n);
 	ct_edge_spread(&o->ref, e[0], BINS, o->width);
 	ct_edge_spread(&o->test, e[1], BINS, o->width);
 }

@@ -6,16 +6,17 @@
  * least-squares plane over the 33 voxels within 2, its place the crossing of one half in a weighted
  * regression of the voxels within 1.5. All voxels in a cylinder about the normal, of radius 2
  * voxels and reaching 8 to both sides, are sorted by their signed distance from that plane into
- * bins of a quarter of a voxel; the means over all edges are the edge spread function E of ref and,
- * at the same places, of test.
+ * bins of a quarter of a voxel; the means over all edges, at the middles of bins, are the edge
+ * spread function E of ref and, at the same places, of test.
  *
  *   rise    the distance in which E goes from 10 to 90 % of the step; 2.563 sigma under a Gaussian
  *   MTF     the modulus of the Fourier transform of dE/dd over its value at 0, the sinc^2 of bins
  * and differences divided out; exp(-2 pi^2 sigma^2 f^2) under a Gaussian. mtf50 and mtf10 are the
  * frequencies where it first falls below 0.5 and 0.1: 0.1874/sigma and 0.3415/sigma
  *
- * On planes of any direction under a Gaussian of 0.85 voxel or more the figures are within 2 % of
- * these.
+ * On slanted planes under a Gaussian of 0.85 voxel or more the figures are within 2 % of these.
+ * Planes along the voxels leave most bins empty, and a cubic goes through the others: there rise is
+ * up to 6 % too large and mtf10 6 % too small, at .6 degrees from them 13 and 9 %.
  *
  * An edge is dropped if a plateau deviates by more than a tenth of the step (standard deviation;
  * noise included), or what is between the plateaus leaves them by more than a fifth. The figures

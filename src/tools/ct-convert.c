@@ -187,12 +187,13 @@ static int resample_to(
 	return rc;
 }
 
-static int reorient(struct ct_vol *v, const char *word, struct ct_err *e)
+static int reorient(struct ct_vol *v, const struct convert *p, struct ct_err *e)
 {
 	int world[3], towards[3];
 
-	return ct_err_any(ct_raw_axes("reorient", word, world, towards, e) ||
-			  ct_regrid_axes(v, world, towards, e));
+	if (ct_raw_axes("reorient", p->reorient, world, towards, e))
+		return -1;
+	return ct_regrid_axes(v, world, towards, e) ? ct_blame(e, p->in) : 0;
 }
 
 static void say(const struct ct_vol *v, const struct ct_env *env)
@@ -291,8 +292,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 		sidecar_forget_files(own.about);
 	warn_place(&v, p->in, env);
 	if (ct_meta_copy(&read, &v.meta, e) || ct_units_note(&v, (enum ct_units)p->units, e) ||
-		(p->reorient && reorient(&v, p->reorient, e)) ||
-		(p->crop && crop(&v, p->crop, env, e)) ||
+		(p->reorient && reorient(&v, p, e)) || (p->crop && crop(&v, p->crop, env, e)) ||
 		(p->grid && resample_to(&v, p->grid, env, e)) ||
 		(!isnan(p->iso) && ct_regrid_iso(&v, p->iso, env, e)) ||
 		(p->cube && ct_regrid_cube(&v, (size_t)p->cube, e)) ||
