@@ -18,7 +18,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { N = 60, COUNT = N * N * N };
+enum { N = 60, COUNT = N * N * N, INSIDE = (N - 2) * (N - 2) * (N - 2) };
 #define SIGMA 1.5
 #define SIGMAS ((const double[3]){SIGMA, SIGMA, SIGMA})
 #define SIZE 2.0 /* of a blob */
@@ -70,7 +70,7 @@ static bool counts(size_t bright, size_t dark, size_t missed_bright, size_t miss
 static void blobs(void)
 {
 	flat(40);
-	OK(counts(0, 0, 0, 0) && s.soft == COUNT, "nothing in nothing, all of it soft");
+	OK(counts(0, 0, 0, 0) && s.soft == INSIDE, "nothing in nothing, all of it soft");
 	blob(&test, 15, 15, 15, 1.05 * STEP);
 	OK(counts(1, 0, 0, 0), "one that the truth does not have");
 	blob(&test, 40, 15, 15, -1.05 * STEP);
@@ -90,7 +90,7 @@ static void blobs(void)
 		"what the truth alone has is missed");
 	for (size_t i = 0; i < COUNT; i++)
 		mask.data[i] = i % N < 30;
-	OK(counts(0, 0, 0, 1) && s.soft == COUNT / 2, "where the mask is");
+	OK(counts(0, 0, 0, 1) && s.soft == INSIDE / (N - 2) * 29, "where the mask is");
 }
 
 static void tissue(void)
@@ -105,13 +105,25 @@ static void tissue(void)
 	blob(&ref, 30, 30, 30,
 		450 * contrast()); /* 230 HU after the first Gaussian, 23 after the other */
 	must(ct_structures(&s, &ref, &test, &mask, SIGMAS, &env, &err));
-	OK(s.soft < COUNT && s.soft > COUNT - 2000, "its middle is not soft (%zu voxels)",
-		(size_t)COUNT - s.soft);
+	OK(s.soft < INSIDE && s.soft > INSIDE - 2000, "its middle is not soft (%zu voxels)",
+		(size_t)INSIDE - s.soft);
 	flat(0);
 	for (size_t i = 0; i < COUNT; i++)
 		ref.data[i] = i % N < 30 ? 0 : 1000;
 	OK(counts(0, 0, 0, 0) && s.soft > COUNT / 4 && s.soft < COUNT / 2,
 		"nor beside an edge (%zu)", s.soft);
+}
+
+static void one_slice(void)
+{
+	flat(0);
+	blob(&test, 30, 20, 0, 5 * STEP);
+	blob(&ref, 40, 40, 0, 5 * STEP);
+	ref.n[2] = test.n[2] = mask.n[2] = 1;
+	OK(counts(1, 0, 1, 0) && s.soft == (N - 2) * (N - 2), "a single slice is searched, too");
+	ref.n[2] = test.n[2] = mask.n[2] = 2;
+	OK(counts(1, 0, 1, 0) && s.soft == 2 * (N - 2) * (N - 2), "as are two slices");
+	ref.n[2] = test.n[2] = mask.n[2] = N;
 }
 
 static void test_structures(void)
@@ -124,6 +136,7 @@ static void test_structures(void)
 	must(ct_par_alloc(&env.par, 3, &err));
 	blobs();
 	tissue();
+	one_slice();
 	ct_par_free(env.par);
 	env.par = NULL;
 	ct_vol_free(&ref);

@@ -30,7 +30,7 @@ const char *ct_figures_ssim(enum ct_ssim_kind kind)
 bool ct_figures_get(double *v, const struct ct_figures *f, const char *name)
 {
 	for (size_t i = 0; i < f->n; i++)
-		if (strcmp(f->at[i].name, name) == 0) {
+		if (f->at[i].n == 1 && !f->at[i].word && strcmp(f->at[i].name, name) == 0) {
 			*v = f->at[i].v[0];
 			return true;
 		}

@@ -29,7 +29,7 @@ struct ct_figures {
 const char *ct_figures_ssim(enum ct_ssim_kind kind);
 /* Append a number; `digits` as in struct ct_figure. */
 struct ct_figure *ct_figures_add(struct ct_figures *f, const char *name, double v, int digits);
-/* *v <- the first number of a figure; false if there is none of that name. */
+/* *v <- the number of a figure that has one; false if there is none of that name. */
 bool ct_figures_get(double *v, const struct ct_figures *f, const char *name);
 
 enum { CT_COMPARE_SIZES = 4, CT_COMPARE_SURFACES = 4 };

@@ -28,18 +28,20 @@ static int band(float *d, float *work, unsigned char *soft, const struct ct_vol 
 	return 0;
 }
 
-/* The largest of sign d over the neighbours of voxel i, itself left out. */
-static float about(const float *d, const size_t n[static 3], size_t i, float sign)
+/* The largest of sign d over the neighbours of voxel (x, y, z) that there are, itself left out. */
+static float about(const float *d, const size_t n[static 3], const size_t at[static 3], float sign)
 {
+	const size_t own = (at[2] * n[1] + at[1]) * n[0] + at[0];
 	float most = -INFINITY;
 
-	for (size_t q = 0; q < 27; q++) {
-		const size_t at = i + q % 3 + q / 3 % 3 * n[0] + q / 9 * n[0] * n[1] -
-				  (1 + n[0] + n[0] * n[1]);
+	for (size_t k = at[2] - (at[2] > 0); k <= at[2] + 1 && k < n[2]; k++)
+		for (size_t j = at[1] - (at[1] > 0); j <= at[1] + 1 && j < n[1]; j++)
+			for (size_t i = at[0] - (at[0] > 0); i <= at[0] + 1 && i < n[0]; i++) {
+				const size_t v = (k * n[1] + j) * n[0] + i;
 
-		if (q != 13)
-			most = fmaxf(most, sign * d[at]);
-	}
+				if (v != own)
+					most = fmaxf(most, sign * d[v]);
+			}
 	return most;
 }
 
@@ -49,18 +51,29 @@ static void count(size_t *is, size_t *alone, const float *a, const float *b,
 {
 	const float t = CT_STRUCTURES_LEAST;
 
-	for (size_t k = 1; k + 1 < n[2]; k++) {
-		for (size_t j = 1; j + 1 < n[1]; j++)
-			for (size_t i = 1; i + 1 < n[0]; i++) {
-				const size_t v = (k * n[1] + j) * n[0] + i;
+	for (size_t k = 0; k < n[2]; k++) {
+		for (size_t j = 0; j < n[1]; j++)
+			for (size_t i = 0; i < n[0]; i++) {
+				const size_t v = (k * n[1] + j) * n[0] + i, at[3] = {i, j, k};
 
 				if (!soft[v] || !(sign * a[v] > t) ||
-					!(sign * a[v] > about(a, n, v, sign)))
+					!(sign * a[v] > about(a, n, at, sign)))
 					continue;
 				(*is)++;
-				*alone += fmaxf(sign * b[v], about(b, n, v, sign)) < t / 2;
+				*alone += fmaxf(sign * b[v], about(b, n, at, sign)) < t / 2;
 			}
 	}
+}
+
+/* On a face a structure may be the cut of another. Axes of one or two voxels have nothing else. */
+static bool is_face(size_t i, const size_t n[static 3])
+{
+	const size_t at[3] = {i % n[0], i / n[0] % n[1], i / n[0] / n[1]};
+
+	for (int a = 0; a < 3; a++)
+		if (n[a] > 2 && (at[a] == 0 || at[a] == n[a] - 1))
+			return true;
+	return false;
 }
 
 int ct_structures(struct ct_structures *s, const struct ct_vol *ref, const struct ct_vol *test,
@@ -81,7 +94,7 @@ int ct_structures(struct ct_structures *s, const struct ct_vol *ref, const struc
 		band(b, work, NULL, test, sigma, env->par, e))
 		goto out;
 	for (size_t i = 0; i < n; i++) {
-		soft[i] = soft[i] && (!mask || mask->data[i] != 0);
+		soft[i] = soft[i] && (!mask || mask->data[i] != 0) && !is_face(i, ref->n);
 		s->soft += soft[i];
 	}
 	for (int k = 0; k < 2; k++) {

@@ -4,7 +4,8 @@
  * structure is a voxel where d is larger than at its 26 neighbours and than CT_STRUCTURES_LEAST, T
  * (bright), or likewise of -d (dark). It is false if d of the truth is below T / 2 there and at all
  * 26 neighbours, and missed if the truth has it and the volume does not. Soft tissue is where both
- * Gaussians of the truth lie within CT_STRUCTURES_SOFT HU of water.
+ * Gaussians of the truth lie within CT_STRUCTURES_SOFT HU of water. Faces are not searched, but
+ * those of axes of one or two voxels, which have nothing else.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef CT_QUALITY_STRUCTURES_H
 #define CT_QUALITY_STRUCTURES_H
@@ -15,7 +16,7 @@
 #define CT_STRUCTURES_LEAST 15.0f /* HU */
 
 struct ct_structures {
-	size_t soft;                         /* voxels */
+	size_t soft;                         /* voxels that were searched */
 	size_t falsely[2], missed[2], is[2]; /* bright, dark; `is`: of the truth */
 };
 

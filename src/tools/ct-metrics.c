@@ -392,7 +392,8 @@ static int bound(const struct ct_figures *f, const char **text, bool least, cons
 	if (!f)
 		return 0;
 	if (!ct_figures_get(&v, f, name))
-		return ct_fail(e, CT_EUSAGE, "--%s: the report has no figure '%s'", option, name);
+		return ct_fail(e, CT_EUSAGE, "--%s: the report has no figure '%s' of one number",
+			option, name);
 	if (least ? v >= x : v <= x)
 		return 0;
 	if (isnan(v))
