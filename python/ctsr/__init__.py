@@ -315,7 +315,7 @@ _FOREIGN = 'of which ct-convert makes a volume'  # the library, of a file of DIC
 
 
 def _is_many(path):
-    """A folder or an archive, which may hold DICOM. Of a pipe the name alone says it."""
+    """A folder, an archive, or what is called DICOM. Of a pipe the name alone says it."""
     if os.path.isdir(path) or path.lower().endswith(('.dcm', '.zip', '.tar')):
         return True
     try:
