@@ -388,6 +388,8 @@ for lr in lr.nii bare-lr.nii; do
 	awk '{exit !(NF == 2 && $1 < 0.01 && $2 > 0.5)}' by; ok $? "differs no more: $(cat by)"
 done
 ct-degrade -q -x 4 c.nii again.nii && ct-metrics --json --max rmse-hu=0.01 lr.nii again.nii >out; ok $? 'degraded it is the low resolution'
+ct-degrade -q -x 4 -p release c.nii first.nii; exits 0 'a scan of the first voxels of cells counts as that' ct-compose -q -f --consistent first.nii up.nii r.ply first-o.nii
+ct-metrics --consistency first.nii --json --max residual-rms-hu=0.01 first-o.nii >out; ok $? 'then it differs no more from the scan of first voxels'
 ct-fdk -q --quantity density p.exr d.nii 2>/dev/null
 exits 3 'density is no base' ct-compose d.nii r.ply no.nii
 has err 'd.nii: quantity is density, not hu' 'the error of a density as a base says hu'
