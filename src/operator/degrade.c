@@ -341,6 +341,20 @@ int ct_degrade_cells_affine(double affine[3][4], const struct ct_meta *m, struct
 	return 0;
 }
 
+void ct_degrade_take_first(struct ct_degrade *d, const struct ct_vol *lr, const struct ct_vol *x)
+{
+	struct ct_degrade first = *d;
+	struct ct_vol grid = {0};
+	struct ct_err other;
+
+	first.decimate = CT_DECIMATE_FIRST;
+	for (int a = 0; a < 3; a++)
+		grid.n[a] = ct_degrade_size(x->n[a], d->factor[a]);
+	ct_degrade_affine(grid.affine, x->affine, x->n, &first);
+	if (ct_meta_get(&lr->meta, CT_META_FIRST) && ct_vol_same_grid(&grid, lr, &other) == 0)
+		*d = first;
+}
+
 void ct_degrade_drop(struct ct_meta *m)
 {
 	ct_meta_drop(m, CT_META_FACTOR);

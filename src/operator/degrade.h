@@ -111,6 +111,9 @@ int ct_degrade_put(struct ct_meta *m, const struct ct_degrade *d, struct ct_err 
  * which the volume lay that they were taken of: where the published programs take them to be.
  * Others, and a volume that was refined since, stay. CT_EINPUT. */
 int ct_degrade_cells_affine(double affine[3][4], const struct ct_meta *m, struct ct_err *e);
+/* Where lr is the first voxels of cells, x may lie about them, or in these cells: *d, the operator
+ * that lr names, becomes that of the first. */
+void ct_degrade_take_first(struct ct_degrade *d, const struct ct_vol *lr, const struct ct_vol *x);
 /* They go, where voxels are no longer what a degradation left. */
 void ct_degrade_drop(struct ct_meta *m);
 /* 0; 1 if there is no key "factor" (d untouched); -1 with CT_EINPUT naming the key that is wrong. A

@@ -157,29 +157,17 @@ static int plan(struct ct_separable *s, struct ct_vol *grid, const struct ct_vol
 	return ct_blame(e, "degraded");
 }
 
-/* Where lr is the first voxels of cells, test may lie about them, or in these cells. */
-static int plan_either(struct ct_separable *s, struct ct_vol *grid, const struct ct_vol *lr,
-	const struct ct_vol *test, const struct ct_degrade *d, struct ct_par *par, struct ct_err *e)
-{
-	struct ct_degrade first = *d;
-	struct ct_err other;
-
-	first.decimate = CT_DECIMATE_FIRST;
-	if (ct_meta_get(&lr->meta, CT_META_FIRST) &&
-		plan(s, grid, lr, test, &first, par, &other) == 0)
-		return 0;
-	return plan(s, grid, lr, test, d, par, e);
-}
-
 int ct_data_residual(struct ct_data_residual *c, struct ct_vol *map, const struct ct_vol *lr,
 	const struct ct_vol *test, const struct ct_degrade *d, const struct ct_env *env,
 	struct ct_err *e)
 {
+	struct ct_degrade by = *d;
 	struct ct_separable s = {0};
 	struct ct_vol grid = {0};
 	int rc = -1;
 
-	if (plan_either(&s, &grid, lr, test, d, env->par, e))
+	ct_degrade_take_first(&by, lr, test);
+	if (plan(&s, &grid, lr, test, &by, env->par, e))
 		return -1;
 	if (ct_vol_alloc(map, grid.n, e))
 		goto out;

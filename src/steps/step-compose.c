@@ -110,17 +110,11 @@ static int make_consistent(struct ct_vol *out, struct ct_step_compose_report *di
 	const struct ct_vol *lr, const struct ct_step_compose_rule *r, const struct ct_env *env,
 	struct ct_err *e)
 {
-	struct ct_degrade d, first;
-	struct ct_err other;
+	struct ct_degrade d;
 
 	if (ct_evidence_operator(&d, &lr->meta, r->lr, &out->meta, r->base, e))
 		return -1;
-	first = d;
-	first.decimate = CT_DECIMATE_FIRST; /* or the volume lies in cells: data-residual.c */
-	if (ct_meta_get(&lr->meta, CT_META_FIRST) &&
-		ct_upsample_settle(out, lr, &first, (double)INFINITY, &did->before, env, &other) ==
-			0)
-		d = first;
+	ct_degrade_take_first(&d, lr, out);
 	if (ct_upsample_settle(out, lr, &d, (double)INFINITY, &did->before, env, e) ||
 		ct_upsample_settle(out, lr, &d, 0, &did->after, env, e))
 		return ct_blame(e, r->lr);
