@@ -67,6 +67,7 @@ ct-convert -q --reorient SRA q.nii r.nii && ct-info r.nii >info; has info '^  fa
 has info '^  sigma  *0,1.69865806,0.84932903$' '--reorient permutes the sigma with its axes'; has info '^orientation  *SRA$' 'a volume of --reorient SRA has the orientation SRA'
 ct-degrade -q -x 2 -p release p.nii first.nii; exits 0 'samples that are first voxels of cells keep that with other axes' ct-convert -f --reorient SRA first.nii r.nii
 exits 5 'samples that would become the last voxels of cells are refused' ct-convert -f --reorient LAS first.nii no.nii; has err 'first.nii: metadata first: .*: turn what it was made of' 'the error says what to turn'
+ct-degrade -qf -x 1,1,2 -p release p.nii first.nii; exits 0 'an axis that was not reduced may turn' ct-convert -f --reorient LAS first.nii r.nii
 ct-convert -q --iso 5 q.nii i.nii && ct-info i.nii >info
 ! grep -q '^  \(factor\|sigma\|decimate\)' info; ok $? 'none of other voxels'; has info '^size  *10 14 29$' 'as many as fit'
 has info '^centre-mm  *0 0 0$' 'about the same centre'; has info '^  noise  *0$' 'what had no noise has none on other voxels'

@@ -90,12 +90,16 @@ int ct_regrid_turn(
 int ct_regrid_axes(
 	struct ct_vol *v, const int world[static 3], const int towards[static 3], struct ct_err *e)
 {
+	const bool first = ct_meta_get(&v->meta, CT_META_FIRST) != NULL;
+	struct ct_degrade by = {.factor = {1, 1, 1}};
 	int axis[3], sign[3];
 
+	if (first && ct_degrade_get(&v->meta, &by, e) < 0)
+		return -1;
 	ct_vec3_axes(axis, (const double(*)[4])v->affine, world);
 	for (int d = 0; d < 3; d++) {
 		sign[d] = v->affine[world[d]][axis[d]] * towards[d] < 0 ? -1 : 1;
-		if (sign[d] < 0 && ct_meta_get(&v->meta, CT_META_FIRST))
+		if (first && sign[d] < 0 && by.factor[axis[d]] > 1)
 			return ct_fail(e, CT_EGEOM,
 				"metadata first: its samples are the first voxels of cells, and "
 				"would be the last along an axis: turn what it was made of");

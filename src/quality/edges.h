@@ -15,8 +15,8 @@
  * frequencies where it first falls below 0.5 and 0.1: 0.1874/sigma and 0.3415/sigma
  *
  * On slanted planes under a Gaussian of 0.85 voxel or more the figures are within 2 % of these.
- * Planes along the voxels leave most bins empty, and a cubic goes through the others: there rise is
- * up to 6 % too large and mtf10 6 % too small, at .6 degrees from them 13 and 9 %.
+ * Planes within 3 degrees of the voxels leave most bins empty, and a cubic goes through the others:
+ * there rise is up to 6 % too large and mtf10 6 % too small, at .6 degrees from them 13 and 9 %.
  *
  * An edge is dropped if a plateau deviates by more than a tenth of the step (standard deviation;
  * noise included), or what is between the plateaus leaves them by more than a fifth. The figures
