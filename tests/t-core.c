@@ -1,6 +1,7 @@
 /* Errors, sizes, metadata, numbers in text, random numbers, threads, grids.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "config.h"
+#include "cli/progress.h"
 #include "core/clock.h"
 #include "core/env.h"
 #include "core/mem.h"
@@ -116,9 +117,24 @@ static void watch(
 		likely);
 }
 
+/* What a resumed run had done is no measure of its speed. */
+static void test_resumed(void)
+{
+	struct ct_progress p = {.how = CT_PROGRESS_PIPE};
+	struct ct_env env = {.ctx = &p};
+
+	ct_progress_draw(&env, "work", 5, 100, 0);
+	ct_progress_draw(&env, "work", 60, 100, 0);
+	OK(p.first == 0.05 && p.share == 0.6, "a run is timed from where it began");
+	ct_progress_draw(&env, "work", 0, 0, 0);
+	ct_progress_draw(&env, "work", 60, 100, 0);
+	OK(p.first == 0.6 && p.share == 0.6, "after a total of 0 from there on");
+}
+
 static void test_env(void)
 {
-	struct ct_env env = {.log = hear, .progress = watch, .stop = &stop};
+	struct ct_env env = {.log = hear, .progress = watch, .stop = &stop}, own;
+	struct ct_env_part part = {.env = &env, .from = 0.2, .to = 0.4};
 	struct ct_err e = {0};
 	bool right = true;
 
@@ -137,6 +153,12 @@ static void test_env(void)
 	OK(strcmp(heard, "4 work 3 of 9, 0") == 0, "progress is passed on");
 	ct_progress_until(&env, "work", 3, 9, 5);
 	OK(strcmp(heard, "4 work 3 of 9, 5") == 0, "and where it may end");
+	ct_env_part(&own, &part);
+	ct_progress(&own, "work", 3, 6);
+	OK(strcmp(heard, "4 % 3000 of 10000, 0") == 0, "half of a part from .2 to .4 of a run");
+	ct_progress(&own, "work", 0, 0);
+	OK(strcmp(heard, "4 % 3000 of 0, 0") == 0, "a total of 0 is passed on");
+	test_resumed();
 	OK(!ct_stopping(&env) && ct_check_stop(&env, &e) == 0, "nobody asks to stop");
 	stop = 1;
 	OK(ct_stopping(&env) && ct_check_stop(&env, &e) < 0 && e.code == CT_ESTOP, "somebody does");

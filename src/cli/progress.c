@@ -42,8 +42,12 @@ void ct_progress_draw(
 	const double share = total ? ct_env_share(done, total, likely) : 0;
 	const double t = ct_clock_wall();
 
-	if (!p || p->how == CT_PROGRESS_NONE || total == 0)
+	if (!p || p->how == CT_PROGRESS_NONE)
 		return;
+	if (total == 0) {
+		p->what[0] = '\0';
+		return;
+	}
 	if (p->how == CT_PROGRESS_SLICER) {
 		put_slicer(p, share, t);
 		return;

@@ -2,6 +2,7 @@
 #include "config.h"
 #include "core/env.h"
 
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 
@@ -42,14 +43,13 @@ static void part_progress(
 	const struct ct_env *env, const char *what, size_t done, size_t most, size_t likely)
 {
 	struct ct_env_part *p = env->ctx;
-	const double share = ct_env_share(done, most, likely);
 
 	(void)what;
-	if (share > p->done)
-		p->done = share;
+	if (most > 0)
+		p->done = fmax(p->done, ct_env_share(done, most, likely));
 	ct_progress(p->env, CT_PROGRESS_WHOLE,
 		(size_t)(CT_PROGRESS_PARTS * (p->from + p->done * (p->to - p->from))),
-		CT_PROGRESS_PARTS);
+		most > 0 ? CT_PROGRESS_PARTS : 0);
 }
 
 static void part_log(const struct ct_env *env, enum ct_level level, const char *text)

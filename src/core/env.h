@@ -30,8 +30,9 @@ struct ct_env {
 	/* warnings, however quiet, and what `verbose` asks for */
 	void (*log)(const struct ct_env *env, enum ct_level level, const char *text);
 	/* done of total units of the work `what`, which ends there; or, with likely > 0, there at
-	 * the latest, and at `likely` as far as anything tells. Called from one thread at a time.
-	 */
+	 * the latest, and at `likely` as far as anything tells. A total of 0: what follows is timed
+	 * from there on, as what a resumed run had done tells nothing of its speed. Called from one
+	 * thread at a time. */
 	void (*progress)(const struct ct_env *env, const char *what, size_t done, size_t total,
 		size_t likely);
 	void *ctx; /* belongs to the callbacks */

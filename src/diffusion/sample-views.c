@@ -415,6 +415,8 @@ static int prepare(struct job *j, const bool *done, struct ct_err *e)
 	j->calls += gradients;
 	for (size_t k = 0; k < j->in->views; k++)
 		j->called += done[k] ? j->calls : 0;
+	if (j->called > 0)
+		ct_progress(j->env, "sampling", 0, 0);
 	for (size_t k = 0; k < j->threads; k++) {
 		struct seat *s = &j->seat[k];
 

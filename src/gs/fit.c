@@ -411,6 +411,8 @@ int ct_fit_run(
 		return 0;
 	if (ct_loss_total_alloc(&w, f, d, env, e))
 		goto out;
+	if (f->g.step > 0)
+		ct_progress(env, "fit", 0, 0);
 	while (f->end == CT_FIT_RUNNING && f->g.step < f->opt.iterations) {
 		size_t it = f->g.step + 1;
 

@@ -386,8 +386,10 @@ static int step(struct run *r, enum ct_step_paper_made k,
 		r->up_env.log = NULL;
 		r->up_env.progress = NULL;
 	}
-	if (r->there[k])
+	if (r->there[k]) {
+		ct_progress(&own, "found", 0, 0);
 		return 0;
+	}
 	if (make(r, &own, e))
 		return blame(r, e);
 	if (keeper->after && keeper->after(keeper->ctx, k, made, false, e))

@@ -324,6 +324,8 @@ static int train(struct train_loop_job *j, struct ct_err *e)
 	struct ct_env own;
 
 	ct_env_part(&own, &part);
+	if (j->s->steps > 0)
+		ct_progress(&own, "training", 0, 0);
 	if (j->p->patience && judge(j, e) && e->code != CT_ESTOP) /* a signal may come first */
 		return -1;
 	while (!ended(j) && !ct_stopping(&j->env)) {
