@@ -212,6 +212,18 @@ if subprocess.run(['ct-convert', '-q', 'i16.nii', 'dicom/'], capture_output=True
         warnings.simplefilter('always'); ctsr.read('dicom')
     ok([str(x.message) for x in w] == told[:1], 'without a log it is a warning of Python')
 
+# a NIfTI file whose pixdim[1] is not what its sform says
+ctsr.write(ctsr.Image(np.zeros((3, 3, 3), 'f4')), 'two.nii')
+with open('two.nii', 'r+b') as f:
+    f.seek(80); f.write(np.float32(2).tobytes())
+told = []
+ctsr.read('two.nii', log=told.append)
+line = subprocess.run(['ct-convert', 'two.nii', 'one.nii'], capture_output=True, text=True, check=True).stderr.strip()
+ok(len(told) == 1 and line == 'ct-convert: warning: ' + told[0], 'two sizes of a voxel are warned of, as commands do: %s' % told)
+with warnings.catch_warnings(record=True) as w:
+    warnings.simplefilter('always'); ctsr.upsample('two.nii', 2, method='linear')
+ok([str(x.message) for x in w] == told, 'also of a file that a function is given')
+
 # errors
 e = pickle.loads(pickle.dumps(ctsr.Error(5, 'grids differ')))
 ok(e.status == 5 and str(e) == 'grids differ', 'an error of another process comes whole: pickled and read again')

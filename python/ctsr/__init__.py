@@ -346,17 +346,20 @@ def _convert(path, log, units, series) -> Image:
 
 def read(path, log=None, units: Optional[str] = None, series: Optional[str] = None) -> Image:
     """NIfTI, with what a JSON sidecar beside it says of the scanner; NRRD or MetaImage; DICOM, of a folder, a file or an archive,
-    by the command ct-convert, with these units and of this series. Its warnings go to log, or become those of Python."""
+    by the command ct-convert, with these units and of this series. Warnings go to log, or become those of Python."""
     path, v = os.fsdecode(_path(path)), abi.H()
     if _is_many(path):
         return _convert(path, log, units, series)
     try:
         _Call().go(_lib.ctsr_volume_read, c.byref(v), _path(path), _lib.ctsr_formats_all(), made=[v], daemon=True)
-        return Image._own(v)
+        image = Image._own(v)
     except Error as e:
         if _FOREIGN not in str(e):
             raise
-    return _convert(path, log, units, series)
+        return _convert(path, log, units, series)
+    if 'nifti.doubt' in image.meta:
+        (log or warnings.warn)('%s: %s' % (path, image.meta['nifti.doubt']))
+    return image
 
 
 def write(image, path, overwrite=False, threads=0) -> None:
