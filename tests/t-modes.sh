@@ -219,8 +219,8 @@ against 2 lr.nii 'sigma 1' ct-upsample --sigma 1 lr.nii no.nii
 against 2 lr.nii 'sampling mean' ct-upsample --decimate mean lr.nii no.nii
 against 2 lr.nii 'noise 9' ct-upsample --noise 9 lr.nii no.nii
 against 2 lr.nii 'factor 2,2,2' ct-sr -x 2 lr.nii no.nii
-against 2 '--factor: 0.9' '\[1, 16\]' ct-sr -x 0.9 lr.nii no.nii
-against 2 '--factor: 1025' '\[1, 16\]' ct-sr -x 1025 lr.nii no.nii
+against 2 '--factor: 0.9' '\[1, 1024\]' ct-sr -x 0.9 lr.nii no.nii
+against 2 '--factor: 1025' '\[1, 1024\]' ct-sr -x 1025 lr.nii no.nii
 against 2 OUT 'name is empty' ct-sr hr.nii ''
 against 2 hr.nii '--window' ct-project -w -512:3071 hr.nii no.exr
 against 2 density.nii '--quantity' ct-project --quantity hu density.nii no.exr

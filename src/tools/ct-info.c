@@ -120,7 +120,7 @@ static int report(const struct params *p, const char *path, bool first, json_t *
 	int rc;
 
 	says.factor = p->factor;
-	if (said_parse(&said, &says, CT_SAID_TIMES, e))
+	if (said_parse(&said, &says, e))
 		return -1;
 	if (p->series && form == NOT_DICOM)
 		return ct_fail(e, CT_EUSAGE, "--series: %s is not DICOM", path);

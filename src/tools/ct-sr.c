@@ -40,7 +40,7 @@ static const struct ct_opt opts[] = {
 		"one file",
 		.dicom = CT_DICOM_OWN),
 	SAID_OPTS(said,
-		"refine every axis S times, or the axes X, Y, Z times, from 1 to 16; default: the factor "
+		"refine every axis S times, or the axes X, Y, Z times; default: the factor "
 		"recorded in IN, else thick slices become as thin as the voxels in plane, else 2; with "
 		"--paper or --release, 4",
 		CT_WHEN(VOLUMES, CT_UNLESS(said.factor)), CT_WHEN(VOLUMES), CT_WHEN(VOLUMES),
@@ -159,7 +159,7 @@ static int rule_of(struct ct_refine_rule *r, const struct files *f, struct ct_er
 	const struct sr *p = f->p;
 
 	*r = (struct ct_refine_rule)CT_REFINE_DEFAULTS;
-	if (said_parse(&r->said, &p->said, 16, e) || ct_cli_memory(&r->memory, p->memory, e))
+	if (said_parse(&r->said, &p->said, e) || ct_cli_memory(&r->memory, p->memory, e))
 		return -1;
 	r->said.estimate = !p->said.sigma;
 	r->denoise = p->said.denoise;

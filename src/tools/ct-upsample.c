@@ -93,8 +93,7 @@ static const struct ct_opt opts[] = {
 static int rule_of(struct ct_refine_rule *r, const struct params *p, struct ct_err *e)
 {
 	*r = p->rule;
-	if (said_parse(&r->said, &p->said, CT_SAID_TIMES, e) ||
-		ct_cli_memory(&r->memory, p->memory, e))
+	if (said_parse(&r->said, &p->said, e) || ct_cli_memory(&r->memory, p->memory, e))
 		return -1;
 	r->said.estimate = p->estimate;
 	r->denoise = p->said.denoise;

@@ -31,12 +31,13 @@ int said_slices(
 	return rc ? ct_blame(e, profile) : 0;
 }
 
-int said_parse(struct ct_said *to, const struct said_opts *o, double most, struct ct_err *e)
+int said_parse(struct ct_said *to, const struct said_opts *o, struct ct_err *e)
 {
 	const struct ct_said nothing = CT_SAID_NOTHING;
 
 	*to = nothing;
-	if ((o->factor && ct_cli_within("factor", o->factor, 3, true, 1, most, to->factor, e)) ||
+	if ((o->factor &&
+		    ct_cli_within("factor", o->factor, 3, true, 1, CT_SAID_TIMES, to->factor, e)) ||
 		(o->spacing &&
 			ct_cli_numbers("spacing", o->spacing, ',', 3, true, to->spacing, e)) ||
 		(o->sigma &&

@@ -52,7 +52,7 @@ struct said_opts {
 /* What --profile and --slice-thickness say. CT_EUSAGE, and of a file CT_EINPUT. */
 int said_slices(
 	struct ct_slice_profile_said *to, const char *profile, double thickness, struct ct_err *e);
-/* What they say; a factor is `most` at most. CT_EUSAGE naming the option. */
-int said_parse(struct ct_said *to, const struct said_opts *o, double most, struct ct_err *e);
+/* What they say. CT_EUSAGE naming the option. */
+int said_parse(struct ct_said *to, const struct said_opts *o, struct ct_err *e);
 
 #endif
