@@ -60,6 +60,7 @@ static int check_members(const ctsr_superres_options *o, bool error, struct ct_e
 		{"start", o->start != NULL, CT_REFINE_INVERTED},
 		{"iterations", o->iterations != 300, CT_REFINE_ITERATES},
 		{"tolerance", o->tolerance != 0.1, CT_REFINE_ITERATES},
+		{"noise", !isnan(o->noise), CT_REFINE_ITERATES},
 		{"denoise", o->denoise > 0, CT_REFINE_ITERATES},
 		{"error", error, prior | CT_BIT(CT_UPSAMPLE_AUTO)}, {NULL, false, 0}};
 
