@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What commands say of themselves to programs: describe.py WHAT TOOL..."""
-import json, pickle, re, subprocess, sys
+import json, os, pickle, re, shutil, subprocess, sys
 import xml.etree.ElementTree as ET
 
 TYPES = {'flag', 'integer', 'number', 'text', 'choice', 'file'}
@@ -51,6 +51,7 @@ def described(tool):
         assert o['type'] != 'choice' or 'default' not in o or o['default'] in o['words'], o
         assert o in d['expert'] or '[%s]' % conditions(o, d) in flat + '[]', o
         assert 'default' in o or o in d['arguments'] or o['help'] + ' (default' not in flat, o
+        assert ('alone' in o) == ('--%s[=' % o['name'] in flat), o
         for e in o.get('ends', []):
             assert all('.' + n in flat for n in e['names']), o
             assert 'with' not in e or condition(e['with'], d) in flat, o
@@ -106,7 +107,7 @@ def boutiques(tool):
     assert len(set(ids)) == len(ids) and all(re.fullmatch('[0-9_a-zA-Z]+', i) for i in ids)
     for x in d['inputs']:
         assert {'id', 'name', 'type'} <= set(x) and x['type'] in ('String', 'File', 'Flag', 'Number')
-        assert set(x) <= {'id', 'name', 'type', 'description', 'value-key', 'optional', 'command-line-flag', 'list', 'value-choices',
+        assert set(x) <= {'id', 'name', 'type', 'description', 'value-key', 'optional', 'command-line-flag', 'command-line-flag-separator', 'list', 'value-choices',
                           'integer', 'minimum', 'maximum', 'disables-inputs'}
         assert x['type'] != 'Flag' or x['command-line-flag'] and not x.get('list')
         assert x['type'] == 'Number' or not {'integer', 'minimum', 'maximum'} & set(x)
@@ -125,8 +126,9 @@ def as_boutiques(tool, given):
     for x in d['inputs']:
         value = given.get(x['id'])
         assert value is not None or x['optional'], x
-        words = [x['command-line-flag']] if value and 'command-line-flag' in x else []
-        line = line.replace(x['value-key'], ' '.join(words + ([value] if value and x['type'] != 'Flag' else [])))
+        text = (value or '') if x['type'] != 'Flag' else ''
+        flag = x['command-line-flag'] + (x.get('command-line-flag-separator', ' ') if text else '') if value and 'command-line-flag' in x else ''
+        line = line.replace(x['value-key'], flag + text)
     return line
 
 
@@ -149,6 +151,14 @@ def run_nipype():
         raise AssertionError('a command that fails has outputs')
     except RuntimeError as e:
         assert 'ct-sr: n.nii: exists' in str(e) and 'Return code: 4' in str(e), e
+    # a shell reads the line: no name does anything there
+    for k, name in enumerate(('a b.nii', "it's.nii", 'x;y.nii', '-c.nii', '$HOME.nii', 'keep>n.nii', '"#&(`*')):
+        shutil.copy('lr.nii', name if k < 6 else 'lr2.nii')
+        made = interface('ct-convert')(IN=[name if k < 6 else 'lr2.nii'], OUT='out %s.nii' % name, quiet=True)
+        assert os.path.isfile(made.run().outputs.OUT), made.cmdline
+    made = interface('ct-convert')(IN=['lr.nii'], OUT='-o.nii>lr.nii', quiet=True, args='--force')
+    assert made.cmdline == "ct-convert --force --quiet lr.nii './-o.nii>lr.nii'", made.cmdline
+    assert os.path.getsize('lr.nii') and not os.path.exists(made.inputs.OUT) and os.path.isfile(made.run().outputs.OUT)
     made = interface('ct-convert')(IN=['lr.nii'], OUT='n.nii.gz', quiet=True)
     assert made.cmdline == 'ct-convert --quiet lr.nii n.nii.gz' and made.run().outputs.OUT.endswith('/n.nii.gz')
 

@@ -20,6 +20,8 @@ def _input(p: Dict[str, Any]) -> Dict[str, Any]:
                          'description': p['help'], 'value-key': _key(p), 'optional': p.get('optional', 'place' not in p)}
     if 'place' not in p:
         x['command-line-flag'] = '--' + p['name']
+        if x['type'] != 'Flag':
+            x['command-line-flag-separator'] = '='
     if p.get('list'):
         x['list'] = True
     if p['type'] == 'choice':

@@ -10,6 +10,7 @@ from __future__ import annotations
 import functools
 import os
 import re
+import shlex
 from typing import Any, Dict, Type
 
 from nipype.interfaces.base import CommandLine, CommandLineInputSpec, Directory, File, InputMultiPath, TraitedSpec, isdefined, traits
@@ -49,17 +50,28 @@ def _trait(p: Dict[str, Any], places: int) -> Any:
     return traits.Either(File(exists=True), Directory(exists=True), **meta)
 
 
+def _word(form: str, text: str) -> str:
+    """For the shell that reads the line: one word, and an argument that is no option."""
+    return shlex.quote(form % ('./' + text if form == '%s' and text.startswith('-') and text != '-' else text))
+
+
 @functools.lru_cache(maxsize=None)
 def interface(command: str) -> Type[CommandLine]:
     """A class of nipype that runs a command: ct-sr is CtSr. Its inputs are arguments and options, a - of their names a _;
     its outputs are the files that it writes, by the same names. run() raises RuntimeError where the command fails."""
     all_ = parameters(described(command))
     places = sum('place' in p for p in all_)
+    own = {_name(p) for p in all_}
     writes = [_name(p) for p in all_ if p.get('direction') == 'out']
     name = ''.join(w.capitalize() for w in command.split('-'))
     here = {'__module__': __name__}
     given = type(name + 'Input', (CommandLineInputSpec,), {**here, **{_name(p): _trait(p, places) for p in all_}})
     made = type(name + 'Output', (TraitedSpec,), {**here, **{w: traits.Str(desc='what was written') for w in writes}})
+
+    def _format_arg(self, name, spec, value):
+        if name not in own or not isinstance(value, (str, os.PathLike, list)):
+            return CommandLine._format_arg(self, name, spec, value)
+        return ' '.join(_word(spec.argstr, os.fspath(x)) for x in (value if isinstance(value, list) else [value]))
 
     def _list_outputs(self):
         out = self.output_spec().get()
@@ -76,7 +88,8 @@ def interface(command: str) -> Type[CommandLine]:
         return runtime
 
     runs = type(name, (CommandLine,), {
-        **here, '_cmd': command, 'input_spec': given, 'output_spec': made, '_list_outputs': _list_outputs, '_run_interface': _run_interface})
+        **here, '_cmd': command, 'input_spec': given, 'output_spec': made, '_format_arg': _format_arg, '_list_outputs': _list_outputs,
+        '_run_interface': _run_interface})
     globals().update({c.__name__: c for c in (given, made, runs)})
     return runs
 

@@ -102,10 +102,10 @@ static json_t *row_of(const struct ct_tool *t, const struct ct_opt *o)
 	const bool ranged = o->lo < o->hi, operand = !o->name;
 
 	/* what there is not, NULL, is not told */
-	return json_pack("{ss ss* ss ss* ss so* so* so* so* so* so* so* so* so* so*}", "name",
-		name_of(o), "value", o->name && !o->choice ? o->arg : NULL, "type", type_of(o),
-		"direction", direction_of(o), "help", o->help, "needs", conditions_of(t, o, false),
-		"not_with", conditions_of(t, o, true), "letter",
+	return json_pack("{ss ss* ss* ss ss* ss so* so* so* so* so* so* so* so* so* so*}", "name",
+		name_of(o), "value", o->name && !o->choice ? o->arg : NULL, "alone", o->alone,
+		"type", type_of(o), "direction", direction_of(o), "help", o->help, "needs",
+		conditions_of(t, o, false), "not_with", conditions_of(t, o, true), "letter",
 		o->c ? json_stringn(&o->c, 1) : NULL, "words",
 		o->choice ? list_of(o->arg, ~0U) : NULL, "least", ranged ? json_real(o->lo) : NULL,
 		"most", ranged ? json_real(o->hi) : NULL, "ends",
