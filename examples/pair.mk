@@ -34,16 +34,16 @@ all: $(OUT)/pair.md
 renew = @cmp -s $@.part $@ && rm $@.part || mv $@.part $@
 $(OUT)/inputs: always
 	@for f in "$$THICK" "$$THIN"; do [ -e "$$f" ] || { echo "pair.mk: '$$f': no file or folder: THICK and THIN are two series of one scan" >&2; exit 2; }; done
-	@{ ct-sr --version && printf '%s\n' "$$OPTIONS" && ls -lLR --full-time "$$THICK" "$$THIN"; } >$@.part
+	@{ ct-sr --version && printf '%s\n' "$$OPTIONS" && ls -lLR --full-time -- "$$THICK" "$$THIN"; } >$@.part
 	$(renew)
 $(OUT)/asked: $(OUT)/inputs always
 	@echo '$(SURFACES) $(WINDOW)' >$@.part
 	$(renew)
 
 $(OUT)/thick-all.nii: $(OUT)/inputs
-	@ct-convert -q -f --reorient=LPS "$$THICK" $@
+	@ct-convert -q -f --reorient=LPS -- "$$THICK" $@
 $(OUT)/thin-all.nii: $(OUT)/inputs
-	@ct-convert -q -f --reorient=LPS "$$THIN" $@
+	@ct-convert -q -f --reorient=LPS -- "$$THIN" $@
 $(OUT)/fit: $(OUT)/thick-all.nii $(OUT)/thin-all.nii
 	@$(PYTHON) $(py) fit $^ >$@.part
 	@mv $@.part $@

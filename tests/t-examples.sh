@@ -192,6 +192,8 @@ if command -v snakemake >/dev/null; then
 	has err 'Nothing to be done' 'the Snakefile takes its own results for no scan'
 	cp 'snake/a b.nii' 'snake/a b.std.nii'
 	exits 1 'the Snakefile refuses a scan of the name of an error map' snake out=s2 confidence=yes; has err 'two scans of one name' 'the name of an error map is an error of the Snakefile'
+	cp 'snake/a b.nii' 'snake/a{b}.nii'; rm 'snake/a b.std.nii'
+	exits 1 'the Snakefile refuses a name with braces' snake out=s2; has err 'snake/a{b}.nii: a name with braces' 'the name with braces is told by the Snakefile'
 else
 	skip 'the Snakefile refines a folder of scans' 'no snakemake'
 fi

@@ -130,7 +130,7 @@ exits 3 'a picture is refused as a volume' ct-convert a8.png no.nii; has err 'a8
 exits 2 'a slope of 0 in --rescale is refused' one intensity --rescale 0 a8.png no.exr
 exits 2 'a pitch of 0 is refused as usage' one intensity --pitch 0 a8.png no.exr; has err 'pitch: 0 is not positive' 'the error of a pitch of 0 says not positive'
 ct-convert -q --raw 16x12x1:u8:1 --units other two.raw v.nii
-for o in --pitch=1 --rescale=1 --orient=LPS; do exits 2 "$o is refused for a volume with status 2" one integral $o v.nii no.exr; has err "${o%=*}: not with v.nii, a volume that states it itself" "the error of ${o%=*} of a volume names the volume"; done
+for o in --pitch=1 --rescale=1 --orient=LPS; do exits 2 "$o is refused for a volume with status 2" one integral $o v.nii no.exr; has err "${o%=*}: not with v.nii, which is no picture that is read" "the error of ${o%=*} of a volume names the volume"; done
 exits 0 'a volume beside a picture is read as views' one integral v.nii a8.png o.exr
 
 # the reader of pictures is a program of its own, beside ct-convert or installed

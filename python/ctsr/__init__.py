@@ -7,11 +7,11 @@
 
 Volumes are Image: a float32 array [x, y, z] in HU, and an affine to mm, RAS+. Wherever one is wanted, an image of
 nibabel or the name of a file may be given. Every function raises Error, which has the exit status that the commands
-have, and takes
+have. Those whose work takes long take
 
     threads   number of threads; 0: one for each processor
     progress  called as progress(what, done, total), total 0 if not known
-    log       called as log(text) with each line that the command prints
+    log       called as log(text) with each line that the command prints, where it prints any
 
 Ctrl-C ends a call soon, with KeyboardInterrupt. Other threads of Python run meanwhile.
 """

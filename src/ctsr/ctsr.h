@@ -214,7 +214,7 @@ typedef struct ctsr_superres_options {
 	int estimate;    /* default 1: measure an unknown operator; 0: CTSR_USAGE to invert it */
 	const char *prior_file; /* slice prior, safetensors; NULL (default): the installed one */
 	double memory;    /* bytes that the call may use, input and result included; what needs more
-			   * is refined in slabs, within 0.1 HU RMS. 0 (default): what is free */
+			   * is refined in slabs: 0.1 HU RMS off, or noise/200. 0 (default): free */
 	int iterations;   /* of CTSR_TV and CTSR_HTV, at most; default 300 */
 	double tolerance; /* they stop when one moves less, HU RMS; default 0.1 */
 	const ctsr_volume *start; /* begin with it, on the grid of the result; or NULL */

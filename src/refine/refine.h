@@ -5,9 +5,9 @@
  * stay within a bound. Only a small part of the CT is iterated on (trial.h). ct_refine_run does the
  * work; ct_refine_cost tells before what it will take.
  *
- * The volume in slabs is that of the whole within 0.1 HU RMS (doc/blocks.md): a small part of the
- * CT is refined first and tells both how many iterations to make, and how far a noisy CT may be
- * departed from in each (inverse/pilot.h).
+ * The volume in slabs is that of the whole within 0.1 HU RMS, or half a percent of the noise
+ * (doc/blocks.md): a small part of the CT is refined first and tells both how many iterations to
+ * make, and how far a noisy CT may be departed from in each (inverse/pilot.h).
  *
  * The CT is worked on with its axes towards those of the world, and values that are no HU as if
  * they were (frame.h): all in HU below is then in these, but for the voxels of the result and of

@@ -120,7 +120,9 @@ static int read_volume(const struct convert *p, const char *path, struct ct_vol 
 	for (size_t i = 0; i < (p->raw ? 1 : sizeof said / sizeof *said); i++)
 		if (ct_modes_given(&env->command->given, said[i]))
 			return ct_fail(e, CT_EUSAGE,
-				"--%s: not with %s, a volume that states it itself", said[i], path);
+				"--%s: not with %s, which is no picture that is read: a volume states "
+				"it itself",
+				said[i], path);
 	one.in = path;
 	one.files = (struct ct_list){.n = 2, .v = files};
 	return convert_read(&one, v, env, e);
