@@ -9,6 +9,7 @@
 #include <ctype.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 /* What a header says. */
 struct what {
@@ -143,6 +144,46 @@ int ct_headed_beside(char **data, const char *path, bool packed, struct ct_err *
 		path, mhd ? ".mha" : ".nrrd");
 }
 
+/* Does the header `path` say that its voxels are in `data`? */
+static bool says(const char *path, const char *data)
+{
+	struct ct_err any;
+	char *its = NULL;
+	const bool so =
+		ct_headed_source(&its, path, &any) == 0 && its && ct_out_same(data, its, false);
+
+	free(its);
+	return so;
+}
+
+int ct_headed_own(const char *path, const char *data, struct ct_err *e)
+{
+	const size_t stem = (size_t)(strrchr(path, '.') - path);
+	char *other = NULL, *twin[2] = {NULL, NULL};
+	struct stat st;
+	bool own;
+	int rc = 0;
+
+	if (stat(data, &st) != 0 || !S_ISREG(st.st_mode))
+		return 0;
+	if (asprintf(&other, "%.*s%s", (int)stem, path,
+		    ct_ends_match(path, "mhd") ? ".nhdr" : ".mhd") < 0) {
+		other = NULL;
+		rc = ct_fail(e, CT_ENOMEM, "no memory for a file name");
+	}
+	for (int packed = 0; packed < 2 && rc == 0; packed++)
+		rc = ct_headed_beside(&twin[packed], path, packed, e);
+	own = rc == 0 && (says(path, twin[0]) || says(path, twin[1])) && !says(other, data);
+	if (rc == 0 && !own)
+		rc = ct_fail(e, CT_EOUTPUT,
+			"%s: exists, and is not of %s alone: choose another name, or remove it",
+			data, path);
+	free(twin[0]);
+	free(twin[1]);
+	free(other);
+	return rc;
+}
+
 static int put_header(struct ct_sink *s, const struct what *w, struct ct_err *e)
 {
 	char *text;
@@ -186,18 +227,27 @@ static int write_one(const char *path, struct what *w, const struct ct_env *env,
 static int write_two(const char *path, const char *data, struct what *w, const struct ct_env *env,
 	struct ct_err *e)
 {
+	struct ct_out_set both = {.names = true};
+	struct ct_io_rule rule = ct_io_rule_of(env);
+	struct ct_env own = env ? *env : (struct ct_env){0};
 	struct ct_sink voxels, header;
 	int rc;
 
-	if (ct_sink_open(&voxels, data, env, e))
+	rule.together = &both;
+	own.files = &rule;
+	if (ct_headed_own(path, data, e) || ct_sink_open(&voxels, data, &own, e))
 		return -1;
-	if (put_voxels(&voxels, w, env, e) || ct_sink_open(&header, path, env, e))
+	if (put_voxels(&voxels, w, env, e) || ct_sink_open(&header, path, &own, e))
 		return ct_sink_close(&voxels, -1, e);
 	rc = put_header(&header, w, e);
 	if (rc == 0 && fflush(header.out.f) != 0)
 		rc = ct_fail_errno(e, CT_EOUTPUT, path);
 	rc = ct_sink_close(&voxels, rc, e);
-	return ct_sink_close(&header, rc, e);
+	rc = ct_sink_close(&header, rc, e);
+	if (rc == 0)
+		rc = ct_out_set_commit(&both, e);
+	ct_out_set_drop(&both);
+	return rc;
 }
 
 int ct_headed_write(const char *path, const struct ct_vol *v, enum ct_nifti_type type, bool packed,

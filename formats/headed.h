@@ -38,5 +38,9 @@ int ct_headed_source(char **data, const char *path, struct ct_err *e);
 /* The file of the voxels beside the header that is named, to be freed: "x.raw" of "x.mhd"; NULL
  * where they are behind the header. CT_EOUTPUT for a name that no header can hold; CT_ENOMEM. */
 int ct_headed_beside(char **data, const char *path, bool packed, struct ct_err *e);
+/* May the voxels of the header `path` be written to `data`, which ct_headed_beside names?
+ * CT_EOUTPUT if there is such a file, but no header `path` with voxels there or in the other,
+ * packed or not, or if "x.nhdr" beside "x.mhd", or the other way about, says that it is its own. */
+int ct_headed_own(const char *path, const char *data, struct ct_err *e);
 
 #endif

@@ -294,15 +294,22 @@ int ct_put(struct ct_out *o, const void *data, size_t n, struct ct_err *e)
 
 int ct_out_set_commit(struct ct_out_set *s, struct ct_err *e)
 {
+	struct ct_out_waiting *last = s->names && s->n > 0 ? &s->file[s->n - 1] : NULL;
 	size_t done = 0;
 	int rc = 0;
 
-	while (done < s->n && ct_temp_rename(&s->file[done].tmp, s->file[done].path, s->n > 1) == 0)
+	if (last && ct_temp_aside(&last->tmp, last->path))
+		rc = ct_fail_errno(e, CT_EOUTPUT, last->path);
+	while (rc == 0 && done < s->n &&
+		ct_temp_rename(&s->file[done].tmp, s->file[done].path,
+			s->n > 1 && &s->file[done] != last) == 0)
 		done++;
-	if (done < s->n) {
+	if (rc == 0 && done < s->n) {
 		rc = not_renamed(s->file[done].path, e);
 		while (done-- > 0)
 			ct_temp_undo(&s->file[done].tmp, s->file[done].path);
+		if (last)
+			ct_temp_undo(&last->tmp, last->path);
 	}
 	for (size_t i = 0; i < s->n && rc == 0; i++)
 		if (ct_temp_settle(s->file[i].path))

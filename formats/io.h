@@ -24,6 +24,7 @@ void ct_io_close(FILE *f);
 enum { CT_OUT_SET = 2 };
 struct ct_out_set {
 	size_t n;
+	bool names; /* the last names the others: an old one never stands beside new others */
 	struct ct_out_waiting {
 		char *path;
 		struct ct_temp tmp;

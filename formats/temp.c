@@ -165,12 +165,28 @@ int ct_temp_rename(struct ct_temp *t, const char *path, bool undo)
 	struct stat st;
 
 	/* a second name: what is there is there until it is replaced */
-	t->replaced = old && link(path, old) == 0;
+	if (old)
+		t->replaced = link(path, old) == 0;
 	t->made = undo && !t->replaced && lstat(path, &st) != 0 && errno == ENOENT;
 	free(old);
 	if (!t->over && renameat2(AT_FDCWD, t->path, AT_FDCWD, path, RENAME_NOREPLACE) == 0)
 		return 0;
 	return t->over || errno == EINVAL || errno == ENOSYS ? rename(t->path, path) : -1;
+}
+
+int ct_temp_aside(struct ct_temp *t, const char *path)
+{
+	char *old = t->over ? beside(t) : NULL; /* else nothing there is replaced */
+	int rc = 0;
+
+	t->replaced = old && link(path, old) == 0;
+	if (t->replaced && unlink(path) != 0) {
+		unlink(old);
+		t->replaced = false;
+		rc = -1;
+	}
+	free(old);
+	return rc;
 }
 
 void ct_temp_undo(struct ct_temp *t, const char *path)

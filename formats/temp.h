@@ -38,6 +38,9 @@ void ct_temp_remove(struct ct_temp *t);
  * there and may not be replaced. With `undo` what was there before is remembered, where the
  * file system can, for ct_temp_undo: it is there again, and what took its place is at t->path. */
 int ct_temp_rename(struct ct_temp *t, const char *path, bool undo);
+/* What is at `path` goes before something else does that is of no use without it; ct_temp_undo
+ * puts it back. -1 with errno if it cannot. */
+int ct_temp_aside(struct ct_temp *t, const char *path);
 void ct_temp_undo(struct ct_temp *t, const char *path);
 /* The folder of `path` to the disk, where the system does that for folders. -1 with errno. */
 int ct_temp_settle(const char *path);

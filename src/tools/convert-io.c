@@ -196,7 +196,7 @@ static int check_beside(const struct convert *p, const struct ct_env *env, struc
 
 	if (data && rc == 0)
 		rc = ct_err_any(ct_files_apart(env->command->given.tool->opts, p, data, e) ||
-				ct_out_check(data, env, e));
+				ct_headed_own(p->out, data, e) || ct_out_check(data, env, e));
 	free(data);
 	return rc;
 }
