@@ -164,13 +164,13 @@ has err 'nothing is beside standard input' 'the error of a header from a pipe sa
 exits 4 'an existing file of voxels is not overwritten' ct-convert a.nii xmhd.nhdr
 has err 'xmhd.raw: exists, and is not of xmhd.nhdr alone' 'the error of an existing file of voxels says why'
 exits 4 'nor are the voxels of another header by --force' ct-convert -f a.nii xmhd.nhdr
-ct-convert a.nii two.nhdr; exits 4 'nor those of a header that is there' ct-convert a.nii two.nhdr; has err 'two.nhdr: exists; --force overwrites it' 'but by --force they are'
+ct-convert a.nii two.nhdr; exits 4 'nor those of a header that is there' ct-convert a.nii two.nhdr; has err 'two.nhdr: exists; --force overwrites it' 'the error of the header names --force'
 ct-convert -q --reorient RAS a.nii half.nii; exits 0 '--force overwrites a header and its voxels' ct-convert -f half.nii two.nhdr
-ct-convert -q -f two.nhdr back.nii && ct-metrics -q --min psnr=1000 half.nii back.nii; ok $? 'both are new'
+ct-convert -q -f two.nhdr back.nii && ct-metrics -q --min psnr=1000 half.nii back.nii; ok $? 'header and voxels are both new'
 # a header that cannot be replaced: both stay
 if chattr +i two.nhdr 2>/dev/null; then
 	cp two.raw two.was; exits 4 'a header that cannot be replaced is an error' ct-convert -f a.nii two.nhdr
-	cmp -s two.raw two.was; ok $? 'its voxels stay, too'; chattr -i two.nhdr
+	cmp -s two.raw two.was; ok $? 'the voxels of that header stay'; chattr -i two.nhdr
 else
 	skip 'a header that cannot be replaced' 'no chattr here'
 fi

@@ -161,6 +161,18 @@ for k in 1 2; do
 done
 [ "$(wc -l <was)" -eq "$(($(find kept -type f | wc -l) / 2))" ]
 ok $? 'the cache of a second pass has as many examples as that of the first'
+for f in kept/*; do printf XXXX | dd of="$f" bs=1 seek=60000 conv=notrunc 2>/dev/null; done
+run mended -f --cache kept; same plain mended; ok $? 'examples of the cache that were damaged are made anew'
+exits 4 'a cache among the data is refused' ct-train $small --cache scans no.safetensors scans/; has err 'scans/: is a folder of DATA' 'the error of a cache among the data names them'
+exits 4 'OUT among the data is refused' ct-train $small scans/no.safetensors scans; [ "$(ls scans)" = '1.json
+1.nii
+2.nii' ]; ok $? 'nothing was written among the data'
+# --resume: OUT has become another's
+run again -f -n 1; cp again.safetensors mine; echo mine >again.safetensors
+exits 4 'a file that is no network is not overwritten by --resume' ct-train $small --resume again.safetensors scans
+has err 'again.safetensors: is not of the training that is resumed; --force overwrites it' 'the error of --resume over a file of others'
+ct-train $small other.safetensors -f scans/1.nii 2>/dev/null; cp other.safetensors again.safetensors
+exits 4 'nor is a network that learnt from other data' ct-train $small --resume again.safetensors scans; cmp -s other.safetensors again.safetensors; ok $? 'the network of other data stays as it was'
 run seen --validate held.nii --expert=validate-every=1
 [ "$(grep -c 'held-out loss [0-9]' seen.log)" -eq 1 ]; ok $? '--validate reports the loss on other volumes'
 ! grep -q 'held out: ' seen.log; ok $? 'volumes that are only held out are not warned of'
@@ -485,7 +497,7 @@ exits 5 'pieces that cannot be halved are refused with status 5' ct-train -p 18 
 exits 5 'pieces larger than any picture are refused with status 5' ct-train -p 64 z.safetensors pics
 exits 5 'scales that leave no piece are refused with status 5' ct-train -p 32 --expert=scales=2,4 z.safetensors pics
 exits 3 'a folder that does not exist is refused with status 3' ct-train z.safetensors nowhere
-exits 3 'a folder without pictures is refused with status 3' ct-train z.safetensors .
+mkdir -p none; exits 3 'a folder without pictures is refused with status 3' ct-train z.safetensors none
 echo text >text.png
 exits 3 'a text file instead of a picture is refused with status 3' ct-train z.safetensors text.png
 has err 'text.png' 'the error of a text file instead of a picture names it'

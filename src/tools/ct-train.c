@@ -9,8 +9,10 @@
 #include "train/data.h"
 #include "xray/window.h"
 
+#include <libgen.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 static const struct train_params defaults = {
 	.scales = "1",
@@ -298,6 +300,21 @@ static int begin_volumes(struct train_subject *s, struct train_data *data,
 	return train_volumes(s, data, r, env, e);
 }
 
+/* Is nothing written among the data, which are folders? */
+static int apart(const struct train_params *p, const struct train_files *files, struct ct_err *e)
+{
+	char *out = strdup(p->out);
+	int rc = 0;
+
+	if (!out)
+		rc = ct_fail(e, CT_ENOMEM, "no memory for a file name");
+	else if (strcmp(p->out, "-") != 0)
+		rc = train_files_apart(files, dirname(out), e);
+
+	free(out);
+	return rc || !p->cache ? rc : train_files_apart(files, p->cache, e);
+}
+
 static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 {
 	const struct train_params *p = params;
@@ -310,7 +327,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	const struct train_files files = files_of(p);
 	int rc = -1;
 
-	if (train_files_check(&files, env, e) ||
+	if (train_files_check(&files, env, e) || apart(p, &files, e) ||
 		ct_resume_open(&resume, p->out, p->resume, opts, p, env, e) ||
 		ct_alloc0(&data.input, data.n, sizeof *data.input, e))
 		goto out;

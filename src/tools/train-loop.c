@@ -13,6 +13,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #define BEST "best" /* the tensor in a state */
 
@@ -253,14 +254,40 @@ static int unpack(void *work, const struct ct_tensors *state, struct ct_err *e)
 	return 0;
 }
 
+/* Is there an OUT, and did it learn from other data than this training? */
+static bool others(const struct train_loop_job *j)
+{
+	struct ct_meta m = {0};
+	struct ct_err any = {0};
+	bool other = access(j->p->out, F_OK) == 0;
+
+	if (other && ct_tensors_read_meta(j->p->out, &m, &any) == 0) {
+		const char *learnt = ct_meta_get(&m, CT_META_DATASET);
+
+		other = !learnt;
+		for (size_t i = 0; i < j->data->n && !other; i++) {
+			const char *input = ct_meta_get(&j->data->input[i], CT_META_INPUT);
+			const char *hash = input ? strrchr(input, ' ') : NULL;
+
+			other = !hash || !strstr(learnt, hash);
+		}
+	}
+	ct_meta_free(&m);
+	return other;
+}
+
 static int load_state(struct train_loop_job *j, const struct ct_env *asked, struct ct_err *e)
 {
 	int rc = ct_resume_load(j->resume, unpack, j, e);
 
-	if (rc > 0 && j->p->resume && !asked->command->dry_run &&
-		ct_out_check(j->p->out, asked, e)) /* OUT belongs to another run */
-		rc = -1;
-	return rc < 0 ? -1 : 0;
+	if (rc < 0 || !j->p->resume || asked->command->dry_run)
+		return rc < 0 ? -1 : 0;
+	if (rc > 0)
+		return ct_out_check(j->p->out, asked, e);
+	if (ct_io_rule_of(asked).force || !others(j))
+		return 0;
+	return ct_fail(e, CT_EOUTPUT,
+		"%s: is not of the training that is resumed; --force overwrites it", j->p->out);
 }
 
 /* Reports the loss on held-out data, when it is time. */

@@ -163,6 +163,23 @@ int train_files_check(const struct train_files *f, const struct ct_env *env, str
 	return rc;
 }
 
+int train_files_apart(const struct train_files *f, const char *folder, struct ct_err *e)
+{
+	struct stat is, other;
+
+	if (stat(folder, &is))
+		return 0;
+	for (size_t i = 0; i <= f->n; i++) {
+		const char *path = i < f->n ? f->v[i] : f->validate;
+
+		if (path && stat(path, &other) == 0 && is_one_of(&is, &other, 1))
+			return ct_fail(e, CT_EOUTPUT,
+				"%s: is a folder of DATA, and what is written there would be data, too",
+				path);
+	}
+	return 0;
+}
+
 int train_data_read(struct ct_pictures *s, struct ct_reading *reading, const char *path,
 	struct ct_meta *meta, const struct ct_env *env, struct ct_err *e)
 {

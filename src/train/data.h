@@ -9,6 +9,8 @@
 
 /* Warns of each file that is trained on and held out. CT_EINPUT, CT_ENOMEM. */
 int train_files_check(const struct train_files *f, const struct ct_env *env, struct ct_err *e);
+/* CT_EOUTPUT if the folder, of --cache or of OUT, is one of them. */
+int train_files_apart(const struct train_files *f, const char *folder, struct ct_err *e);
 
 /* Add what `path` names to the set: an EXR stack, divided by its largest value; a picture; or all
  * pictures and stacks of a folder in the order of their names. The key "input" of *meta becomes

@@ -58,8 +58,8 @@ static int name_of(char **key, char **path, const struct group *g, const struct 
 	uint64_t bits[2];
 
 	*path = NULL;
-	if (asprintf(key, "%s %s %g:%g %zu %zu %s %g:%g %g %g:%g %llu %llu%s%s", PACKAGE_VERSION,
-		    held ? held + 1 : "", bytes[0], bytes[1], r->side, r->factor,
+	if (asprintf(key, "%s %s %.9g:%.9g %zu %zu %s %.9g:%.9g %.9g %.9g:%.9g %llu %llu%s%s",
+		    PACKAGE_VERSION, held ? held + 1 : "", bytes[0], bytes[1], r->side, r->factor,
 		    r->thick ? axes : "111", r->scale[0], r->scale[1], r->noise, r->clip[0],
 		    r->clip[1], (unsigned long long)r->seed, (unsigned long long)index,
 		    r->hash ? " " : "", r->hash ? r->hash : "") < 0) {
@@ -74,14 +74,17 @@ static int name_of(char **key, char **path, const struct group *g, const struct 
 	return ct_fail(e, CT_ENOMEM, "no memory");
 }
 
+#define CONTENT "content" /* hash of the voxels of an example */
+
 /* False if the file is not there, damaged, or of another key. */
 static bool read_back(struct ct_example *p, const char *path, const char *key,
 	const struct ct_example_rule *r, uint64_t index)
 {
 	struct ct_tensors w = {0};
 	const struct ct_tensor *t;
-	const char *said;
+	const char *said, *sum;
 	struct ct_err e;
+	char hex[CT_HASH_HEX];
 	size_t count;
 	bool ok = false;
 
@@ -89,9 +92,13 @@ static bool read_back(struct ct_example *p, const char *path, const char *key,
 		return false;
 	t = ct_tensors_find(&w, "base,rest");
 	said = ct_meta_get(&w.meta, CT_META_DATASET);
-	if (!t || t->rank != 4 || t->dim[0] != 2 || !said || strcmp(said, key) != 0)
+	sum = ct_meta_get(&w.meta, CONTENT);
+	if (!t || t->rank != 4 || t->dim[0] != 2 || !said || strcmp(said, key) != 0 || !sum)
 		goto out;
 	count = t->dim[1] * t->dim[2] * t->dim[3];
+	ct_hash_hex(hex, 2 * count * sizeof *t->data, t->data);
+	if (strcmp(sum, hex) != 0)
+		goto out;
 	if (ct_alloc(&p->base, 2 * count, sizeof *p->base, &e))
 		goto out;
 	p->rest = p->base + count;
@@ -110,9 +117,14 @@ static int keep(const char *path, const char *key, const struct ct_example *p, s
 {
 	const size_t dim[4] = {2, p->n[2], p->n[1], p->n[0]};
 	struct ct_tensors w = {0};
-	const int rc = ct_err_any(ct_meta_set(&w.meta, CT_META_DATASET, key, e) ||
-				  ct_tensors_put(&w, "base,rest", 4, dim, p->base, e) ||
-				  ct_tensors_write_private(path, &w, e));
+	char hex[CT_HASH_HEX];
+	int rc;
+
+	ct_hash_hex(hex, 2 * p->n[0] * p->n[1] * p->n[2] * sizeof *p->base, p->base);
+	rc = ct_err_any(ct_meta_set(&w.meta, CT_META_DATASET, key, e) ||
+			ct_meta_set(&w.meta, CONTENT, hex, e) ||
+			ct_tensors_put(&w, "base,rest", 4, dim, p->base, e) ||
+			ct_tensors_write_private(path, &w, e));
 
 	ct_tensors_free(&w);
 	return rc;
