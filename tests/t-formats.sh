@@ -160,6 +160,10 @@ rm -f no.nii
 exits 3 'a header without its data file is refused' sh -c 'ct-convert -f - back.nii <xmhd.mhd'
 has err 'nothing is beside standard input' 'the error of a header from a pipe says nothing is beside it'
 
+# a name of two lines in a history, of which each line is a command
+two=$(printf 'a\nb.nii'); cp a.nii "$two"; exits 0 'a name of two lines is converted' ct-convert "$two" lines.nii
+ct-info --json lines.nii | grep -q "'a.*nb.nii' lines.nii # a.*nb.nii xxh3:"; ok $? 'a name of two lines is one line of the history'
+
 # outputs that are two files
 exits 4 'an existing file of voxels is not overwritten' ct-convert a.nii xmhd.nhdr
 has err 'xmhd.raw: exists, and is not of xmhd.nhdr alone' 'the error of an existing file of voxels says why'

@@ -162,6 +162,18 @@ int ct_meta_copy(struct ct_meta *dst, const struct ct_meta *src, struct ct_err *
 	return ct_meta_add(dst, src, e);
 }
 
+/* What is one line of a history stays one, whatever characters the name of a file has. */
+static void put_line(FILE *f, const char *text)
+{
+	for (const char *c = text; *c; c++)
+		if (*c == '\n')
+			fputs("\\n", f);
+		else if ((unsigned char)*c < ' ')
+			fprintf(f, "\\x%02x", (unsigned)*c);
+		else
+			fputc(*c, f);
+}
+
 int ct_meta_step(struct ct_meta *dst, const struct ct_env *env, size_t n,
 	const struct ct_meta *const *in, struct ct_err *e)
 {
@@ -176,13 +188,14 @@ int ct_meta_step(struct ct_meta *dst, const struct ct_env *env, size_t n,
 		return -1;
 	if (old)
 		fprintf(f, "%s\n", old);
-	fputs(env->history ? env->history : "ctsr", f);
+	put_line(f, env->history ? env->history : "ctsr");
 	for (size_t i = 0; i < n; i++) {
 		const char *name = in[i] ? ct_meta_get(in[i], CT_META_INPUT) : NULL;
 
 		if (!name)
 			continue;
-		fprintf(f, "%s%s", before, name);
+		fputs(before, f);
+		put_line(f, name);
 		before = " ";
 	}
 	rc = ct_err_any(ct_stream_close(f, &text, e) || ct_meta_set(dst, CT_META_HISTORY, text, e));
