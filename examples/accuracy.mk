@@ -22,7 +22,7 @@ SETTINGS = CUBE WINDOW
 include $(dir $(lastword $(MAKEFILE_LIST)))scan.mk
 
 CASES = $(foreach n,$(NAMES),$(foreach p,$(PROTOCOLS),$(foreach f,$(FACTORS),$(n)/$(p)x$(f))))
-ROWS = $(foreach c,$(CASES),$(foreach m,$(METHODS),$(OUT)/$(c)/$(m).row))
+ROWS = $(foreach c,$(CASES),$(foreach m,$(sort cubic $(METHODS)),$(OUT)/$(c)/$(m).row))
 
 all: $(OUT)/table
 	@cat $<

@@ -156,6 +156,7 @@ mkdir bin && printf '#!/bin/sh\nexit 5\n' >bin/ct-metrics && chmod +x bin/ct-met
 exits 2 'a step of a pipe that fails ends a makefile' broken
 [ -e acc/v/P1x4/lr.nii ] && [ ! -e acc/v/P1x4/cubic.row ]; ok $? 'a step of a pipe that fails leaves no row of the table'
 exits 0 'the same makefile goes on once the step works' acc
+exits 0 'gains are told of one method alone' acc OUT=acc1 METHODS=linear; has out 'v  *P1  *linear .* -[0-9.]* ' 'the gain of linear is one over cubic'
 exits 2 'other settings in the same folder are refused' acc CUBE=8
 has err 'OUT=acc was made with ct-sr .* CUBE=16 .*, not ct-sr .* CUBE=8 ' 'the error of other settings names both'
 exits 2 'other values of HU that are kept are refused in the same folder' acc CLIP=-500:500
