@@ -257,7 +257,7 @@ mv out one.txt
 exits 4 'ct-profile does not overwrite its output' ct-profile thick.nii thin.nii p.txt
 exits 0 'ct-profile -f overwrites its output' ct-profile -f -t 3 thick.nii thin.nii p.txt
 cmp -s one.txt p.txt; ok $? 'ct-profile writes the same bytes with three threads'
-ct-convert -q --crop 0:20,0:18,30:80 thin.nii part.nii || exit 99
+ct-convert -q --crop 0:20,0:18,30:80 thin.nii part.nii && ct-convert -q --crop 0:20,0:18,40:60 thin.nii covers.nii || exit 99
 exits 0 'ct-profile accepts thin slices that cover a part of the thick ones' ct-profile thick.nii part.nii part.txt
 [ "$(weights part.txt)" = "$(weights p.txt)" ]; ok $? 'a part of the thin scan gives the same weights'
 
@@ -310,7 +310,17 @@ ct-degrade -q -x 1 --noise 60 thick.nii noisy.nii || exit 99
 exits 0 'ct-profile measures thick slices with other noise' ct-profile noisy.nii thin.nii -
 has err 'noisy.nii: thin.nii explains only [0-9.]* % of its variance: are they one acquisition?' 'a thin scan that explains little is reported'
 
+ct-degrade -q -x 1,1,2.5 --sigma 0 --decimate mean thin.nii half.nii || exit 99
+exits 0 'ct-profile measures a spacing that is no whole number of thin slices' ct-profile half.nii thin.nii -
+has err 'half.nii: its slices lie between those of thin.nii, and interpolation blurs these by 0.4[0-9]* mm: the profile is narrower' 'a profile that interpolation made narrower is reported'
+# the mean of two slices is a profile that ct-sr reads
+ct-degrade -q -x 1,1,2 --sigma 0 --decimate mean thin.nii two.nii || exit 99
+exits 0 'ct-profile measures the mean of two slices' ct-profile two.nii thin.nii two.txt
+exits 0 'ct-degrade --profile accepts a profile of two slices' ct-degrade -q -x 1,1,2 --profile two.txt thin.nii two-again.nii
+ct-metrics --ssim none two.nii two-again.nii | awk '$1 == "rmse-hu" {exit !($2 < .1)}'; ok $? 'and makes the same slices'
+
 # refusals
+no 5 'along axis k the thin slices reach 2 mm from 4 thick ones, and the profile goes on beyond: more are needed' thick.nii covers.nii
 no 5 'give the thick ones first' thin.nii thick.nii
 thin other.nii 0.8,0.9,1 && no 5 'thick.nii: along axis j the thick slices have voxels of 0.8 mm, the thin ones of 0.9 mm' thick.nii other.nii
 ct-convert -q --crop 2:20,0:18,0:100 thin.nii shift.nii && no 5 'along axis i the thick slices begin -1.6 mm' thick.nii shift.nii

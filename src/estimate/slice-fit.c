@@ -16,6 +16,7 @@
 #define NEEDLESS 1.02 /* of the mean square of the residual; HU^2 */
 #define NEEDLESS_HU2 0.01
 #define CONDITION 1e8 /* above it nothing is known */
+#define ENDS 0.05     /* of the largest weight: a profile whose last one is more goes on */
 
 enum {
 	SIDE = 4,
@@ -242,9 +243,44 @@ static int drop_needless(struct fit *f, double about, struct ct_err *e)
 		f->m = to - from;
 		if (solve(f, TILES, e))
 			return -1;
-		if (f->m == all || misfit(f, f->weight) <= enough + NEEDLESS_HU2)
+		if (f->m == all || (f->m >= CT_SLICE_PROFILE_LEAST &&
+					   misfit(f, f->weight) <= enough + NEEDLESS_HU2))
 			return 0;
 	}
+}
+
+/* Does the profile end within the samples that were looked at, `all`? */
+static int check_ends(const struct fit *f, size_t all, struct ct_err *e)
+{
+	const bool at[2] = {f->from == 0, f->from + f->m == all};
+	double most = 0;
+
+	for (size_t i = 0; i < f->m; i++)
+		most = fmax(most, f->weight[i]);
+	for (int k = 0; k < 2; k++) {
+		const size_t end = k ? f->m - 1 : 0;
+
+		if (at[k] && fabs(f->weight[end]) > ENDS * most)
+			return ct_fail(e, CT_EGEOM,
+				"along axis %c the thin slices reach %.3g mm from %zu thick ones, and the "
+				"profile goes on beyond: more are needed",
+				"ijk"[f->s.axis], fabs(sample_at(f, end)), f -> w.k[1] - f->w.k[0]);
+	}
+	return 0;
+}
+
+/* What the interpolation between thin slices blurs: the variance, mm^2, mean of all slices. */
+static double between(const struct fit *f)
+{
+	double sum = 0;
+	ptrdiff_t at;
+
+	for (size_t k = f->w.k[0]; k < f->w.k[1]; k++) {
+		const double part = ct_slice_pair_place(&at, &f->s, k);
+
+		sum += part * (1 - part);
+	}
+	return sum * pow(f->s.spacing[1], 2) / (double)(f->w.k[1] - f->w.k[0]);
 }
 
 /* Standard errors of the weights and of sigma, each tile left out once. */
@@ -317,7 +353,7 @@ static int tell(struct ct_slice_fit *o, struct fit *f, double centre, struct ct_
 	const size_t all = f->m;
 	double mm[3];
 
-	if (drop_needless(f, centre, e))
+	if (drop_needless(f, centre, e) || check_ends(f, all, e))
 		return -1;
 	*p = (struct ct_slice_profile){.n = f->m, .axis = f->s.axis, .step = f->s.spacing[1]};
 	memcpy(p->w, f->weight, f->m * sizeof *p->w);
@@ -329,6 +365,7 @@ static int tell(struct ct_slice_fit *o, struct fit *f, double centre, struct ct_
 	p->first = sample_at(f, 0) - o->shift;
 	o->residual = sqrt(misfit(f, f->weight));
 	o->explained = 1 - pow(o->residual, 2) / f->c[f->m * f->m + f->m];
+	o->between = sqrt(between(f));
 	o->condition = f->condition;
 	o->lines = (size_t)f->lines;
 	if (!(o->sum > 0.5 && o->condition < CONDITION))

@@ -7,9 +7,10 @@
  *
  * h is the spacing of the thin slices. t is linear between two of them, so that D does with w what
  * was fitted (degrade.h). Where all thick slices lie alike between thin ones, f makes the z_q hit
- * those; else f = 0. The w_q are those of least squares over all lines that are textured: whose
- * thin voxels differ by CT_SLICE_FIT_TEXTURE HU or more, and of which no voxel is at or beyond the
- * ends of 12 bits, -1024 and 3071 HU, where a file may be clipped.
+ * those; else f = 0, and w is narrower than the profile, by what that interpolation blurs. The w_q
+ * are those of least squares over all lines that are textured: whose thin voxels differ by
+ * CT_SLICE_FIT_TEXTURE HU or more, and of which no voxel is at or beyond the ends of 12 bits, -1024
+ * and 3071 HU, where a file may be clipped.
  *
  * What the thin slices do not tell of w is kept small: CT_SLICE_FIT_RIDGE of the sum of their
  * variances is added to each of these. Samples far out, without which the mean square of the
@@ -33,10 +34,12 @@ struct ct_slice_fit {
 	struct ct_slice_profile profile;
 	double error[CT_SLICE_PROFILE_MOST]; /* standard error of each weight */
 	int axis;
-	double thick, thin;                 /* spacings, mm */
-	double sum, centre;                 /* of the samples; mm, at most half a step from 0 */
-	double sigma, sigma_error;          /* standard deviation, mm: linear between the samples */
-	double shift;                       /* THICK lies so far from where its header says, mm */
+	double thick, thin;        /* spacings, mm */
+	double sum, centre;        /* of the samples; mm, at most half a step from 0 */
+	double sigma, sigma_error; /* standard deviation, mm: linear between the samples */
+	double between; /* mm: standard deviation of the interpolation between thin slices; 0 if all
+			   thick slices lie alike between them */
+	double shift;   /* THICK lies so far from where its header says, mm */
 	double residual;                    /* RMS of T - what w makes of t, HU */
 	double gaussian, gaussian_residual; /* mm: sigma of the one that fits best; HU */
 	double box_residual;                /* of a box as wide as `thick` */
@@ -46,9 +49,10 @@ struct ct_slice_fit {
 };
 
 /* From HU, on one grid but for the slices.
- * CT_EGEOM: the grids do not fit (names axis and mm), or THIN covers too few slices; CT_EINPUT: too
- * few are textured, THIN does not tell the profile, or there is none; CT_ENUMERIC: a voxel that is
- * not finite; CT_ENOMEM, CT_ESTOP. The result does not depend on the number of threads. */
+ * CT_EGEOM: the grids do not fit (names axis and mm), or THIN covers too few slices, or not the
+ * whole profile of four; CT_EINPUT: too few are textured, THIN does not tell the profile, or there
+ * is none; CT_ENUMERIC: a voxel that is not finite; CT_ENOMEM, CT_ESTOP. The result does not depend
+ * on the number of threads. */
 int ct_slice_fit(struct ct_slice_fit *o, const struct ct_vol *thick, const struct ct_vol *thin,
 	const struct ct_env *env, struct ct_err *e);
 

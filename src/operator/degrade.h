@@ -52,7 +52,7 @@
  * and first: where a sample lies, the affine says. Takes no slice profile. */
 enum ct_decimate { CT_DECIMATE_LIST(CT_WORD_VALUE) CT_DECIMATE_FIRST };
 
-enum { CT_SLICE_PROFILE_MOST = 128 };
+enum { CT_SLICE_PROFILE_LEAST = 3, CT_SLICE_PROFILE_MOST = 128 };
 struct ct_slice_profile {
 	size_t n;           /* samples; 0: there is no profile */
 	int axis;           /* that has it */

@@ -351,7 +351,7 @@ int ct_slice_profile_parse(struct ct_slice_profile *p, const char *text, size_t 
 			return -1;
 		i += length + 1;
 	}
-	if (p->n < 3)
+	if (p->n < CT_SLICE_PROFILE_LEAST)
 		return ct_fail(e, CT_EINPUT, "%zu samples of a slice profile: too few", p->n);
 	p->step = (last - p->first) / (double)(p->n - 1);
 	if (!normalise(p, LEAST_SUM))

@@ -13,6 +13,8 @@
 
 /* Of the variance of the thick slices, what the thin ones must explain without a warning. */
 #define ENOUGH 0.98
+/* Of the standard deviation of the profile, what interpolation may blur without a warning. */
+#define BLURRED 0.2
 
 struct params {
 	const char *thick, *thin, *out;
@@ -71,6 +73,11 @@ static void warn(const struct params *p, const struct ct_slice_fit *s, const str
 	if (s->shift != 0)
 		ct_log(env, CT_WARN, "%s: the slices lie %.6g mm from where the header says",
 			p->thick, s->shift);
+	if (s->between > BLURRED * s->sigma)
+		ct_log(env, CT_WARN,
+			"%s: its slices lie between those of %s, and interpolation blurs these by %.2g "
+			"mm: the profile is narrower by that, and is for these spacings alone",
+			p->thick, p->thin, s->between);
 	if (s->explained < ENOUGH)
 		ct_log(env, CT_WARN,
 			"%s: %s explains only %.1f %% of its variance: are they one acquisition?",
