@@ -259,6 +259,8 @@ static void t_run(double lambda, size_t iterations, enum ct_fuse_verdict verdict
 							     : r.prediction < 0.8),
 			"%zu iterations, lambda %g, prediction %g", r.iterations, r.lambda,
 			r.prediction);
+		OK(!(lambda > 0) || f.joint.at.mu == f.joint.rule.mu,
+			"the last steps are of the mu that was told: %g", f.joint.at.mu);
 	} else {
 		OK(r.iterations == 0 && r.lambda == 0, "nothing was solved");
 		OK(maxdiff(ct_vol_count(&s.base), f.residual, NULL) < 200, "what LR lacks");
@@ -624,6 +626,7 @@ int main(void)
 	t_begin(1, false);
 	t_begin(3, true);
 	t_run(0.2, 12, CT_FUSE_TOLD);
+	t_run(50, 12, CT_FUSE_TOLD);
 	t_run(0, 12, CT_FUSE_TRUST);
 	t_run(0, 5, CT_FUSE_DISTRUST);
 	t_run(0, 5, CT_FUSE_NOTHING);

@@ -414,7 +414,7 @@ static int look_first(void *ctx, const struct ct_joint *j, struct ct_err *e)
 	(void)e;
 	at[0] = j->at.first;
 	at[1] = j->at.mu;
-	return 0;
+	return -(at[0] > 0); /* no more */
 }
 
 static void test_first(struct ct_env *env)
@@ -427,11 +427,11 @@ static void test_first(struct ct_env *env)
 
 	make(&p, 240, 1, 3);
 	p.z[3] += 5; /* x0 is not consistent */
-	j = solver(&p, 1e-3, 1, env);
+	j = solver(&p, 1e-3, 1000, env);
 	j.rule.every = 1;
 	j.save = look_first;
 	j.ctx = at;
-	must(ct_joint_run(&j, env, &err));
+	must(ct_joint_run(&j, env, &err) != -1);
 	forward(&p.d, q, 240, p.x0, NULL, &err);
 	for (size_t r = 0; r < RAYS; r++) /* pixels alone: F is 0.05 */
 		q[r] = 0.05F * (q[r] - p.y[r]);

@@ -19,6 +19,7 @@ enum {
 #define UNCHOSEN 0.25   /* and if there are too few views to choose it */
 #define FALL 0.7        /* of mu in a step of the choice; its TRIES make 0.1 of the first step */
 #define SLOWLY 0.85     /* and when all views are fitted, which pays: edges first */
+#define TOLD 1.5        /* or faster: a mu that was told is reached in 1 / TOLD of the iterations */
 /* What is best with all views is more than what predicts best from half: measured, with errors as
  * large as what is true, 2; with small ones 1. */
 #define MARGIN 1.5
@@ -301,6 +302,14 @@ static int choose(struct ct_joint *j, const struct ct_env *env, struct ct_err *e
 	return 0;
 }
 
+/* By how much mu falls in a step with all views. */
+static double fall(const struct ct_joint *j)
+{
+	const double part = j->rule.mu / (HIGHEST * j->at.first);
+
+	return part > 0 ? fmin(SLOWLY, pow(part, TOLD / (double)j->rule.iterations)) : SLOWLY;
+}
+
 static int solve(struct ct_joint *j, const struct ct_env *env, struct ct_err *e)
 {
 	struct ct_joint_at *at = &j->at;
@@ -310,7 +319,7 @@ static int solve(struct ct_joint *j, const struct ct_env *env, struct ct_err *e)
 	at->done++;
 	if (at->chosen == 0)
 		at->chosen = j->rule.mu > 0 ? j->rule.mu : UNCHOSEN * at->first;
-	at->mu = fmax(at->mu * SLOWLY, at->chosen);
+	at->mu = fmax(at->mu * fall(j), at->chosen);
 	if (at->done >= j->rule.iterations || at->first == 0)
 		at->phase = CT_JOINT_DONE;
 	return 0;

@@ -15,8 +15,8 @@
  * subsets of views would be faster. The low-frequency part of y that F plays down is D's to say.
  *
  * A step ends with the proximal point of mu TV under D x = z: eight sweeps of tv.h, its dual kept
- * from step to step. mu falls to its value from 1.6 times the first step (RMS) by 0.85 a step:
- * edges are found sooner.
+ * from step to step. mu falls to its value from 1.6 times the first step (RMS) by 0.85 a step, or
+ * by less, so that a mu that was told holds for a third of the steps: edges are found sooner.
  *
  * Choice of mu, if it is 0. Nobody knows how true projections from a prior are. What is true of
  * them agrees between views, errors mostly do not: while mu falls, the solver fits the first half
