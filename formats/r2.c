@@ -50,6 +50,7 @@ static bool numbers(const struct ct_pickle *p, const char *key, size_t n, double
 static int size_of(size_t *n, const struct ct_pickle *p, struct ct_err *e)
 {
 	const struct ct_pickle_value *x;
+	int64_t rows;
 
 	if (p->value[p->root].kind != CT_PICKLE_DICT)
 		return ct_fail(e, CT_EINPUT, "the pickle is no dictionary");
@@ -60,11 +61,11 @@ static int size_of(size_t *n, const struct ct_pickle *p, struct ct_err *e)
 				"rotation and scale_bound",
 				arrays[k].key);
 	x = get(p, arrays[0].key);
-	*n = x->kind == CT_PICKLE_ARRAY && x->n == 2 ? (size_t)p->value[p->part[x->first]].number
-						     : 0;
-	return *n > 0 && *n <= MOST
-		       ? 0
-		       : ct_fail(e, CT_EINPUT, "key 'xyz': is no array of 1 to %d points", MOST);
+	rows = x->kind == CT_PICKLE_ARRAY && x->n == 2 ? p->value[p->part[x->first]].number : -1;
+	if (!(rows >= 0 && rows <= MOST))
+		return ct_fail(e, CT_EINPUT, "key 'xyz': is no array of %d points at most", MOST);
+	*n = (size_t)rows;
+	return 0;
 }
 
 static int read_arrays(struct ct_gauss *g, const struct ct_pickle *p, size_t n, struct ct_err *e)

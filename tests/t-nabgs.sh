@@ -557,7 +557,7 @@ no few.pickle "key 'density': is not of shape 5x1" 'too few densities'
 no words.pickle "key 'xyz': " 'a word for an array'
 no bound.pickle "key 'scale_bound': 0.3 and 0.01" 'a bound that is none'
 no less.pickle "key 'density' is missing" 'a key that is missing'
-no empty.pickle "key 'xyz': " 'an empty set'
+no empty.pickle "key 'scale': is not of shape 0x3" 'no point beside five scales'
 no cut.pickle '.*ends ' 'a pickle that is cut'
 no evil.pickle 'STACK_GLOBAL at byte .*: posix.system is nothing' 'a pickle that would run a command'
 no evil2.pickle 'GLOBAL at byte .*: posix.system is nothing' 'an old pickle that would run a command'
@@ -580,6 +580,10 @@ sed 's/^/# /' log
 ct-compose -q -f --residual-out=ra.nii up.nii g.pickle a.nii && ct-compose -q -f --residual-out=rb.nii up.nii g.ply b.nii && ct-metrics --range 1000 ra.nii rb.nii >m
 awk '$1 == "max-hu" && $2 < 0.05 {good = 1} END {exit !good}' m && [ "$(ct-info rb.nii | awk '$1 == "sd" {print ($2 > 0.1)}')" != 0 ]; ok $? 'ours is read again, and makes the same CT'
 sed 's/^/# /' m
+ct-project -q -n 4 up.nii own.exr && ct-nabgs -q -b up.nii own.exr none.pickle >log && ct-nabgs -q -b up.nii own.exr none.ply >log
+exits 0 'a pickle of no Gaussian, as ct-nabgs writes it, is read' ct-compose -q -f up.nii none.pickle same.nii
+ct-compose -q -f up.nii none.ply other.nii && ct-metrics --ssim none other.nii same.nii | awk '$1 == "max-hu" {same = $2 == 0} END {exit !same}'
+ok $? 'and gives what an empty PLY gives'
 # axes that are no world's, in another order and mirrored
 for o in LPS ASR LAS; do
 	ct-convert -q -f --reorient=$o up.nii o.nii
