@@ -479,6 +479,14 @@ ok $? 'a result of ct-sr --deid identifies no patient'
 exits 0 'ct-sr refines NIfTI into a DICOM folder' ct-sr -q -x 2 -Q draft t.nii of-nii/
 exits 4 'ct-sr does not overwrite a DICOM folder' ct-sr -q -x 2 -Q draft template sr
 exits 4 'an output folder that is the --keep folder is refused' by -q --keep both template both/
+# what DICOM cannot hold is refused before the work
+head -c 3456 /dev/zero | tr '\000' '\377' >hot.raw; ct-convert -q --units hu --raw 12x12x12:u16:2 --orient RAS hot.raw hot.nii
+for o in '-Q draft' --paper; do
+	exits 6 "ct-sr $o to DICOM refuses values beyond 16 bits before it begins" ct-sr -x 2 $o hot.nii hot/
+	has err 'hot/: 65535 at voxel 0,0,0 does not fit the 16 bits of DICOM; NIfTI holds it' "the error of ct-sr $o names voxel and value"
+done
+mkdir -p alone; cp "$(command -v ct-sr)" alone; alone/ct-sr --dry-run -x 2 -Q draft t.nii alone/ 2>err; code=$?
+if grep -q ctsr-dicom.so err; then [ $code -eq 1 ] && grep -q 'alone/: DICOM needs .*ctsr-dicom.so, which is not installed' err; ok $? 'ct-sr says before the work that the DICOM module is missing'; else skip 'ct-sr without the DICOM module' 'one is installed'; fi
 
 # Sidecars of series: what is known of a volume, and where each plane comes from.
 part origin

@@ -55,6 +55,10 @@ int ct_dicom_read(
  * CT_EINPUT: a template that cannot be used; CT_ENUMERIC, CT_EOUTPUT. */
 int ct_dicom_write(const char *path, const struct ct_vol *v, const struct ct_dicom_out *out,
 	const struct ct_env *env, struct ct_err *e);
+/* Before long work: could a volume of n voxels be written that has the axes and the values of v? Is
+ * the library installed? Fails as ct_dicom_write would. */
+int ct_dicom_may_write(
+	const char *path, const struct ct_vol *v, const size_t n[static 3], struct ct_err *e);
 /* Print the files and series of the paths, as text or, with env->command->json, as one JSON
  * document, which goes to the end of the array `into` instead if that is not NULL. 0 if
  * ct_dicom_read would take the series; else its failure, behind the report. */

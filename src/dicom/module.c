@@ -14,4 +14,4 @@ static int begin(unsigned expand, const char *simd, struct ct_temp_kept *temp, s
 
 extern const struct dicom_module ctsr_dicom_module;
 __attribute__((visibility("default"))) const struct dicom_module ctsr_dicom_module = {
-	begin, series_read, dicom_write, inspect_print, radiograph_read};
+	begin, series_read, dicom_write, dicom_may_write, inspect_print, radiograph_read};

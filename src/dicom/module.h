@@ -13,6 +13,8 @@
 int series_read(
 	struct ct_vol *v, const struct ct_dicom_in *in, const struct ct_env *env, struct ct_err *e);
 __typeof__(ct_dicom_write) dicom_write;
+int dicom_may_write(
+	const char *path, const struct ct_vol *v, const size_t n[static 3], struct ct_err *e);
 __typeof__(ct_dicom_inspect) inspect_print;
 __typeof__(ct_dicom_radiograph) radiograph_read;
 
@@ -25,6 +27,7 @@ struct dicom_module {
 		unsigned expand, const char *simd, struct ct_temp_kept *temp, struct ct_err *e);
 	__typeof__(series_read) *read;
 	__typeof__(dicom_write) *write;
+	__typeof__(dicom_may_write) *may_write;
 	__typeof__(inspect_print) *inspect;
 	__typeof__(radiograph_read) *radiograph;
 };

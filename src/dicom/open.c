@@ -75,6 +75,17 @@ int ct_dicom_write(const char *path, const struct ct_vol *v, const struct ct_dic
 	return m ? m->write(path, v, out, env, e) : ct_blame(e, path);
 }
 
+int ct_dicom_may_write(
+	const char *path, const struct ct_vol *v, const size_t n[static 3], struct ct_err *e)
+{
+	const struct dicom_module *m = module(e);
+
+	if (!m)
+		return ct_blame(e, path);
+	return ct_err_any(
+		ct_vol_check_grid(v, e) ? ct_blame(e, path) : m->may_write(path, v, n, e));
+}
+
 int ct_dicom_inspect(
 	const struct ct_dicom_in *in, json_t *into, const struct ct_env *env, struct ct_err *e)
 {

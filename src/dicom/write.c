@@ -46,37 +46,37 @@ static int read_template(struct image *im, struct series_set *set, const struct 
 			  policy_read(&im->from, im->source, im->n, e));
 }
 
-static int check_size(const char *path, const struct ct_vol *v, bool frames, struct ct_err *e)
+static int check_size(const char *path, const size_t n[static 3], bool frames, struct ct_err *e)
 {
 	for (int d = 0; d < 2; d++)
-		if (v->n[d] > LONGEST_SIDE)
+		if (n[d] > LONGEST_SIDE)
 			return ct_fail(e, CT_EOUTPUT,
-				"%s: a side of %zu voxels, DICOM has up to %d", path, v->n[d],
+				"%s: a side of %zu voxels, DICOM has up to %d", path, n[d],
 				LONGEST_SIDE);
-	if (frames && ct_vol_count(v) >= (size_t)1 << 31)
+	if (frames && n[0] * n[1] * n[2] >= (size_t)1 << 31)
 		return ct_fail(e, CT_EOUTPUT,
 			"%s: more than 4 GiB of pixels are too many for one file; a folder holds them",
 			path);
 	return 0;
 }
 
-/* Do the values fit, and are they whole? */
-static int check_values(
-	const char *path, const struct ct_vol *v, const struct ct_env *env, struct ct_err *e)
+/* Do the values fit, and (*whole) are they integers? */
+static int check_values(const char *path, const struct ct_vol *v, bool *whole, struct ct_err *e)
 {
 	const size_t area = v->n[0] * v->n[1];
-	bool whole = true;
 	int16_t *px;
 	int rc = 0;
+
+	*whole = true;
 
 	if (ct_alloc(&px, area, sizeof *px, e))
 		return -1;
 	for (size_t k = 0; k < v->n[2] && rc == 0; k++) {
 		const float *x = v->data + k * area;
 
-		if (whole && ct_voxels_i16(area, px, x, true))
+		if (*whole && ct_voxels_i16(area, px, x, true))
 			continue;
-		whole = false;
+		*whole = false;
 		for (size_t i = 0; i < area && rc == 0; i++)
 			if (!ct_voxels_i16(1, px, x + i, false))
 				rc = ct_fail(e, CT_ENUMERIC,
@@ -85,9 +85,21 @@ static int check_values(
 					path, (double)x[i], i % v->n[0], i / v->n[0], k);
 	}
 	free(px);
-	if (rc == 0 && !whole)
-		ct_log(env, CT_INFO, "values are rounded to whole HU");
 	return rc;
+}
+
+static bool one_file(const char *path)
+{
+	return !ct_out_folder_named(path);
+}
+
+int dicom_may_write(
+	const char *path, const struct ct_vol *v, const size_t n[static 3], struct ct_err *e)
+{
+	bool whole;
+
+	return ct_err_any(
+		check_size(path, n, one_file(path), e) || check_values(path, v, &whole, e));
 }
 
 /* YYYYMMDDHHMMSS of SOURCE_DATE_EPOCH; empty without it. CT_EUSAGE. */
@@ -183,12 +195,12 @@ static int write_frames(
 int dicom_write(const char *path, const struct ct_vol *v, const struct ct_dicom_out *o,
 	const struct ct_env *env, struct ct_err *e)
 {
-	struct image im = {
-		.v = v, .frames = !ct_out_folder_named(path), .deid = o->deid, .tool = env->tool};
+	struct image im = {.v = v, .frames = one_file(path), .deid = o->deid, .tool = env->tool};
 	struct dicom_from from = {0};
 	struct series_set set = {0};
 	char date[20];
 	int rc = -1, none;
+	bool whole;
 
 	if (date_of_source(date, e))
 		return -1;
@@ -196,13 +208,15 @@ int dicom_write(const char *path, const struct ct_vol *v, const struct ct_dicom_
 	none = find_template(&from, o, e);
 	if (none > 0)
 		ct_log(env, CT_WARN,
-			"%s: of no patient and no study, and in a space of its own: --template names "
-			"the series that it belongs to",
+			"%s: of no patient and no study, and in a space of its own: ct-convert --template "
+			"names the series that it belongs to",
 			path);
-	if (none < 0 || check_size(path, v, im.frames, e) || check_values(path, v, env, e) ||
+	if (none < 0 || check_size(path, v->n, im.frames, e) || check_values(path, v, &whole, e) ||
 		(none == 0 && read_template(&im, &set, &from, path, o->other_patient, e)) ||
 		image_head(&im, e))
 		goto out;
+	if (!whole)
+		ct_log(env, CT_INFO, "values are rounded to whole HU");
 	if (o->deid && image_has_writing(&im))
 		ct_log(env, CT_WARN,
 			"%s: BurnedInAnnotation of the source is YES: the pixels may show names, which "

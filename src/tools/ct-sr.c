@@ -316,6 +316,8 @@ static int refine(struct files *f, const struct ct_env *env, struct ct_err *e)
 	if (r.scan.operator.factor[0] == 1 && r.scan.operator.factor[1] == 1 && r.scan.
 		operator.factor[2] == 1)
 		return ct_fail(e, CT_EUSAGE, "%s: a factor of 1 refines nothing", f->p->in);
+	if (ct_files_is_dicom(f->p->out) && ct_dicom_may_write(f->p->out, &f->in, r.n, e))
+		return -1;
 	if (ahead_tell(&r, &f->in, f->p->in, f->p->out, f->p->confidence, env, e))
 		return -1;
 	if (env->command->dry_run)

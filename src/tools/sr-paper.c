@@ -71,7 +71,11 @@ static int check_room(const struct paper *j, struct ct_err *e)
 	const double free = ct_memory_free(""), times = pow(w->plan.factor, 3);
 	const double need = CT_MEMORY_BASE + ct_step_paper_bytes(&w->plan, j->lr.n);
 	const double up = 4 * times * (double)ct_vol_count(&j->lr);
+	const size_t f = (size_t)w->plan.factor, *lr = j->lr.n;
+	const size_t n[3] = {f * lr[0], f * lr[1], f * lr[2]};
 
+	if (ct_files_is_dicom(w->p->out) && ct_dicom_may_write(w->p->out, &j->lr, n, e))
+		return -1;
 	if (free > 0 && need > free)
 		return ct_fail(e, CT_ENOMEM,
 			"%s: takes at least %.0f MiB of memory, and %.0f MiB are free", w->p->in,
