@@ -69,7 +69,7 @@ $(OUT)/$(1)/hr-i$(2).nii: $(OUT)/$(1)/hr.nii
 	@$(PYTHON) $(HERE)blind.py bare $$(@D)/soft-$(2).nii $$@
 	@rm $$(@D)/noisy-$(2).nii $$(@D)/apart-$(2).nii $$(@D)/soft-$(2).nii
 endef
-tenths = $(shell awk 'BEGIN {print $(1) / 10}')
+tenths = $(shell LC_ALL=C awk 'BEGIN {print $(1) / 10}')
 $(foreach n,$(NAMES),$(foreach i,$(sort $(foreach c,$(CASES),$(patsubst i%,%,$(call soft,$(c))))),$(eval $(call soften,$(n),$(i),$(call tenths,$(i))))))
 
 # RUN of CASE of SCAN, a line of CSV beside the names of its columns

@@ -5,6 +5,7 @@
 # super-resolves it, and prints a table and the path of a picture. Takes about ten minutes on two cores.
 #   examples/cranium.sh [WORKDIR] [ct-sr options...]
 set -e
+LC_ALL=C; export LC_ALL # numbers have a point
 top=$(cd "$(dirname "$0")/.." && pwd)
 work=${1:-$top/build/cranium}
 [ $# -eq 0 ] || shift

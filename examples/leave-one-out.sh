@@ -9,6 +9,7 @@
 # (ct-train --validate), and of the middle of each the PSNR (dB) of the inversion and what ct-upsample -m prior adds to it,
 # band-limited (P1) and aliased (P3). Examples are made once and stay in WORK, a folder that is new, empty or was made by it.
 set -e
+LC_ALL=C; export LC_ALL # numbers have a point
 [ $# -ge 2 ] || { echo "usage: $0 CT_FOLDER WORK [FILE...]" >&2; exit 2; }
 ct=$1 work=$2
 shift 2

@@ -12,6 +12,8 @@ all:
 SHELL = bash
 .SHELLFLAGS = -eo pipefail -c
 .DELETE_ON_ERROR:
+# Numbers have a point: some awks read and write those of the user's language.
+export LC_ALL = C
 
 quoted = '$(subst ','\'',$(1))'
 # What make and the shell, or a table, read as something else. QUOTED=yes: the makefile takes it in OUT.
