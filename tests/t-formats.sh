@@ -163,6 +163,8 @@ has err 'nothing is beside standard input' 'the error of a header from a pipe sa
 # a name of two lines in a history, of which each line is a command
 two=$(printf 'a\nb.nii'); cp a.nii "$two"; exits 0 'a name of two lines is converted' ct-convert "$two" lines.nii
 ct-info --json lines.nii | grep -q "'a.*nb.nii' lines.nii # a.*nb.nii xxh3:"; ok $? 'a name of two lines is one line of the history'
+cp a.nii "it's \$a&(b).nii" && ct-convert -q "it's \$a&(b).nii" quoted.nii
+ct-info quoted.nii | sed -n "s/^  ct-convert [^ ]* \(.*\) quoted.nii # .*/printf '%s' \1/p" >told; [ "$(sh told)" = "it's \$a&(b).nii" ]; ok $? 'a shell reads a name of the history as it is'
 
 # outputs that are two files
 exits 4 'an existing file of voxels is not overwritten' ct-convert a.nii xmhd.nhdr

@@ -311,7 +311,7 @@ static void test_history(void)
 	REMEMBERS("-aq -qa in r", " -aq -qa in r");
 	REMEMBERS("in -- -q -t -- --force", " in -- -q -t -- --force");
 	REMEMBERS("- -", " - -");
-	REMEMBERS("in a;b c'd $e f\"g h\\i", " in 'a b' 'c'd' '$e' 'f\"g' 'h\\i'");
+	REMEMBERS("in a;b c'd $e f\"g h\\i", " in 'a b' 'c'\\''d' '$e' 'f\"g' 'h\\i'");
 	REMEMBERS("--alphabet=x/a;b in r", " '--alphabet=a b' in r");
 }
 

@@ -256,6 +256,9 @@ sed -n '/^Sources:/,/^$/p' "$srcdir/src/prior/README.md" | grep -oE 'LIDC-IDRI|L
 	sort -u | while read -r d; do grep -qxF "$d" data || echo "$d"; done >lost
 [ ! -s lost ]; ok $? 'every source of a network stands in debian/copyright'
 sed 's/^/# /' lost
+grep '^Files: doc/' "$srcdir/debian/copyright" | tr ' ' '\n' | grep / | while read -r f; do [ -e "$srcdir/$f" ] || echo "$f"; done >lost
+[ ! -s lost ]; ok $? 'every picture that debian/copyright names is there'
+sed 's/^/# /' lost
 grep '^pkgdata_DATA' "$srcdir/src/local.mk" | grep -q 'src/prior/README.md'; ok $? 'the cards of the networks are installed beside them'
 # what is installed to be run says what runs it
 sed -n '/^nobase_dist_example_SCRIPTS/,/[^\\]$/p' "$srcdir/Makefile.am" | grep -oE 'examples/[^ ]*' >scripts

@@ -326,13 +326,13 @@ static const char *named(const char *word)
 void ct_cli_put_history(FILE *f, const char *word, ct_cli_hidden *hidden, const void *ctx)
 {
 	const char *name = named(word), *by = hidden ? hidden(ctx, name) : NULL;
-	const char *quote = strpbrk(word, " \t\n\"'\\$") ? "'" : "";
+	const size_t option = (size_t)(name - word);
 
-	fprintf(f, " %s%.*s", quote, (int)(name - word), word);
 	for (const char *c = name; *c; c++)
 		if (*c == '/' && c[1] && c[1] != '/')
 			name = c + 1;
-	fprintf(f, "%s%s", by ? by : name, quote);
+	fputc(' ', f);
+	ct_table_put_word(f, word, option, by ? by : name);
 }
 
 static const char *hidden(const void *parser, const char *name)

@@ -286,3 +286,15 @@ int ct_cli_memory(double *bytes, const char *text, struct ct_err *e)
 			e, CT_EUSAGE, "--memory: '%.80s' is no size such as 600M or 2G", text);
 	return 0;
 }
+
+void ct_table_put_word(FILE *f, const char *word, size_t n, const char *rest)
+{
+	static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+				    "0123456789_-+=.,:/@%";
+	const bool is = n + strlen(rest) && strspn(word, plain) >= n && !rest[strspn(rest, plain)];
+
+	fprintf(f, "%s%.*s", is ? "" : "'", (int)n, word);
+	for (; *rest; rest++)
+		*rest == '\'' ? fputs("'\\''", f) : fputc(*rest, f);
+	fputs(is ? "" : "'", f);
+}

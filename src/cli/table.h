@@ -64,4 +64,8 @@ int ct_table_show_xml(const struct ct_tool *t, struct ct_err *e);
  * those that end so, "folder"; or nothing. */
 void ct_table_complete(const struct ct_tool *t, int n, char **word);
 
+/* A word of a command line, as a shell reads it: n characters of `word`, with no quote, then
+ * `rest`. */
+void ct_table_put_word(FILE *f, const char *word, size_t n, const char *rest);
+
 #endif

@@ -3,6 +3,7 @@
 #include "config.h"
 #include "core/installed.h"
 #include "cli/files.h"
+#include "cli/table.h"
 #include "core/inflate.h"
 #include "core/stream.h"
 #include "dicom/form.h"
@@ -193,27 +194,13 @@ const char *sr_words_output(const struct sr_words *s, size_t i)
 	return s->file[s->step[i].output];
 }
 
-/* A word as a shell would read it. */
-static void put_word(const char *w, FILE *f)
-{
-	if (*w && !w[strspn(w, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
-			       "0123456789_-+=.,:/@%")]) {
-		fputs(w, f);
-		return;
-	}
-	fputc('\'', f);
-	for (; *w; w++)
-		*w == '\'' ? fputs("'\\''", f) : fputc(*w, f);
-	fputc('\'', f);
-}
-
 void sr_words_print(const struct sr_words *s, const char *last, FILE *f)
 {
 	for (size_t i = 0; i < s->n; i++) {
 		for (size_t k = 0; k < s->step[i].n; k++) {
 			if (k)
 				fputc(' ', f);
-			put_word(s->step[i].word[k], f);
+			ct_table_put_word(f, "", 0, s->step[i].word[k]);
 		}
 		fprintf(f, "%s\n", last);
 	}
@@ -236,7 +223,7 @@ static int put_cd(const char *folder, FILE *f, struct ct_err *e)
 		fputs("\"\n", f);
 	} else {
 		fputs("cd -- ", f);
-		put_word(here, f);
+		ct_table_put_word(f, "", 0, here);
 		fputc('\n', f);
 	}
 	free(here);
