@@ -39,6 +39,9 @@ above "$(psnr hr.nii points.nii)" "$(psnr hr.nii linear.nii) - 3"; ok $? 'a fit 
 ct-degrade -x 2 profile.nii again.nii && above "$(psnr lr.nii again.nii)" 32; ok $? 'a fit degraded again is the scan to 32 dB'
 exits 0 'the grid of a volume' ct-field -q --samples points -b 2 --grid hr.nii lr.nii grid.nii
 good grid.nii '16 16 16' '--grid of a volume is the grid of OUT'
+ct-info grid.nii | grep -q '^  factor *2,2,2'; ok $? 'the grid that the operator begins from keeps the operator'
+ct-convert -q --crop 1:15,0:16,0:16 hr.nii part.nii && ct-field -q --samples points -b 2 --grid part.nii lr.nii other.nii
+! ct-info other.nii | grep -qE '^  (factor|sigma|decimate)'; ok $? 'another grid does not say the operator, which would be false'
 ct-phantom -q --size 400x8x8 --spacing 4 cube - | ct-convert -q --crop 390:400,0:8,0:8 - far.nii
 exits 5 'a grid beside IN' ct-field -q --samples points -b 2 --grid far.nii lr.nii no.nii
 has err 'far.nii: lies beside IN along axis 0' 'the error of a grid beside IN names the axis'; [ ! -e no.nii ]; ok $? 'a grid beside IN makes no output'

@@ -209,15 +209,23 @@ int ct_step_field_run(struct ct_field_fit *f, struct ct_step_field_report *r,
 int ct_step_field_volume(struct ct_vol *out, const struct ct_field_fit *f,
 	const struct ct_step_field *p, const struct ct_env *env, struct ct_err *e)
 {
+	struct ct_err why;
+	/* of another grid nobody knows what operator makes LR */
+	const bool own = ct_vol_same_grid(&p->grid, &p->fine, &why) == 0;
+
 	if (ct_vol_like(out, &p->grid, e) || ct_field_fit_volume(out, f, &p->data, env, e))
 		return -1;
 	for (size_t k = 0, n = ct_vol_count(out); k < n; k++)
 		out->data[k] = out->data[k] < 0 ? 0 : out->data[k] > 1 ? 1 : out->data[k];
 	if (p->data.rays)
 		return ct_window_rule_reconstructed(out, p->data.rays, &p->rule.window, false, e);
-	return ct_err_any(ct_meta_copy(&out->meta, &p->data.lr->meta, e) ||
-			  ct_window_put(&out->meta, p->window, e) ||
-			  ct_window_volume(out, false, p->window, e) ||
-			  (p->scan.known && ct_degrade_put(&out->meta, &p->scan.operator, e)) ||
-			  ct_meta_set(&out->meta, CT_META_UPSAMPLE, "field", e));
+	if (ct_meta_copy(&out->meta, &p->data.lr->meta, e))
+		return -1;
+	if (!own)
+		ct_degrade_drop(&out->meta);
+	return ct_err_any(
+		ct_window_put(&out->meta, p->window, e) ||
+		ct_window_volume(out, false, p->window, e) ||
+		(own && p->scan.known && ct_degrade_put(&out->meta, &p->scan.operator, e)) ||
+		ct_meta_set(&out->meta, CT_META_UPSAMPLE, "field", e));
 }
