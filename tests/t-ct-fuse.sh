@@ -56,6 +56,10 @@ exits 0 'noise on those of the truth' ct-fuse up.nii lr.nii noisy.exr noisy.nii
 has out '^projections trusted' 'projections of the truth with noise are trusted'
 above "$(psnr hr.nii noisy.nii)" "$(psnr hr.nii up.nii) + 4"; ok $? 'gains 4 dB, too'
 ct-project --views 20 --expert start=77 hr.nii turned.exr
+ct-convert -q --reorient LPI up.nii up-lpi.nii; ct-convert -q --reorient LPI lr.nii lr-lpi.nii
+exits 0 'a base that is stored from other ends' ct-fuse --residual-out=r-lpi.nii up-lpi.nii lr-lpi.nii p.exr out-lpi.nii
+ct-convert -q --reorient RAS out-lpi.nii out-ras.nii; ct-convert -q --reorient RAS r-lpi.nii r-ras.nii
+for k in out r; do ct-metrics --ssim none -w -1000:1000 $k.nii $k-ras.nii | awk '$1 == "max-hu" {same = $2 < .1} END {exit !same}'; ok $? "$k is the same, whichever way the volumes are stored"; done
 exits 0 'another start of the arc' ct-fuse up.nii lr.nii turned.exr turned.nii
 above "$(psnr hr.nii turned.nii)" "$(psnr hr.nii up.nii) + 4"; ok $? 'with another start of the arc ct-fuse gains 4 dB over the base'
 

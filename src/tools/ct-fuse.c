@@ -93,6 +93,7 @@ static int prepare(struct fuse_job *j, struct ct_err *e)
 	j->fuse.joint.save = save_state;
 	j->fuse.joint.ctx = j;
 	return ct_err_any(name_run(j, e) || ct_step_fuse_plan(&j->plan, &j->p->rule, &j->data, e) ||
+			  (j->plan.turned && ct_resume_value(&j->resume, e, "axes", "RAS")) ||
 			  ct_step_fuse_begin(&j->fuse, &j->plan, j->env, e));
 }
 
@@ -130,7 +131,7 @@ static int write_all(struct fuse_job *j, struct ct_err *e)
 						ct_vol_write(p->residual, &added, &own, e))) ||
 			ct_meta_step(&d->base.meta, j->env, n, in, e) ||
 			ct_vol_write(p->out, &d->base, &own, e) || ct_out_set_commit(&both, e));
-	ct_meta_free(&added.meta);
+	ct_vol_free(&added);
 	ct_out_set_drop(&both);
 	return rc;
 }
