@@ -464,7 +464,8 @@ ok $? 'the script in the --keep folder writes the same DICOM'
 exits 0 'ct-sr --keep runs again when all is done' by -v --keep work template kept/
 has err '8 of 8 steps were done' 'ct-sr --keep reports that all steps were done'
 rm kept/ctsr0003.dcm
-exits 0 'ct-sr --keep runs again when a slice is missing' by -q --keep work template kept/
+exits 4 'ct-sr --keep writes over no folder in which a slice is missing' by -q --keep work template kept/
+exits 0 'ct-sr --keep --force runs again when a slice is missing' by -q -f --keep work template kept/
 [ "$(sum kept)" = "$(sum sr4)" ]
 ok $? 'ct-sr --keep writes a missing slice again'
 exits 0 'ct-sr --series refines one of two series' ct-sr -q -x 2 -Q draft --series 1.2.840.4711.3 two two-sr.dcm

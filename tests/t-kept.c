@@ -309,9 +309,14 @@ static void test_done(void)
 	OK(look(&k, 2, "a2", false) == CT_KEPT_MISSING && is_there("elsewhere"),
 		"an output elsewhere with another key is to be made, and stays until then");
 	put_text("elsewhere", "mine");
+	OK(look(&k, 2, "a1", false) == -1 && e.code == CT_EOUTPUT &&
+			strncmp(e.msg, "elsewhere: was changed since", 28) == 0,
+		"an output elsewhere that was changed is refused");
+	files.force = true;
 	OK(look(&k, 2, "a1", false) == CT_KEPT_MISSING &&
 			is_text(said, "0 elsewhere: was changed, and is made again\n"),
-		"an output elsewhere that was changed is to be made, and that is said");
+		"with force it is to be made, and that is said");
+	files.force = false;
 	OK(look(&k, 1, "a2", false) == CT_KEPT_MISSING && !is_there("k/b"),
 		"an output in the folder with another key is removed");
 	ct_kept_close(&k);

@@ -34,7 +34,11 @@ rm sr.nii
 exits 0 'an output that is gone is made' "$@" in.nii sr.nii
 said '6 of 7' 'only the step of the output that is gone is done again'
 printf x >>sr.nii
-exits 0 'an output that is spoilt is made' "$@" in.nii sr.nii
+cp sr.nii mine.nii
+exits 4 'an output that was changed is not written over' "$@" in.nii sr.nii
+has err '^ct-sr: sr.nii: was changed since a run made it; --force overwrites it' 'the error says what would overwrite it'
+cmp -s sr.nii mine.nii; ok $? 'the output that was changed stays as it was'
+exits 0 'with --force it is made again' "$@" -f in.nii sr.nii
 has err '^ct-sr: warning: sr.nii: was changed, and is made again' 'an output that is spoilt is warned of'
 alone sr.nii 'an output that is spoilt is as it was afterwards'
 exits 0 'other options go on where they are the same' ct-sr -v -x 2 --paper --expert views=3,iterations=2,gaussians=20 --keep k in.nii sr.nii
@@ -95,7 +99,8 @@ exits 0 "one's own projections may be put where a run was stopped" "$@" in.nii s
 cmp -s k/sr-proj.exr mine; ok $? "one's own projections stay as they are where a run was stopped"
 rm k/sr-proj.exr; "$@" in.nii sr.nii 2>/dev/null
 sed 's/--views=2/--views=3/' k/commands.sh >edited; cat edited >k/commands.sh; sh k/commands.sh >/dev/null 2>&1; cp sr.nii mine; cp k/sr-proj.exr mine.exr
-exits 0 'a run goes on with all that an edited script made' "$@" in.nii sr.nii
+exits 4 'what an edited script made in OUT is not written over' "$@" in.nii sr.nii
+exits 0 'with --force a run goes on with all that it made' "$@" -f in.nii sr.nii
 cmp -s sr.nii mine && cmp -s k/sr-proj.exr mine.exr; ok $? 'the result is that of the edited script'
 rm k/commands.sh k/*-proj.exr k/residual.ply; exits 0 'what an edited script made may be removed' "$@" in.nii sr.nii
 alone sr.nii 'the result is that of the options where all was removed'
@@ -151,7 +156,7 @@ cmp -s edited bal/commands.sh; ok $? 'a script that was edited is never overwrit
 has err '^ct-sr: warning: bal/commands.sh: was edited, and stays as it is' 'a script that was edited is warned of'
 said '7 of 7' 'a script that was edited changes nothing of the run'
 sh bal/commands.sh >/dev/null 2>&1; ok $? 'a script that was edited runs'
-exits 0 'a run follows a script that was edited' "$@" --keep bal marks.nii bal.nii
+exits 0 'a run follows a script that was edited' "$@" -f --keep bal marks.nii bal.nii
 said '6 of 7' 'what the edited script made otherwise is used'
 has err 'bal/residual.ply: is not what a run in this folder made: it is used' 'what the edited script made otherwise is told to be used'
 rm bal/commands.sh; exits 0 'a script that was removed is written again' "$@" --keep bal marks.nii bal.nii

@@ -155,6 +155,24 @@ bool ct_kept_owns(const struct ct_kept *k, size_t place, const char *output)
 	return was && strcmp(was, name ? name : output) == 0;
 }
 
+int ct_kept_unchanged(const struct ct_kept *k, size_t place, const char *output,
+	const struct ct_env *env, struct ct_err *e)
+{
+	const char *made = k->note[place].made;
+	char hex[CT_HASH_HEX];
+
+	if (within(k, output) || !ct_kept_owns(k, place, output) || strcmp(made, "-") == 0 ||
+		ct_io_rule_of(env).force)
+		return 0;
+	if (ct_hash_file(hex, output, env, e))
+		return -1;
+	return !*hex || strcmp(hex, made) == 0
+		       ? 0
+		       : ct_fail(e, CT_EOUTPUT,
+				 "%s: was changed since a run made it; --force overwrites it",
+				 output);
+}
+
 int ct_kept_look(enum ct_kept_is *is, char hex[static CT_HASH_HEX], struct ct_kept *k, size_t place,
 	const char *output, const char *key, bool of_own, const struct ct_env *env,
 	struct ct_err *e)
@@ -174,6 +192,8 @@ int ct_kept_look(enum ct_kept_is *is, char hex[static CT_HASH_HEX], struct ct_ke
 		else if (inside && unlink(output))
 			return ct_fail_errno(e, CT_EOUTPUT, output);
 	} else if (!inside) {
+		if (ct_kept_unchanged(k, place, output, env, e))
+			return -1;
 		if (owned && strcmp(s->made, "-") != 0)
 			ct_log(env, CT_WARN, "%s: was changed, and is made again", output);
 	} else if (owned && !same && !of_own)

@@ -8,7 +8,8 @@
  * the run.
  *
  * A file in the folder that does not hold what was noted is a person's own: it is used as it is, or
- * refused if what it stands for is another by now. It is never written over.
+ * refused if what it stands for is another by now. It is never written over. An output elsewhere
+ * that does not is refused, too; with force it is made again.
  * SPDX-License-Identifier: Apache-2.0
  */
 #ifndef CT_CLI_KEPT_H
@@ -42,9 +43,14 @@ int ct_kept_open(struct ct_kept *k, const char *folder, size_t n, const char *co
 	const struct ct_env *env, struct ct_err *e);
 /* Has a run in this folder begun to make that output, under that name? */
 bool ct_kept_owns(const struct ct_kept *k, size_t place, const char *output);
+/* CT_EOUTPUT if an output that lies elsewhere was made by a run and does not hold that, unless
+ * force is set. */
+int ct_kept_unchanged(const struct ct_kept *k, size_t place, const char *output,
+	const struct ct_env *env, struct ct_err *e);
 /* *is <- what an output with this key is now; `of_own`: it is made of a person's own file, so that
  * it may be another one, too. `hex` <- what it holds. A file of a run that is out of date is
- * removed if it lies in the folder. CT_EOUTPUT for a person's own that is. */
+ * removed if it lies in the folder. CT_EOUTPUT for a person's own that is, and as
+ * ct_kept_unchanged. */
 int ct_kept_look(enum ct_kept_is *is, char hex[static CT_HASH_HEX], struct ct_kept *k, size_t place,
 	const char *output, const char *key, bool of_own, const struct ct_env *env,
 	struct ct_err *e);

@@ -260,6 +260,10 @@ static int check_out(const struct sr_steps *s, const struct ct_env *env, struct 
 	if (p->keep && p->report && !ct_kept_owns(&s->kept, SR_PAGE, p->report) &&
 		ct_out_check(p->report, env, e))
 		return -1;
+	if (p->keep &&
+		(ct_kept_unchanged(&s->kept, SR_OUT, s->w.file[SR_OUT], env, e) ||
+			(p->report && ct_kept_unchanged(&s->kept, SR_PAGE, p->report, env, e))))
+		return -1;
 	if (ct_out_folder_named(p->out))
 		return ct_out_folder_check(p->out, CT_DICOM_OWN, &over, e);
 	return p->keep ? ct_out_check(p->out, &over, e) : 0;
