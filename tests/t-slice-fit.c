@@ -70,7 +70,7 @@ static void found(const struct ct_vol *v)
 		must(ct_profile_measure(got, &lo, d->factor, NULL, &err));
 		for (int a = 0; a < 3; a++) {
 			if (d->factor[a] > 1)
-				OK(fabs(got[a].spread - cases[k / 2].spread) < 0.05 &&
+				OK(fabs(got[a].spread - cases[k / 2].spread) < 0.07 &&
 						got[a].edges > 100 && got[a].deviation > 0 &&
 						got[a].deviation < 1,
 					"case %zu, axis %d: %.3f for %.3f", k, a, got[a].spread,
@@ -94,7 +94,7 @@ static void soft(void)
 	phantom(&v, 1.5);
 	lo = reduced(&v, &d, 0);
 	must(ct_profile_measure(got, &lo, d.factor, NULL, &err));
-	OK(got[2].spread < 0.45, "soft edges count less: %.3f for .289", got[2].spread);
+	OK(got[2].spread < 0.48, "soft edges count less: %.3f for .289", got[2].spread);
 	ct_vol_free(&lo);
 	ct_vol_free(&v);
 }
@@ -148,7 +148,7 @@ static void clipped_edges(void)
 	must(ct_edge_lines_draw(rows, CT_EDGE_PLACES, &n, &is, lo.data, NULL, lo.n, 0, &err));
 	OK(n > 0 && is, "but if there are no others: %zu", n);
 	must(ct_profile_measure(got, &lo, d.factor, NULL, &err));
-	OK(got[0].deviation == 1 && got[0].spread > 0.2 && got[0].spread < 0.55 &&
+	OK(got[0].deviation == 1 && got[0].spread > 0.15 && got[0].spread < 0.55 &&
 			isnan(got[2].spread),
 		"and then they show a spread that is not sure: %.3f for .325", got[0].spread);
 	must(ct_edge_lines_draw(rows, CT_EDGE_PLACES, &n, &is, v.data, NULL, v.n, 2, &err));
