@@ -6,8 +6,8 @@
     ctsr.write(thin, "thin.nii.gz")
 
 Volumes are Image: a float32 array [x, y, z] in HU, and an affine to mm, RAS+. Wherever one is wanted, an image of
-nibabel or the name of a file may be given. Every function raises Error, which has the exit status that the commands
-have. Those whose work takes long take
+nibabel (its voxels and affine alone) or the name of a file (with what its header says) may be given. Every function
+raises Error, which has the exit status that the commands have. Those whose work takes long take
 
     threads   number of threads; 0: one for each processor
     progress  called as progress(what, done, total), total 0 if not known

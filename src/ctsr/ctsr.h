@@ -154,7 +154,7 @@ enum ctsr_decimate {
 typedef struct ctsr_operator {
 	size_t size;
 	double factor[3]; /* along each axis, 1 to 1024, need not be whole; 0 (default): 1 */
-	double sigma[3];  /* of the blur, in fine voxels, 0 to 1000; default 0 */
+	double sigma[3];  /* of the blur, in fine voxels, 0 to 16 times the factor; default 0 */
 	int decimate;     /* of enum ctsr_decimate; default CTSR_SINC */
 	double noise;     /* standard deviation of white noise, HU, of the coarse CT; default 0 */
 	/* Of ctsr_degrade alone, as ct-degrade(1) has them; elsewhere they are CTSR_USAGE. */
@@ -364,10 +364,10 @@ typedef struct ctsr_ddnm_options {
 	const ctsr_projections *init; /* begin with these, of the geometry of the result; or NULL */
 	int start; /* timestep of 1000 to begin from; -1 (default): 60 of init, 5 of a refined CT */
 	size_t travel[2];  /* after every [0] steps go back, [1] times in all; 0 (default): never */
-	double guidance;   /* of CTSR_GDP; default 2000 */
-	size_t iterations; /* of CTSR_BIRD: chains; default 100 */
-	double rate;       /* of CTSR_BIRD; default 0.001 */
-	int frozen;        /* of CTSR_BIRD, 1: not through the network; default 0 */
+	double guidance;   /* of gdp; default 2000 */
+	size_t iterations; /* of bird: chains; default 100 */
+	double rate;       /* of bird; default 0.001 */
+	int frozen;        /* of bird, 1: not through the network; default 0 */
 	int first_channel; /* of a prior with colours, 1: the first, 0 (default): their mean */
 } ctsr_ddnm_options;
 

@@ -10,21 +10,23 @@
 #include <dnnl_debug.h>
 #include <stdlib.h>
 
-/* The library keeps to the instructions of ct_simd_level. It takes this before its first primitive
- * only, and says no later. */
-static void cap_level(void)
+/* oneDNN reads ONEDNN_VERBOSE, which would print into an output, and ONEDNN_MAX_CPU_ISA, which
+ * would change it. It keeps to the instructions of ct_simd_level (0: to all that there are); it
+ * takes this before its first primitive only, and says no later. */
+static void settle(void)
 {
 	const int level = ct_simd_level();
 
-	if (level == 2)
-		(void)dnnl_set_max_cpu_isa(dnnl_cpu_isa_sse41);
-	else if (level == 3)
-		(void)dnnl_set_max_cpu_isa(dnnl_cpu_isa_avx2);
+	(void)dnnl_set_verbose(0);
+	(void)dnnl_set_jit_dump(0);
+	(void)dnnl_set_max_cpu_isa(level == 2   ? dnnl_cpu_isa_sse41
+				   : level == 3 ? dnnl_cpu_isa_avx2
+						: (dnnl_cpu_isa_t)0);
 }
 
 int ct_dnn_enter(void)
 {
-	cap_level();
+	settle();
 #ifdef _OPENMP
 	int was = omp_get_max_threads();
 
@@ -60,7 +62,7 @@ int ct_dnn_alloc(struct ct_dnn **out, struct ct_err *e)
 {
 	struct ct_dnn *d;
 
-	cap_level();
+	settle();
 	if (ct_alloc0(&d, 1, sizeof *d, e))
 		return -1;
 	if (ct_dnn_engine_new(&d->engine, e)) {
