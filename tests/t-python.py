@@ -138,6 +138,19 @@ ok(fails(3, 'none.txt', ctsr.superres, lr, profile='none.txt'), 'a profile that 
 beams = ctsr.project('lr.nii', views=3)
 for message, f, x, options in (('trust: needs estimate, and no sigma', ctsr.superres, lr, dict(trust=True, sigma=.85)),
                                ('trust: needs estimate, and no sigma', ctsr.upsample, lr, dict(trust=True)),
+                               ('noise does nothing, as the volume says no operator', ctsr.upsample, 'blind.nii', dict(factor=2, noise=3)),
+                               ('iterations does nothing', ctsr.upsample, 'blind.nii', dict(factor=2, iterations=5)),
+                               ('estimate: needs method=', ctsr.upsample, 'blind.nii', dict(method='linear', estimate=True)),
+                               ('estimate: not with sigma', ctsr.upsample, lr, dict(method='dc', sigma=.85, estimate=True)),
+                               ('a factor of 1 refines nothing', ctsr.superres, 'blind.nii', dict(factor=1, quality='draft')),
+                               ('tolerance: inf is outside', ctsr.upsample, lr, dict(method='tv', tolerance=np.inf)),
+                               ('iterations: 1000000 is outside', ctsr.upsample, lr, dict(method='tv', iterations=10**6)),
+                               ('noise: nan is not a number', ctsr.superres, lr, dict(noise=np.nan)),
+                               ('sigma: nan is not a number', ctsr.superres, lr, dict(sigma=np.nan)),
+                               ('slice_thickness: nan is not a number', ctsr.superres, lr, dict(slice_thickness=np.nan)),
+                               ('eta: nan is not a number', ctsr.ddnm, beams, dict(eta=np.nan)),
+                               ('floor: nan is not a number', lambda x, **o: ctsr.compose(x, x, **o), lr, dict(floor=np.nan)),
+                               ('window: nan is not a number', ctsr.reconstruct, beams, dict(window=(np.nan, 1))),
                                ('pixel: needs coarsen', ctsr.project, lr, dict(pixel='mean')),
                                ('electronic and water: need photons', ctsr.project, lr, dict(electronic=5)),
                                ('electronic and water: need photons', ctsr.project, lr, dict(water=.03)),
@@ -295,7 +308,7 @@ for few in ((-5,), (-500, 0, 500), -5):
     ok(raises(ValueError, ctsr.project, hr, views=2, offset=few), 'an offset of not two numbers is refused: %s' % (few,))
 ok(fails(2, 'the clip 0 to 0 is none', ctsr.degrade, hr, 2, clip=(0, 0)) and fails(2, 'the slice_thickness 0 is not', ctsr.degrade, hr, (1, 1, 2), slice_thickness=0), 'a clip or a thickness of 0 is not taken for none')
 ok(fails(5, 'a fan has one detector row, not 4', ctsr.project, hr, beam='fan', rows=4) and fails(2, 'the coarsen 0', ctsr.project, hr, coarsen=0), 'rows of a fan and a coarsen of 0 are refused, as of ct-project')
-ok(fails(2, 'the clip nan to 100 is none', ctsr.degrade, hr, 2, clip=(np.nan, 100)), 'a clip from NaN on is refused')
+ok(fails(2, 'clip: nan is not a number', ctsr.degrade, hr, 2, clip=(np.nan, 100)), 'a clip from NaN on is refused')
 ok(raises(TypeError, ctsr.degrade, hr, 2, progress=5), 'a progress that cannot be called is refused')
 for f in (ctsr.fdk, ctsr.ddnm, lambda x: ctsr.fit(x, hr), lambda x: ctsr.backproject(x, hr), lambda x: ctsr.metrics(ctsr.project(hr, views=2), x)):
     ok(raises(TypeError, f, hr), 'a volume in place of projections is refused')

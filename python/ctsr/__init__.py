@@ -190,16 +190,23 @@ def _array(x, dtype=None):
     return np.asarray(x, dtype)
 
 
-def _three(x: Axes):
-    x = _array(x, float)
+def _real(x, what):
+    """Not NaN, which would be taken for what is not given."""
+    if np.isnan(x).any():
+        raise Error(2, '%s: nan is not a number' % what)
+    return x
+
+
+def _three(x: Axes, what):
+    x = _real(_array(x, float), what)
     if x.shape not in ((), (1,), (3,)):
-        raise ValueError('%r: expected one number or three' % (x.tolist(),))
+        raise ValueError('%s: %r: expected one number or three' % (what, x.tolist()))
     return abi.D3(*np.broadcast_to(x, (3,)))
 
 
 def _some(x, n, what):
     """So many numbers, of which none is left out."""
-    a = _array(x, float)
+    a = _real(_array(x, float), what)
     if a.shape != (n,):
         raise ValueError('%s: %r: expected %d numbers' % (what, x, n))
     return (c.c_double * n)(*a)
@@ -207,7 +214,7 @@ def _some(x, n, what):
 
 def _given(x: Axes, what):
     """Where 0 would be taken for what is not given."""
-    x = _three(x)
+    x = _three(x, what)
     if 0 in tuple(x):
         raise Error(2, 'the %s 0 is not positive' % what)
     return x
@@ -297,7 +304,7 @@ class Operator(NamedTuple):
 
 def _operator(factor: Axes, sigma: Axes = 0, decimate='sinc', noise=0.):
     o = abi.Operator(c.sizeof(abi.Operator))
-    o.factor, o.sigma, o.noise = _given(factor, 'factor'), _three(sigma), noise
+    o.factor, o.sigma, o.noise = _given(factor, 'factor'), _three(sigma, 'sigma'), noise
     if np.size(sigma) == 1 and np.any(sigma):  # of the axes that are reduced
         if all(f == 1 for f in o.factor):
             raise Error(2, 'sigma: one number is of the axes that are reduced, and none is: expected three')
@@ -458,15 +465,15 @@ def _refine(name, image, factor, spacing, method, preset, sigma, decimate, noise
     if spacing is not None:
         o.spacing = _given(spacing, 'spacing')
     if sigma is not None:
-        o.sigma = _three(sigma)
+        o.sigma = _three(sigma, 'sigma')
         if np.size(sigma) == 1:  # of the axes that are refined
             o.sigma = abi.D3(o.sigma[0], math.nan, math.nan)
     if decimate is not None:
         o.decimate = _index(_DECIMATE, decimate, 'decimate')
     if slice_thickness is not None:
-        o.slice_thickness = slice_thickness
+        o.slice_thickness = _real(slice_thickness, 'slice_thickness')
     o.profile = _path(profile) if profile is not None else None
-    o.noise = math.nan if noise is None else noise
+    o.noise = math.nan if noise is None else _real(noise, 'noise')
     o.estimate, o.memory, o.denoise, o.trust = bool(estimate), memory, denoise, bool(trust)
     o.prior_file = _path(prior) if prior is not None else None
     o.units = _text(units, 'units') if units is not None else None
@@ -593,7 +600,8 @@ def ddnm(projections: Projections, prior=None, sampler: Optional[str] = None, fa
     if len(travel) != 2:
         raise ValueError('travel: %r: expected 2 numbers' % (travel,))
     o.travel = (c.c_size_t * 2)(*[_whole(x, 31, 'travel') for x in travel])
-    o.eta, o.sigma_y = o.eta if eta is None else eta, o.sigma_y if sigma_y is None else sigma_y
+    o.eta = o.eta if eta is None else _real(eta, 'eta')
+    o.sigma_y = o.sigma_y if sigma_y is None else _real(sigma_y, 'sigma_y')
     o.init, o.keeps = _rays(init, 'init').p if init is not None else None, init  # as long as the call, which may outlive Ctrl-C
     _Call(threads, progress, log, seed, history=history).run(
         _lib.ctsr_ddnm, c.byref(out), c.byref(std) if samples != 1 else None, _rays(projections), c.byref(o), made=[out, std],
@@ -734,8 +742,8 @@ def compose(base, residual, gain: float = 1, floor: Optional[float] = None, spac
     o, out, h = abi.Compose(), abi.H(), Image.of(base)._handle()
     _lib.ctsr_compose_options_init(c.byref(o), c.sizeof(o))
     o.gain = gain
-    o.floor = o.floor if floor is None else floor
-    o.spacing = o.spacing if spacing is None else spacing
+    o.floor = o.floor if floor is None else _real(floor, 'floor')
+    o.spacing = o.spacing if spacing is None else _real(spacing, 'spacing')
     if window is not None:
         o.window = _some(window, 2, 'window')
     g = residual._h if isinstance(residual, Gaussians) else None

@@ -51,10 +51,17 @@ void ctsr_upsample_options_init(ctsr_superres_options *o, size_t size)
 	ctsr_give_defaults(o, size, &all, sizeof all);
 }
 
-/* As the option table of ct-upsample has it. */
-static int check_members(const ctsr_superres_options *o, bool error, struct ct_err *e)
+/* A call of ctsr_superres or ctsr_upsample. */
+struct asked {
+	const ctsr_superres_options *o;
+	bool error, upsample;
+};
+
+/* As the option table of ct-upsample has it, which estimates only if told to. */
+static int check_members(const struct asked *a, int method, struct ct_err *e)
 {
 	const unsigned prior = CT_BIT(CT_REFINE_PRIOR);
+	const ctsr_superres_options *o = a->o;
 	const struct ctsr_member members[] = {{"preset", o->preset != CTSR_BALANCED, prior},
 		{"prior", o->prior_file != NULL, prior | CT_BIT(CT_REFINE_ARSSR)},
 		{"start", o->start != NULL, CT_REFINE_INVERTED},
@@ -62,14 +69,17 @@ static int check_members(const ctsr_superres_options *o, bool error, struct ct_e
 		{"tolerance", o->tolerance != 0.1, CT_REFINE_ITERATES},
 		{"noise", !isnan(o->noise), CT_REFINE_ITERATES},
 		{"denoise", o->denoise > 0, CT_REFINE_ITERATES},
-		{"error", error, prior | CT_BIT(CT_UPSAMPLE_AUTO)}, {NULL, false, 0}};
+		{"estimate", a->upsample && o->estimate, CT_REFINE_INVERTED},
+		{"error", a->error, prior | CT_BIT(CT_UPSAMPLE_AUTO)}, {NULL, false, 0}};
 
-	return ctsr_check_members(members, "method", CT_WORDS(CT_REFINE_LIST), o->method, e);
+	return ctsr_check_members(members, "method", CT_WORDS(CT_REFINE_LIST), method, e);
 }
 
 /* Written so that NaN is refused where a number is needed. */
-static int check(const ctsr_superres_options *o, bool error, struct ct_err *e)
+static int check(const struct asked *asked, struct ct_err *e)
 {
+	const ctsr_superres_options *o = asked->o;
+
 	if (o->method < CTSR_AUTO || o->method > CTSR_ARSSR)
 		return ct_fail(e, CT_EUSAGE, "the method %d is not one of 0 to 10", o->method);
 	if (o->method == CTSR_ARSSR && !o->prior_file)
@@ -94,12 +104,36 @@ static int check(const ctsr_superres_options *o, bool error, struct ct_err *e)
 		return ct_fail(e, CT_EUSAGE, "the noise %g HU is outside [0, 1e6]", o->noise);
 	if (!(o->denoise >= 0 && o->denoise <= 1))
 		return ct_fail(e, CT_EUSAGE, "denoise: %g is outside [0, 1]", o->denoise);
-	if (o->iterations < 1 || !(o->tolerance >= 0) || !(o->memory >= 0))
-		return ct_fail(e, CT_EUSAGE,
-			"iterations must be at least 1, tolerance and memory not below 0");
+	if (o->iterations < 1 || o->iterations > 100000)
+		return ct_fail(
+			e, CT_EUSAGE, "iterations: %d is outside [1, 100000]", o->iterations);
+	if (!(o->tolerance >= 0 && o->tolerance <= 1e6))
+		return ct_fail(e, CT_EUSAGE, "tolerance: %g is outside [0, 1e6]", o->tolerance);
+	if (!(o->memory >= 0))
+		return ct_fail(e, CT_EUSAGE, "memory: %g is below 0", o->memory);
+	if (asked->upsample && o->estimate && !isnan(o->sigma[0]))
+		return ct_fail(e, CT_EUSAGE, "estimate: not with sigma");
 	if (o->trust && (!o->estimate || !isnan(o->sigma[0])))
 		return ct_fail(e, CT_EUSAGE, "trust: needs estimate, and no sigma");
-	return check_members(o, error, e);
+	return check_members(asked, o->method, e);
+}
+
+/* As ct-upsample and ct-sr refuse them: without an operator auto is bspline, which does not
+ * iterate. */
+static int check_plan(const struct asked *a, const struct ct_refine *r, struct ct_err *e)
+{
+	const double *times = r->scan.operator.factor;
+	struct ct_err why;
+
+	if (!a->upsample && times[0] == 1 && times[1] == 1 && times[2] == 1)
+		return ct_fail(e, CT_EUSAGE, "a factor of 1 refines nothing");
+	if (a->o->method != CTSR_AUTO || r->scan.known || a->o->estimate ||
+		check_members(a, CTSR_BSPLINE, &why) == 0)
+		return 0;
+	return ct_fail(e, CT_EUSAGE,
+		"%.*s does nothing, as the volume says no operator (how it was reduced) and is "
+		"only interpolated: pass sigma or estimate",
+		(int)strcspn(why.msg, ":"), why.msg);
 }
 
 /* What is said of the units of v is in the metadata of *to, whose voxels are those of v. */
@@ -232,9 +266,10 @@ static int say(const struct ct_refine *r, const struct ct_vol *in, double second
 }
 
 static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
-	const ctsr_volume *in, const ctsr_superres_options *o, struct ctsr_call *k)
+	const ctsr_volume *in, const struct asked *asked, struct ctsr_call *k)
 {
-	struct ct_refine_rule rule = rule_of(o, error != NULL);
+	const ctsr_superres_options *o = asked->o;
+	struct ct_refine_rule rule = rule_of(o, asked->error);
 	struct ct_vol scan = {0}, start = {0};
 	struct nets n = {0};
 	const struct ct_meta *const from[] = {&scan.meta, &n.meta};
@@ -245,11 +280,11 @@ static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	rule.prior = &n.prior;
 	rule.arssr = &n.arssr;
 	rule.start = o->start ? &start : NULL;
-	rc = ct_err_any(check(o, error, e) || take_slices(&rule.said.slice, o, e) ||
+	rc = ct_err_any(check(asked, e) || take_slices(&rule.said.slice, o, e) ||
 			take_units(&scan, in, o, "volume", e) || ctsr_check_volume(in, e) ||
 			(o->start && take_units(&start, o->start, o, "start", e)) ||
 			read_prior(&n, o->method, o->prior_file, e));
-	if (rc == 0 && (ct_refine_plan(r, &rule, &scan, &k->env, e) ||
+	if (rc == 0 && (ct_refine_plan(r, &rule, &scan, &k->env, e) || check_plan(asked, r, e) ||
 			       ct_refine_run(r, out, error, &scan, &k->env, e)))
 		rc = ct_blame(e, "volume");
 	rc = ct_err_any(rc || say(r, &scan, ct_clock_wall() - began, &k->env, e) ||
@@ -264,16 +299,17 @@ static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 }
 
 /* A call, its options' defaults given. */
-static int call(struct ctsr_call *k, ctsr_superres_options *mine, ctsr_volume **out,
+static int call(struct ctsr_call *k, ctsr_superres_options *mine, bool upsample, ctsr_volume **out,
 	ctsr_volume **error, ctsr_superres_report *report, const ctsr_volume *in,
 	const ctsr_superres_options *o, const ctsr_context *c)
 {
+	const struct asked asked = {mine, error != NULL, upsample};
 	struct ct_refine r;
 
 	return ct_err_any((error && ctsr_make_volume(k, error)) || ctsr_make_volume(k, out) ||
 			  ctsr_call_begin(k, in, c) || ctsr_check_report(report, &k->err) ||
 			  ctsr_take_options(mine, sizeof *mine, o, &k->err) ||
-			  refine(&r, &(*out)->v, error ? &(*error)->v : NULL, in, mine, k) ||
+			  refine(&r, &(*out)->v, error ? &(*error)->v : NULL, in, &asked, k) ||
 			  give(report, &r, mine->method == CTSR_PRIOR, &k->err));
 }
 
@@ -284,7 +320,7 @@ int ctsr_superres(ctsr_volume **out, ctsr_volume **error, ctsr_superres_report *
 	ctsr_superres_options mine;
 
 	ctsr_superres_options_init(&mine, sizeof mine);
-	return ctsr_call_end(&k, call(&k, &mine, out, error, report, in, o, c), e);
+	return ctsr_call_end(&k, call(&k, &mine, false, out, error, report, in, o, c), e);
 }
 
 int ctsr_upsample(ctsr_volume **out, ctsr_volume **error, ctsr_superres_report *report,
@@ -294,5 +330,5 @@ int ctsr_upsample(ctsr_volume **out, ctsr_volume **error, ctsr_superres_report *
 	ctsr_superres_options mine;
 
 	ctsr_upsample_options_init(&mine, sizeof mine);
-	return ctsr_call_end(&k, call(&k, &mine, out, error, report, in, o, c), e);
+	return ctsr_call_end(&k, call(&k, &mine, true, out, error, report, in, o, c), e);
 }
