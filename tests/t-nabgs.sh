@@ -384,6 +384,7 @@ for lr in lr.nii bare-lr.nii; do
 	[ $lr = lr.nii ] || { ct-convert -q --type f32 lr.nii - | tail -c $((5 * 6 * 7 * 4)) >lr.raw
 		ct-convert -q --raw 5x6x7:f32:16 --orient RAS lr.raw bare-lr.nii; }
 	exits 0 "--consistent $lr" ct-compose -v -f --consistent $lr up.nii r.ply c.nii
+	ct-info c.nii | grep -q " up.nii xxh3:.* r.ply xxh3:.* $lr xxh3:"; ok $? "the history names base, residual and $lr with checksums"
 	sed -n "s/.* differs from $lr by \(.*\) HU RMS, \(.*\) before\$/\1 \2/p" err >by
 	awk '{exit !(NF == 2 && $1 < 0.01 && $2 > 0.5)}' by; ok $? "differs no more: $(cat by)"
 done

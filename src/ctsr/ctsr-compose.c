@@ -41,7 +41,7 @@ static int compose(struct ct_vol *out, struct ct_vol *added, const ctsr_volume *
 		.residual = res ? &res->v : NULL,
 		.lr = lr ? &lr->v : NULL};
 	const struct ct_meta *of = g ? &g->g.meta : res ? &res->v.meta : NULL;
-	const struct ct_meta *const from[] = {&base->v.meta, of};
+	const struct ct_meta *const from[] = {&base->v.meta, of, lr ? &lr->v.meta : NULL};
 	struct ct_step_compose_rule rule;
 	struct ct_step_compose_report did;
 	struct ct_err *e = &k->err;
@@ -51,7 +51,7 @@ static int compose(struct ct_vol *out, struct ct_vol *added, const ctsr_volume *
 	return ct_err_any(rule_of(&rule, o, e) || ctsr_check_hu(base, rule.base, e) ||
 			  (lr && ctsr_check_hu(lr, rule.lr, e)) || ctsr_copy_volume(out, base, e) ||
 			  ct_step_compose_run(added, &did, &d, &rule, &k->env, e) ||
-			  ctsr_note_history(k, &out->meta, 2, from) ||
+			  ctsr_note_history(k, &out->meta, 3, from) ||
 			  ctsr_note_history(k, &added->meta, 1, from + 1));
 }
 

@@ -272,7 +272,7 @@ static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 	struct ct_refine_rule rule = rule_of(o, asked->error);
 	struct ct_vol scan = {0}, start = {0};
 	struct nets n = {0};
-	const struct ct_meta *const from[] = {&scan.meta, &n.meta};
+	const struct ct_meta *const from[] = {&scan.meta, &start.meta, &n.meta};
 	const double began = ct_clock_wall();
 	struct ct_err *e = &k->err;
 	int rc;
@@ -288,8 +288,8 @@ static int refine(struct ct_refine *r, struct ct_vol *out, struct ct_vol *error,
 			       ct_refine_run(r, out, error, &scan, &k->env, e)))
 		rc = ct_blame(e, "volume");
 	rc = ct_err_any(rc || say(r, &scan, ct_clock_wall() - began, &k->env, e) ||
-			ctsr_note_history(k, &out->meta, 2, from) ||
-			(error && ctsr_note_history(k, &error->meta, 2, from)));
+			ctsr_note_history(k, &out->meta, 3, from) ||
+			(error && ctsr_note_history(k, &error->meta, 3, from)));
 	ct_slice_prior_free(&n.prior);
 	ct_arssr_free(&n.arssr);
 	ct_meta_free(&n.meta);

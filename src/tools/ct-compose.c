@@ -61,9 +61,10 @@ static int read_all(struct compose_job *j, const struct ct_step_compose_rule *r,
 
 static int describe(struct compose_job *j, const struct ct_env *env, struct ct_err *e)
 {
-	const struct ct_meta *in = ct_any_meta(&j->residual), *const both[] = {&j->base.meta, in};
+	const struct ct_meta *in = ct_any_meta(&j->residual), *const all[] = {&j->base.meta, in,
+								      &j->lr.meta};
 
-	return ct_err_any(ct_meta_step(&j->base.meta, env, 2, both, e) ||
+	return ct_err_any(ct_meta_step(&j->base.meta, env, 3, all, e) ||
 			  ct_meta_step(&j->added.meta, env, 1, &in, e));
 }
 
