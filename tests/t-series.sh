@@ -238,6 +238,7 @@ else
 	has err 'no.zip' 'the error of a file that only looks like zip names it'
 	mkdir tmp; TMPDIR=$PWD/tmp exits 0 'an archive is unpacked in TMPDIR' ct-convert -f a.tar o.nii
 	[ -z "$(ls -A tmp)" ]; ok $? 'no file is left in TMPDIR'
+	TMPDIR='' exits 0 'an empty TMPDIR counts as none' ct-convert -f a.tar o.nii
 	TMPDIR=$PWD/none ct-convert -f a.tar d.nii 2>err
 	[ $? -eq 7 ] && grep -q '^ct-convert: a.tar: no TMPDIR to unpack in' err
 	ok $? 'a TMPDIR that does not exist is status 7, and no damage of the archive'

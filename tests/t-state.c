@@ -328,7 +328,7 @@ static void test_rescue(void)
 	ct_fail(&e, CT_EGEOM, "why");
 	OK(ct_resume_rescue(&r, pack, &work, &e) == -1 && is_text(e.msg, "why"),
 		"if there is an elsewhere");
-	setenv("TMPDIR", "", 1);
+	unsetenv("TMPDIR");
 	OK(ct_resume_rescue(&r, pack, &work, &e) == -1 &&
 			strstr(e.msg, "kept in /tmp/kept.") != NULL,
 		"which is /tmp if nothing else is said");

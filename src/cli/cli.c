@@ -446,11 +446,14 @@ int ct_cli_main(const struct ct_tool *t, int argc, char **argv)
 	struct ct_err e = {0};
 	struct ct_common common = ct_common_defaults;
 	struct parser s = {.t = t, .common = &common, .operand = t->opts};
+	const char *tmp = getenv("TMPDIR");
 	char *behind = NULL;
 	size_t length = 0;
 	int rc;
 
 	setlocale(LC_ALL, "C");
+	if (tmp && !*tmp) /* as if it were not set, in libraries too */
+		unsetenv("TMPDIR");
 	if (argc > 2 && strcmp(argv[1], "--complete") == 0) {
 		ct_table_complete(t, argc - 2, argv + 2);
 		return fflush(stdout) == 0 ? 0 : CT_EOUTPUT;

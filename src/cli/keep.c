@@ -13,7 +13,7 @@ const char *ct_keep_folder(void)
 {
 	const char *tmp = getenv("TMPDIR");
 
-	return tmp && *tmp ? tmp : "/tmp";
+	return tmp ? tmp : "/tmp";
 }
 
 char *ct_keep_name(const char *path)
