@@ -11,6 +11,7 @@
 #   THREADS=1         of both
 #   ROUNDS=7          to take the median of
 set -e
+builddir=${builddir:-.}
 for t in t-kernels t-kernels-scan t-kernels-model; do "$builddir/tests/$t" time; done
 dir=$(mktemp -d); trap 'rm -rf "$dir"' EXIT
 peers=
@@ -28,5 +29,6 @@ else
 fi
 for n in ${SIZES:-128}; do
 	# shellcheck disable=SC2086
-	OMP_NUM_THREADS=${THREADS:-1} "$builddir/bench/backproject-calls" "$n" "${VIEWS:-32}" "${THREADS:-1}" "${ROUNDS:-7}" $peers | grep -v -e '^Padd' -e '^SIMD' -e '^Alloc' -e '^Wrote'
+	OMP_NUM_THREADS=${THREADS:-1} "$builddir/bench/backproject-calls" "$n" "${VIEWS:-32}" "${THREADS:-1}" "${ROUNDS:-7}" $peers >"$dir/told"
+	grep -v -e '^Padd' -e '^SIMD' -e '^Alloc' -e '^Wrote' "$dir/told"
 done

@@ -20,7 +20,7 @@ dir=$(mktemp -d); trap 'rm -rf "$dir"' EXIT
 if [ $# -gt 0 ]; then cp "$1" "$dir/in.nii.gz"; else
 	ct-phantom --size 256x256x256 --spacing 1.25 ellipsoids "$dir/in.nii.gz"
 fi
-exec "$PY" - "$dir" <<'EOF'
+"$PY" - "$dir" <<'EOF'
 import os, resource, subprocess, sys
 import numpy as np
 import nibabel as nib

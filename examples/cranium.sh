@@ -22,7 +22,7 @@ say() { echo "== $*"; }
 say 'building'
 mkdir -p "$top/build"
 cd "$top"
-[ -x configure ] || ./bootstrap >/dev/null 2>&1
+[ -x configure ] || ./bootstrap >build/bootstrap.log 2>&1 || { tail -n 40 build/bootstrap.log; exit 1; }
 cd build
 [ -f Makefile ] || "$top/configure" -q
 if [ -t 1 ]; then make -j"$(nproc)"; else make -j"$(nproc)" >make.log 2>&1 || { tail -n 40 make.log; exit 1; }; fi

@@ -256,6 +256,9 @@ done
 # a scan that was not clipped before is clipped now, and that is said
 ct-convert -q --type f32 lr.nii - | tail -c 2048 >raw
 ct-convert -q --raw 8x8x8:f32:16 raw plain.nii
+ct-convert -q --raw 8x8x8:f32:16 --rescale 3.3e35,0 --units other raw huge.nii
+exits 6 'a result beyond the range of float32' ct-upsample -q -x 2 -m dc --sigma 1 --units other huge.nii beyond.nii
+has err '^ct-upsample: beyond.nii: the result: voxel .* is infinite$' 'a result that is infinite names the file and the voxel'
 ct-project -n 2 -w -512:3071 --overshoot plain.nii plain.exr 2>err; has err 'does not say that it was clipped' 'a scan that does not say that it was clipped gives a warning'
 [ "$(figure min plain.exr)" = 0 ]; ok $? 'a scan that does not say that it was clipped is clipped'
 exits 2 'what is density has no overshoot' sh -c \

@@ -5,10 +5,10 @@
 table.py FOLDER CT.nii...   (ct-convert, ct-degrade and ct-info from PATH)
 
 Of each CT a cube of 128 voxels is reduced by known operators and measured. In FOLDER it leaves axes.csv,
-a line an axis, and what was made on the way. Spreads below .2 voxel are not in the table. If axes.csv is
+a line an axis. Spreads below .2 voxel are not in the table. If axes.csv is
 there already, only the table is printed.
 """
-import csv, json, math, os, subprocess, sys
+import csv, json, math, os, subprocess, sys, tempfile
 
 FIELDS = 'scan case refined factor noise axis truth aliases spread deviation probability'.split()
 
@@ -62,7 +62,8 @@ def main():
     folder, path = sys.argv[1], sys.argv[1] + '/axes.csv'
     os.makedirs(folder, exist_ok=True)
     if not os.path.exists(path):
-        rows = list(measure(folder, sys.argv[2:]))
+        with tempfile.TemporaryDirectory(dir=folder) as way:
+            rows = list(measure(way, sys.argv[2:]))
         with open(path, 'w', newline='') as f:
             csv.writer(f).writerows([FIELDS] + rows)
     with open(path) as f:

@@ -67,8 +67,8 @@ def table(priors, work, build, dev):
 def measure(prior, work, build, dev):
     """Prints the table and 'better' or 'not': is the mean over the scans above that of the shipped prior, both of
     the published chain and of what is held to true means? Returns it as a truth value."""
-    for scan in SCANS:  # what an earlier prior made is of another
-        for f in ('sr-new.exr', 'held-new.exr'):
+    for scan in SCANS:  # what earlier priors made is of others
+        for f in ('sr-new.exr', 'held-new.exr', 'sr-shipped.exr', 'held-shipped.exr'):
             if os.path.exists(os.path.join(work, scan, f)):
                 os.remove(os.path.join(work, scan, f))
     columns = 'cubic', 'shipped', 'new', 'shipped held', 'new held'

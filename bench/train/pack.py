@@ -138,6 +138,10 @@ def main():
              if not any(w in f for w in LEFT_OUT)]
     if not files:
         raise SystemExit(f'{train}: no CTs (*.nii.gz)')
+    names = {os.path.basename(f)[:-len('.nii.gz')] for f in files}
+    for path in glob.glob(out + '/*.ct'):
+        if os.path.basename(path)[:-len('.ct')] not in names:
+            raise SystemExit(f'{path}: is of no CT of {train}, and a training would take it: remove it')
     with Pool(2) as p:
         for name, shape, kind, size in p.imap_unordered(pack, [(f, out) for f in files]):
             print(f'{name:44} {shape[2]} x {shape[1]} x {shape[0]}, filter {kind}, {size} bytes')

@@ -66,9 +66,10 @@ static char *copy(const struct part *p, const struct ct_env *env)
 
 static int finite(const struct part *p, struct ct_err *e)
 {
-	return (p->v ? ct_vol_check_finite(p->v, e) : ct_stack_check_finite(p->s, e))
-		       ? ct_blame(e, "the result")
-		       : 0;
+	if ((p->v ? ct_vol_check_finite(p->v, e) : ct_stack_check_finite(p->s, e)) == 0)
+		return 0;
+	ct_blame(e, "the result");
+	return strcmp(p->path, "-") == 0 ? -1 : ct_blame(e, p->path);
 }
 
 /* The n outputs, the last first; or a copy of each elsewhere, and *e says where. */
