@@ -99,6 +99,8 @@ cp lr.nii nan.nii
 printf '\000\000\300\177' | dd of=nan.nii bs=1 conv=notrunc seek=$(($(wc -c <lr.nii) - 4)) 2>/dev/null
 exits 6 'a NaN in the scan is refused with status 6' ct-field -b 1 nan.nii no.nii; has err 'nan.nii' 'the error of a NaN names the file'
 exits 7 'a grid beyond memory is refused with status 7' ct-field --samples points -x 900 hr.nii no.nii; has err 'hr.nii.*MiB' 'the error of too little memory says MiB'
+exits 3 'a scan that is no HU is refused without a window' ct-field -b 1 --units other --samples points -x 2 lr.nii no.nii
+exits 0 'with a window it is fitted' ct-field -f -b 1 --units other -w -1024:3071 --samples points -x 2 lr.nii other.nii
 exits 3 'a file that does not exist is refused' ct-field none.nii no.nii
 exits 3 'a file that is neither CT nor stack is refused' ct-field "$srcdir/tests/tap.sh" no.nii
 [ ! -e no.nii ] && [ ! -e no.nii.state ]; ok $? 'fits that were refused leave nothing'

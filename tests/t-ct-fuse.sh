@@ -37,6 +37,8 @@ has out '^projections weighted as told' 'a weight that was given takes the place
 has out '^iterations 10' 'as is the number of iterations'
 above "$(psnr hr.nii own.nii)" "$(psnr hr.nii up.nii) + 2"; ok $? 'ct-fuse with a given weight gains 2 dB over the base'
 
+ct-project -q -n 3 hr.nii few.exr; exits 0 'ct-fuse takes three views' ct-fuse -n 2 up.nii lr.nii few.exr few.nii
+has out '^projections not tested' 'of three views the report says that they were not tested'
 exits 0 'projections of the base' ct-fuse up.nii lr.nii up.exr none.nii
 has out '^projections nothing to solve' 'have nothing to add'
 ct-fuse -q --residual-out=zero.nii --base-projections=p.exr up.nii lr.nii p.exr zero-out.nii

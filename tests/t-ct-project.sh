@@ -104,6 +104,8 @@ sed 's/"startAngle": [0-9.]*/"startAngle": 1e300/' scan.json >bad.json
 exits 5 'a scanner file whose first view is at 1e300 degrees is refused' ct-project --scanner bad.json m.nii new.exr
 echo '[1' >bad.json
 exits 3 'a scanner file that is not JSON is refused with status 3' ct-project --scanner bad.json m.nii new.exr
+exits 2 'parallel rays have no distances' ct-project --beam parallel --paper m.nii new.exr
+exits 2 'nor a source to isocentre' ct-project --beam parallel --expert dso=10 m.nii new.exr
 exits 2 '--beam with a scanner file is refused with status 2' ct-project --beam parallel --scanner scan.json m.nii new.exr
 [ ! -e new.exr ] && [ ! -e new.nii ]; ok $? 'runs of ct-project that failed leave no output'
 

@@ -59,6 +59,7 @@ nibabel.save(nibabel.Nifti1Image(v, numpy.eye(4)), "slice.nii")'
 	ct-upsample -q -x 2 -m cubic padded.nii padhr.nii; ct-report -q padded.nii padhr.nii padded.html
 	has padded.html '"row">Noise</th><td>[45][0-9.]* HU' 'the page tells the noise of a scan of which nothing else is known'
 	has padded.html '<li>The result is smooth: too few edges' 'the border of padding is no edge whose sharpness the page tells'
+	exits 3 'what is no HU is refused' ct-report --units other lr.nii hr.nii no.html
 	printf 'a\0b' >zero.log
 	exits 3 'a log that holds a zero byte is refused with status 3' ct-report --log zero.log lr.nii hr.nii no.html
 	exits 3 'a negative predicted error is refused with status 3' ct-report --uncertainty neg.nii lr.nii hr.nii no.html

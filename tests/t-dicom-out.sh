@@ -439,10 +439,14 @@ ok $? 'a result of ct-sr records ct-sr and the factor'
 ct-info sr >info
 has info '^size  *24 20$' 'a result of ct-sr has twice the columns and rows'
 has info '^fit  *yes$' 'ct-info finds a result of ct-sr fit'
+ct-phantom -q --size 24x24x24 ellipsoids hard.nii
 ct-phantom -q --size 24x24x24 marks ring.nii && ct-degrade -q -x 2 ring.nii ring2.nii && ct-sr -q -Q draft ring2.nii rings.nii && ct-sr -q -Q draft ring2.nii rings/ 2>/dev/null && ct-convert -q rings rung.nii
 least() { ct-info "$1" | sed -n 's/^min *//p'; }
 awk "BEGIN {exit !($(least rings.nii) < -1025 && $(least rung.nii) >= $(least ring2.nii) - .5)}"
 ok $? "nothing below the scan is written as DICOM ($(least rings.nii), $(least rung.nii), $(least ring2.nii))"
+ct-degrade -q -x 2 hard.nii hard2.nii && ct-sr -Q draft hard2.nii hards/ 2>said && ct-convert -q hards whole.nii
+was=$(sed -n 's/.*; data residual \([0-9.e-]*\) HU RMS; .*/\1/p' said) is=$(ct-metrics --consistency hard2.nii whole.nii | sed -n 's/^residual-rms-hu //p')
+awk "BEGIN {exit !($was > .01 && ($was / $is - 1) ^ 2 < .01)}"; ok $? "it has that of whole HU ($was, $is)"
 ct-degrade -q -x 2 --decimate mean --sigma .8 ring.nii soft.nii && ct-sr -Q draft --report soft.html soft.nii soft/ 2>said && ct-convert -q soft softly.nii
 was=$(sed -n 's/.*; data residual \([0-9.]*\) HU RMS; .*/\1/p' said) is=$(ct-metrics --consistency soft.nii softly.nii | sed -n 's/^residual-rms-hu //p')
 awk "BEGIN {exit !($was > 1 && $was > .9 * $is && $was < 1.1 * $is)}"; ok $? "the data residual that ct-sr tells is that of the DICOM it wrote ($was, $is)"

@@ -46,7 +46,7 @@ ct-info -e -x 1,1,4 turned.nii.gz | sed -n '/^assumed/,$p' >got
 [ -s want ] && cmp -s want got; ok $? 'the estimate is the same whichever end slices, rows and columns begin at'
 ct-degrade -x 1,1,8 --sigma 0 --decimate mean hi.nii.gz few.nii.gz || exit 99
 exits 0 'ct-info -e estimates a scan of twelve slices' ct-info -e -x 1,1,8 few.nii.gz
-has out '^assumed .* averaged over a voxel (75 % sure); too few edges: slices are assumed as thick as far apart$' 'twelve slices are reported as too few edges'
+has out '^assumed .* averaged over a voxel; too few edges: slices are assumed as thick as far apart$' 'twelve slices are reported as too few edges'
 exits 2 'a factor below 1 is refused with status 2' ct-info -e -x 0.5 P1.nii.gz
 exact sphere p.exr '--size 64x64x64' --views 30 --arc 360 --expert dso=800,dsd=1200 --det 40x30 \
 	--expert pitch=2,offset=4,0 || exit 99

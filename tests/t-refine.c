@@ -297,6 +297,63 @@ static void shares(void)
 		"of an aliased texture throughout a seventh of what is made stays");
 }
 
+/* A thin wall that leans across slices of a third of their distance; -100 HU, the wall 900. */
+static struct ct_vol wall(void)
+{
+	const size_t n[3] = {2 * SIDE, 8, 3 * SIDE};
+	struct ct_vol v = {0};
+
+	must(ct_vol_alloc(&v, n, &err));
+	for (size_t i = 0; i < ct_vol_count(&v); i++) {
+		const double x = (double)(i % n[0]), z = (double)(i / (n[0] * n[1]));
+
+		v.data[i] = fabs(x - SIDE - 0.2 * (z - 36)) < 1.5 ? 900.F : -100.F;
+	}
+	return v;
+}
+
+/* Largest mean of the wall's error less the least, by place between two slices: a string of beads.
+ */
+static double beads(const struct ct_vol *x, const struct ct_vol *truth)
+{
+	double sum[6] = {0}, least = 1e9, most = -1e9;
+	size_t count[6] = {0};
+
+	for (size_t i = 0; i < ct_vol_count(x); i++)
+		if (truth->data[i] > 0) {
+			const size_t k = i / (x->n[0] * x->n[1]) % 6;
+
+			sum[k] += (double)x->data[i] - (double)truth->data[i];
+			count[k]++;
+		}
+	for (size_t k = 0; k < 6; k++) {
+		least = fmin(least, sum[k] / (double)count[k]);
+		most = fmax(most, sum[k] / (double)count[k]);
+	}
+	return most - least;
+}
+
+static void gaps(void)
+{
+	const struct ct_degrade by = {{1, 1, 6}, {0, 0, 0.6}, CT_DECIMATE_POINT, {0}};
+	struct ct_vol truth = wall(), lo = {0};
+	struct call htv = {.lo = &lo, .rule = rule_of(CT_UPSAMPLE_HTV)};
+	struct call mine = {.lo = &lo, .rule = rule_of(CT_UPSAMPLE_AUTO)};
+
+	must(ct_degrade_volume(&lo, &truth, &by, 0, 0, NULL, &err));
+	must(ct_degrade_put(&lo.meta, &by, &err));
+	OK(call(&htv) == NULL && htv.rc == 0 && call(&mine) == NULL && mine.rc == 0, "in gaps");
+	OK(strcmp(ct_refine_why(&mine.did), "slices with gaps") == 0 && mine.did.second < 0.25,
+		"wide gaps between slices get little of htv: %g", mine.did.second);
+	OK(beads(&mine.out, &truth) < 0.5 * beads(&htv.out, &truth),
+		"a thin wall is no string of beads: %g HU, %g by htv", beads(&mine.out, &truth),
+		beads(&htv.out, &truth));
+	end(&htv);
+	end(&mine);
+	ct_vol_free(&lo);
+	ct_vol_free(&truth);
+}
+
 static double deviation(const struct ct_vol *a, const struct ct_vol *b)
 {
 	double sum = 0;
@@ -598,6 +655,7 @@ int main(void)
 	textures();
 	shares();
 	cuts();
+	gaps();
 	reports(&lo, &mute);
 	means();
 	at_once(&lo);

@@ -320,6 +320,7 @@ exits 0 'ct-degrade --profile accepts a profile of two slices' ct-degrade -q -x 
 ct-metrics --ssim none two.nii two-again.nii | awk '$1 == "rmse-hu" {exit !($2 < .1)}'; ok $? 'and makes the same slices'
 
 # refusals
+no 3 'expected HU' --units other thick.nii covers.nii
 no 5 'along axis k the thin slices reach 2 mm from 4 thick ones, and the profile goes on beyond: more are needed' thick.nii covers.nii
 no 5 'give the thick ones first' thin.nii thick.nii
 thin other.nii 0.8,0.9,1 && no 5 'thick.nii: along axis j the thick slices have voxels of 0.8 mm, the thin ones of 0.9 mm' thick.nii other.nii

@@ -217,6 +217,8 @@ if command -v ct-view >/dev/null; then
 		skip 'a converted series is drawn as HU' 'no DICOM'
 	fi
 # error maps, stacks, sizes
+	exits 2 'the middle of a signed error map is 0' ct-view -e --error-map=signed --error-window=0:200 v.nii m.nii no.png
+	exits 2 'an absolute difference is not below 0' ct-view -e --error-window=-100:100 v.nii m.nii no.png
 	ct-view -e -p coronal v.nii m.nii e.png; ct-view -e -p coronal --error-window 10:400 v.nii m.nii ew.png
 	is 'shows("e.png", 0, 24, coronal("m.nii", 10), (-200, 300)) and shows("e.png", 24, 24, minus(coronal("v.nii", 10), coronal("m.nii", 10)), (0, 125), True)' \
 		'an error map is drawn up to a quarter of the window'

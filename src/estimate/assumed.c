@@ -118,8 +118,10 @@ static void add_doubt(char *to, const struct ct_operator *is)
 		const struct ct_profile *p = &is->joint[a];
 
 		if (shows(is, is->joint, a) && p->deviation == deviation) {
-			add(to, ", so %.0f %% less blur is undone",
-				100 * (1 - ct_operator_aim(is, p) / p->spread));
+			const double less = 1 - ct_degrade_spread(&is->operator, a) / p->spread;
+
+			if (less >= 0.005)
+				add(to, ", so %.0f %% less blur is undone", 100 * less);
 			return;
 		}
 	}
@@ -160,7 +162,9 @@ void ct_assumed_words(char to[static CT_ASSUMED_WORDS], const struct ct_operator
 	add_widths(to, axes, is, is->joint, spacing, said);
 	add(to, " mm wide (2.35 standard deviations) along %s", axes);
 	add_doubt(to, is);
-	add(to, ", %s (%.0f %% sure)", sampling_of(is), fmin(100 * is->sure, 99));
+	add(to, ", %s", sampling_of(is));
+	if (is->from != CT_BY_NOBODY)
+		add(to, " (%.0f %% sure)", fmin(100 * is->sure, 99));
 	if (told)
 		add_sources(to, is, spacing, said);
 	else

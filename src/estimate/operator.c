@@ -158,6 +158,7 @@ static int slice_of(struct ct_operator *r, const struct ct_said *said, const str
 /* Spread of the mean over a voxel, squared, and the widest profile that is taken for points. */
 #define MEAN_SQUARE (1. / 12)
 #define POINTS 0.25
+#define SLICES_POINTS 0.26 /* slices */
 
 /* Before anything is measured: kernels of reconstruction cut off frequencies, and a band-limited CT
  * that is taken for means rings. */
@@ -166,10 +167,9 @@ static int slice_of(struct ct_operator *r, const struct ct_said *said, const str
  */
 #define SLICES_ALIAS 3.0
 
-/* How an axis that aliases was sampled. Slices of which nothing is known are nearest to means,
- * those of a scanner to points. */
+/* How an axis that aliases was sampled: slices that edges show to be thin are points. */
 static enum ct_decimate sampling_of(
-	double *sure, const struct ct_profile got[3], const double factor[3], bool scanner)
+	double *sure, const struct ct_profile got[3], const double factor[3])
 {
 	const int coarse = (factor[0] > 1) + (factor[1] > 1) + (factor[2] > 1);
 	double odds = coarse > 1 ? -log(BAND_LIMITED) : log(SLICES_ALIAS), spread = 0;
@@ -182,7 +182,8 @@ static enum ct_decimate sampling_of(
 	*sure = 1 / (1 + exp(-fabs(odds)));
 	if (odds <= 0)
 		return CT_DECIMATE_SINC;
-	return (coarse > 1 || scanner) && spread < POINTS ? CT_DECIMATE_POINT : CT_DECIMATE_MEAN;
+	return spread < (coarse > 1 ? POINTS : SLICES_POINTS) ? CT_DECIMATE_POINT
+							      : CT_DECIMATE_MEAN;
 }
 
 /* The axes in plane have one spread. */
@@ -218,32 +219,26 @@ static int expect(struct ct_operator *r, const struct ct_vol *in, const double x
 	return 0;
 }
 
-/* Spread of a sampling alone, voxels of the scan, squared. */
-static double own_square(double factor, enum ct_decimate decimate)
-{
-	if (decimate == CT_DECIMATE_MEAN)
-		return MEAN_SQUARE;
-	return decimate == CT_DECIMATE_POINT && fmod(factor, 2) == 0
-		       ? 0.25 / (factor * factor) /* the mean of two */
-		       : 0;
-}
-
 /* Gaussian of an axis, voxels of the result: of the spread what its sampling leaves. */
-static double sigma_left(double spread, double factor, enum ct_decimate decimate)
+static double sigma_left(double spread, struct ct_degrade d, int axis)
 {
-	return factor * sqrt(fmax(spread * spread - own_square(factor, decimate), 0));
+	d.sigma[axis] = 0;
+	return d.factor[axis] *
+	       sqrt(fmax(spread * spread - pow(ct_degrade_spread(&d, axis), 2), 0));
 }
 
-/* Too few slices show no edges. If nothing else is known they are as thick as far apart. */
-#define UNSEEN 0.3 /* deviation */
-static void assume_slices(struct ct_profile joint[3], const double x[3])
+/* Slices of which DICOM says nothing are as thick as far apart: so are those of too few edges, and
+ * what edges show to be thinner is joined with that. */
+static void assume_slices(struct ct_operator *r, const double x[3])
 {
+	const struct ct_profile whole = {
+		.spread = sqrt(MEAN_SQUARE), .deviation = 0.3, .aliases = 0.5};
 	const int coarse = (x[0] > 1) + (x[1] > 1) + (x[2] > 1);
 
 	for (int a = 0; a < 3; a++)
-		if (coarse == 1 && x[a] > 1 && isnan(joint[a].spread))
-			joint[a] = (struct ct_profile){
-				.spread = sqrt(MEAN_SQUARE), .deviation = UNSEEN, .aliases = 0.5};
+		if (coarse == 1 && x[a] > 1 && isnan(r->told[a].spread) &&
+			!(r->joint[a].spread >= (r->trusted ? 0 : whole.spread)))
+			ct_scanner_join(&r->joint[a], &whole);
 }
 
 /* What is known by now, and who said it. */
@@ -263,8 +258,7 @@ static void settle(struct ct_operator *r, const double x[3], const struct ct_env
 		some = true;
 		seen = seen || !isnan(r->seen[a].spread);
 		told = told || (!isnan(r->told[a].spread) && !r->apart[a]);
-		r->operator.sigma[a] =
-			sigma_left(ct_operator_aim(r, p), x[a], r->operator.decimate);
+		r->operator.sigma[a] = sigma_left(ct_operator_aim(r, p), r->operator, a);
 		if (!isnan(r->told[a].spread))
 			ct_log(env, CT_INFO,
 				"axis %d: DICOM expects a spread of %.3g +- %.2g voxels, edges show "
@@ -369,9 +363,9 @@ static int estimate_operator(struct ct_operator *r, const struct ct_vol *in,
 	r->soft = !scanner && !said->trust && ct_soft_leave(r->joint, x);
 	if (!scanner && !said->trust && leave_texture(r->joint, in, x, e))
 		return -1;
-	assume_slices(r->joint, x);
+	assume_slices(r, x);
 	if (said->decimate < 0)
-		r->operator.decimate = sampling_of(&r->sure, r->joint, x, scanner);
+		r->operator.decimate = sampling_of(&r->sure, r->joint, x);
 	settle(r, x, env);
 	return 0;
 }
@@ -389,7 +383,7 @@ static int compare_known(
 		return 0;
 	if (ct_profile_measure(got, in, by->factor, env->par, e))
 		return -1;
-	known = hypot(by->sigma[a] / by->factor[a], sqrt(own_square(by->factor[a], by->decimate)));
+	known = ct_degrade_spread(by, a);
 	r->soft = ct_soft_beyond(&got[a], known);
 	ct_log(env, CT_INFO, "axis %d: a spread of %.3g voxels is known, edges show %.3g", a, known,
 		got[a].spread);
@@ -440,7 +434,7 @@ void ct_operator_narrow(struct ct_operator *r, double most, const struct ct_env 
 		ct_log(env, CT_INFO, "axis %d: a spread of %.3g voxels counts as %.3g", a,
 			p->spread, most);
 		p->spread = most;
-		r->operator.sigma[a] = sigma_left(ct_operator_aim(r, p), x, r->operator.decimate);
+		r->operator.sigma[a] = sigma_left(ct_operator_aim(r, p), r->operator, a);
 	}
 }
 

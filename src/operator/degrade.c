@@ -22,6 +22,18 @@ void ct_degrade_protocol(struct ct_degrade *d, int protocol)
 				      : CT_DECIMATE_SINC;
 }
 
+double ct_degrade_spread(const struct ct_degrade *d, int a)
+{
+	const double f = d->factor[a];
+	double own = 0;
+
+	if (d->decimate == CT_DECIMATE_MEAN)
+		own = sqrt(1. / 12);
+	else if (d->decimate == CT_DECIMATE_POINT && fmod(f, 2) == 0)
+		own = 0.5 / f; /* the mean of two */
+	return hypot(d->sigma[a] / f, own);
+}
+
 void ct_degrade_turn(struct ct_degrade *d, const int axis[static 3])
 {
 	ct_vec3_order(d->factor, sizeof *d->factor, axis);

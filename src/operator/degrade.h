@@ -70,6 +70,8 @@ struct ct_degrade {
 /* Set sigma and decimate from the factors: protocol 1, 2, 3, or 4 that of the release. sigma is 0
  * where the factor is 1. */
 void ct_degrade_protocol(struct ct_degrade *d, int protocol);
+/* Standard deviation of what a sample is the mean of along axis a, LR voxels: blur and sampling. */
+double ct_degrade_spread(const struct ct_degrade *d, int a);
 /* Axis a becomes what axis[a] was. */
 void ct_degrade_turn(struct ct_degrade *d, const int axis[static 3]);
 /* LR voxels that n HR voxels give, floor(n/factor), and HR voxels N that m LR voxels cover. */

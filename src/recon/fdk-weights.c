@@ -310,14 +310,9 @@ static int weigh(struct ct_fdk_weights *o, double radius, bool parker, struct ct
 		return -1;
 	if (o->closed)
 		return 0;
-	if (parallel)
+	if (parallel || o->arc < M_PI - o->arc / (double)o->views)
 		return ct_fail(e, CT_EGEOM,
 			"the views span %.4g degrees of the 180 that this method needs; the "
-			"iterative ones accept any",
-			o->arc * 180 / M_PI);
-	if (o->arc < M_PI - o->arc / (double)o->views)
-		return ct_fail(e, CT_EGEOM,
-			"the views span %.4g degrees, and this method needs 180 and the fan; the "
 			"iterative ones accept any",
 			o->arc * 180 / M_PI);
 	o->parker = M_PI + 2 * fan_of(o, radius);

@@ -297,10 +297,11 @@ static void make_report(struct ct_fuse_report *r, const struct ct_fuse *f)
 	const struct ct_joint_at *at = &f->joint.at;
 
 	*r = (struct ct_fuse_report){.prediction = at->first > 0 ? at->best : 1,
-		.verdict = at->first == 0  ? CT_FUSE_NOTHING
-			   : !at->trusted  ? CT_FUSE_DISTRUST
-			   : f->lambda > 0 ? CT_FUSE_TOLD
-					   : CT_FUSE_TRUST};
+		.verdict = at->first == 0                          ? CT_FUSE_NOTHING
+			   : !at->trusted                          ? CT_FUSE_DISTRUST
+			   : f->lambda > 0                         ? CT_FUSE_TOLD
+			   : f->joint.rays->parts < CT_JOINT_TESTS ? CT_FUSE_UNTESTED
+								   : CT_FUSE_TRUST};
 	if (r->verdict < CT_FUSE_TRUST)
 		return;
 	r->lambda = 1 / (at->chosen * width(f));

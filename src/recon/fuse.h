@@ -21,12 +21,13 @@
 #include "xray/project.h"
 
 /* NOTHING: the projections have nothing that the base has not. DISTRUST: they do not predict each
- * other, the base stays as it is. */
+ * other, the base stays as it is. UNTESTED: they are too few to predict each other. */
 #define CT_FUSE_LIST(X)                                                                            \
 	X(CT_FUSE_NOTHING, "nothing to solve")                                                     \
 	X(CT_FUSE_DISTRUST, "not trusted")                                                         \
 	X(CT_FUSE_TRUST, "trusted")                                                                \
-	X(CT_FUSE_TOLD, "weighted as told")
+	X(CT_FUSE_TOLD, "weighted as told")                                                        \
+	X(CT_FUSE_UNTESTED, "not tested")
 enum ct_fuse_verdict { CT_FUSE_LIST(CT_WORD_VALUE) };
 
 struct ct_fuse_report {

@@ -338,9 +338,9 @@ static int begin(struct ct_joint *j, const struct ct_env *env, struct ct_err *e)
 	j->at.trust = 0;
 	j->at.trusted = true;
 	memcpy(j->ahead, j->x, j->n * sizeof *j->x);
-	j->at.phase = j->at.fista.norm == 0 || j->rule.iterations == 0 ? CT_JOINT_DONE
-		      : j->rule.mu > 0 || j->rays->parts < 4           ? CT_JOINT_SOLVE
-								       : CT_JOINT_CHOOSE;
+	j->at.phase = j->at.fista.norm == 0 || j->rule.iterations == 0    ? CT_JOINT_DONE
+		      : j->rule.mu > 0 || j->rays->parts < CT_JOINT_TESTS ? CT_JOINT_SOLVE
+									  : CT_JOINT_CHOOSE;
 	return 0;
 }
 

@@ -53,6 +53,8 @@ struct ct_joint_rule {
 
 enum ct_joint_phase { CT_JOINT_NEW, CT_JOINT_CHOOSE, CT_JOINT_SOLVE, CT_JOINT_DONE };
 
+enum { CT_JOINT_TESTS = 4 }; /* views, of which a quarter is held out to choose mu */
+
 /* Where it is, between two iterations, or where fista.next says so between two sweeps of one. */
 struct ct_joint_at {
 	size_t phase, done;       /* iterations of the phase */

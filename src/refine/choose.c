@@ -95,6 +95,36 @@ static int ask(
 	return 0;
 }
 
+/* Fine voxels between two slices that neither covers: a profile covers as much as the mean of its
+ * spread. 0 or less if there are none, 0 unless slices alone are refined. */
+static double gap_of(const struct ct_degrade *d)
+{
+	const int axes = (d->factor[0] > 1) + (d->factor[1] > 1) + (d->factor[2] > 1);
+	double gap = 0;
+
+	for (int a = 0; a < 3 && axes == 1; a++)
+		if (d->factor[a] > 1)
+			gap = d->factor[a] * (1 - sqrt(12) * ct_degrade_spread(d, a));
+	return gap;
+}
+
+/* In a gap HTV makes a string of beads of a thin wall, and DC does not: the wider the gap, the less
+ * of HTV. doc/blur-estimate.md, "Slices with gaps". */
+static void take_gap(struct ct_refine *r, const struct ct_env *env)
+{
+	const double gap = gap_of(&r->scan.operator);
+
+	if (r->method != CT_UPSAMPLE_HTV || r->textured || r->rule.start || !(gap > 0))
+		return;
+	r->method = CT_UPSAMPLE_DC;
+	r->second = 1 / (1 + gap);
+	r->gaps = true;
+	ct_log(env, CT_INFO,
+		"slices with gaps of %.2g voxels: the mean of least squares (dc) and htv, %.2f of it "
+		"htv",
+		gap, r->second);
+}
+
 int ct_refine_choose(
 	struct ct_refine *r, const struct ct_vol *in, const struct ct_env *env, struct ct_err *e)
 {
@@ -128,6 +158,8 @@ int ct_refine_choose(
 	}
 	if (is_asked(r) && ask(r, in, env, e))
 		return -1;
+	if (method == CT_REFINE_PRIOR || method == CT_UPSAMPLE_AUTO)
+		take_gap(r, env);
 	if (r->inverts && r->scan.soft &&
 		(method == CT_REFINE_PRIOR || method == CT_UPSAMPLE_AUTO)) {
 		r->careful = true;

@@ -31,7 +31,7 @@ struct ct_inversion ct_refine_inversion(const struct ct_refine *r)
 	const struct ct_refine_rule *p = &r->rule;
 	const struct ct_upsample_rule first = {
 		.method = ct_operator_is_cubic(&r->scan) ? CT_UPSAMPLE_CUBIC
-			  : r->least                     ? CT_UPSAMPLE_DC
+			  : r->least || r->gaps          ? CT_UPSAMPLE_DC
 			  : r->textured                  ? CT_UPSAMPLE_HTV
 			  : p->method == CT_REFINE_PRIOR ? CT_UPSAMPLE_AUTO
 							 : (enum ct_upsample)p->method,
@@ -472,6 +472,8 @@ const char *ct_refine_why(const struct ct_refine *r)
 		return r->busy ? "texture" : "soft slices";
 	if (r->textured)
 		return "texture";
+	if (r->gaps)
+		return "slices with gaps";
 	if (!(r->aliasing > CT_UPSAMPLE_ALIAS))
 		return r->scan.operator.decimate == CT_DECIMATE_SINC ? "band-limited"
 								     : "not aliased";

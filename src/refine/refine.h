@@ -77,6 +77,7 @@ struct ct_refine {
 	bool inverts;            /* not so if the prior adds to what is given */
 	double aliasing;         /* NaN if the operator is not known */
 	double loss;             /* of TV on a part of the CT, dB (trial.h); NaN: not asked */
+	bool gaps;               /* slices with gaps: a mean of DC and HTV */
 	double second;           /* share of HTV beside TV or DC (inversion.h), below 1 */
 	bool textured;           /* TV does not suit it: auto takes HTV alone */
 	bool careful;            /* its slices are soft (soft.h): inverted without the prior */

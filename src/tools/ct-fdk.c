@@ -45,7 +45,8 @@ static const struct ct_opt opts[] = {
 		CT_WHEN(CT_IF_WORD(rule.method, CT_STEP_RECONSTRUCT_FILTERS),
 			CT_UNLESS_WORD(rule.filter, CT_BIT(CT_RAMP_NONE)))),
 	CT_FLAG(rule.how.parker, 0, "parker",
-		"weigh the rays of a short scan so that those seen twice count once",
+		"weigh the rays of a short scan so that those seen twice count once; a full turn "
+		"needs none",
 		CT_WHEN(CT_IF_WORD(rule.method, CT_STEP_RECONSTRUCT_FILTERS))),
 	CT_FLAG(find_centre, 0, "find-centre",
 		"find where the axis is on the detector, and move it there; --verbose prints it"),

@@ -148,6 +148,8 @@ static int read_all(struct field_job *j, struct ct_err *e)
 	stack = strcmp(r.in, "-") == 0 ? asks : ct_signature_of(r.in) == CT_KIND_STACK;
 	if (stack ? ct_stack_read(r.in, &j->rays, e) : ct_vol_read_hu(r.in, &j->lr, j->env, e))
 		return -1;
+	if (!stack && !p->window && ct_meta_need_hu(&j->lr.meta, false, e))
+		return ct_blame(e, r.in);
 	if (stack && ct_geometry_opts_grid(&r.voxels, &j->like, p->grid, e))
 		return -1;
 	if (!stack && p->grid && ct_vol_read(p->grid, &j->like, e))

@@ -105,7 +105,7 @@ static int run(const void *params, const struct ct_env *env, struct ct_err *e)
 	if (scan_read(&thick, p->thick, NULL, NULL, NULL, env, e) ||
 		scan_read(&thin, p->thin, NULL, NULL, NULL, env, e))
 		goto out;
-	if (ct_slice_fit(&s, &thick, &thin, env, e)) {
+	if (ct_meta_need_hu(&thick.meta, false, e) || ct_slice_fit(&s, &thick, &thin, env, e)) {
 		ct_blame(e, p->thick);
 		goto out;
 	}

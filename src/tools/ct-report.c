@@ -46,7 +46,8 @@ static int read_volume(struct ct_page_volume *v, const char *path, bool hu,
 	v->name = basename(path);
 	if ((hu ? ct_vol_read_hu(path, &v->vol, env, e) : ct_vol_read(path, &v->vol, e)))
 		return -1;
-	return ct_vol_check_finite(&v->vol, e) || (grid && ct_vol_same_grid(&v->vol, grid, e))
+	return (hu && ct_meta_need_hu(&v->vol.meta, false, e)) || ct_vol_check_finite(&v->vol, e) ||
+			       (grid && ct_vol_same_grid(&v->vol, grid, e))
 		       ? ct_blame(e, path)
 		       : 0;
 }

@@ -173,7 +173,7 @@ static int rule_of(struct ct_refine_rule *r, const struct files *f, struct ct_er
 }
 
 /* Nothing is less dense than air: what rings below is lifted to it, or to the least value of the
- * scan. The result says how far it then is from the scan. */
+ * scan; and DICOM holds whole HU. The result says how far it then is from the scan. */
 static int lift(struct ct_refine *r, struct ct_vol *v, const struct ct_vol *scan,
 	const struct ct_env *env, struct ct_err *e)
 {
@@ -190,7 +190,7 @@ static int lift(struct ct_refine *r, struct ct_vol *v, const struct ct_vol *scan
 		least = fminf(least, scan->data[i]);
 	for (size_t i = 0; i < n; i++) {
 		low += v->data[i] < least - 1;
-		v->data[i] = fmaxf(v->data[i], least);
+		v->data[i] = rintf(fmaxf(v->data[i], least));
 	}
 	if (isnan(r->residual) || ct_degrade_get(&v->meta, &by, &why))
 		return 0;

@@ -182,7 +182,8 @@ static int refine(struct ct_refine *r, struct files *f, const struct params *p,
 		    : ct_refine_run(r, &f->out, p->std ? &f->std : NULL, &f->in, env, e))
 		return ct_blame(e, p->in);
 	ct_log(env, CT_INFO, "%zux%zux%zu to %zux%zux%zu, %s, %.1f s", f->in.n[0], f->in.n[1],
-		f->in.n[2], f->out.n[0], f->out.n[1], f->out.n[2], ct_refine_name(r, true),
+		f->in.n[2], f->out.n[0], f->out.n[1], f->out.n[2],
+		p->zoom ? ct_upsample_name(CT_UPSAMPLE_LINEAR) : ct_refine_name(r, true),
 		ct_clock_wall() - begin);
 	return write_all(f, p, env, e);
 }

@@ -176,6 +176,12 @@ static int rule_of(struct ct_sheet_rule *r, double window[2], double error[2],
 		return -1;
 	if (p->error_window && ct_cli_range("error-window", p->error_window, error, e))
 		return -1;
+	if (p->error_window && p->map == CT_COLOUR_SIGNED && error[0] != -error[1])
+		return ct_fail(e, CT_EUSAGE,
+			"--error-window: with --error-map=signed expected -X:X, whose middle is 0");
+	if (p->error_window && p->map != CT_COLOUR_SIGNED && error[0] < 0)
+		return ct_fail(
+			e, CT_EUSAGE, "--error-window: absolute differences are not below 0");
 	r->window = p->window ? window : NULL;
 	r->error_window = p->error_window ? error : NULL;
 	return 0;

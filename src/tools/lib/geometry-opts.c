@@ -57,6 +57,9 @@ static int make_scan(struct ct_geometry *s, const struct ct_geometry_opts *o,
 	if (o->beam && (int)s->beam != beam)
 		return ct_fail(e, CT_EUSAGE, "--beam %s, but %s has mode %s", o->beam, o->scanner,
 			CT_WORD(CT_BEAM_LIST, s->beam));
+	if (s->beam == CT_PARALLEL && (o->paper || !isnan(o->dso) || !isnan(o->dsd)))
+		return ct_fail(e, CT_EUSAGE,
+			"--paper, --expert dso, dsd: not with parallel rays, which leave no source");
 	if ((s->angle || s->view) && (o->views || !isnan(o->arc) || !isnan(o->start)))
 		return ct_fail(e, CT_EUSAGE,
 			"--views, --arc, --expert start: not with %s, which lists its views",
