@@ -406,7 +406,7 @@ static const char help[] =
 	"\n"
 	"  IN                      what is read\n"
 	"  MORE                    what else\n"
-	"  COLOUR                  its colour (default green)\n"
+	"  COLOUR                  its colour\n"
 	"  OUT                     what is written\n"
 	"                          [ends in .nii, .nii.gz or .a with --flag, else .d]\n"
 	"  -a, --flag              a flag. It stands for nothing. E.g. this\n"

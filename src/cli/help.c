@@ -11,7 +11,7 @@ static void put_default(const struct ct_tool *t, const struct ct_opt *o)
 {
 	char text[200];
 
-	if (o->type == CT_T_FLAG || !ct_table_has_default(t, o))
+	if (!o->name || o->type == CT_T_FLAG || !ct_table_has_default(t, o))
 		return;
 	ct_table_text(text, sizeof text, o, ct_table_defaults(t, o), 6);
 	if (*text)

@@ -43,8 +43,8 @@ static const struct ct_opt opts[] = {
 		"refine every axis S times, or the axes X, Y, Z times; default: the factor "
 		"recorded in IN, else thick slices become as thin as the voxels in plane, else 2; with "
 		"--paper or --release, 4",
-		CT_WHEN(VOLUMES, CT_UNLESS(said.factor)), CT_WHEN(VOLUMES), CT_WHEN(VOLUMES),
-		CT_WHEN(VOLUMES, CT_UNLESS(said.sigma))),
+		"else estimated", CT_WHEN(VOLUMES, CT_UNLESS(said.factor)), CT_WHEN(VOLUMES),
+		CT_WHEN(VOLUMES), CT_WHEN(VOLUMES, CT_UNLESS(said.sigma))),
 	CT_CHOICE(quality, 'Q', "quality", CT_WORDS(QUALITIES),
 		"draft inverts blur and sampling; fast also adds the detail that a network predicts "
 		"across one axis; balanced across all axes, in two passes from 4x on",

@@ -47,8 +47,8 @@ static const struct ct_opt opts[] = {
 	SAID_OPTS(said,
 		"refine every axis S times, or the axes X, Y, Z times; need not be whole; default: "
 		"the factor that IN was reduced by, else as ct-sr",
-		CT_WHEN(CT_UNLESS(said.factor)), CT_WHEN(CT_ALWAYS), WITH(CT_REFINE_ITERATES),
-		CT_WHEN(CT_IF(estimate))),
+		"or --estimate", CT_WHEN(CT_UNLESS(said.factor)), CT_WHEN(CT_ALWAYS),
+		WITH(CT_REFINE_ITERATES), CT_WHEN(CT_IF(estimate))),
 	CT_FLAG(estimate, 0, "estimate",
 		"estimate the blur of IN, from DICOM and edges, if IN does not say it",
 		CT_WHEN(CT_UNLESS(said.sigma), CT_IF_WORD(rule.method, CT_REFINE_INVERTED))),

@@ -18,21 +18,22 @@ struct said_opts {
 		.decimate = -1, .noise = (double)NAN, .thickness = (double)NAN                     \
 	}
 
-/* Their rows, and CT_WHEN of --spacing beside that of -x, of --sigma and --decimate, of --noise, of
+/* Their rows: what estimates, and CT_WHEN of --spacing beside that of -x, of --sigma and
+ * --decimate, of --noise, of
  * --trust.
  */
-#define SAID_OPTS(f, help_of_factor, spacing_when, when, noise_when, trust_when)                     \
+#define SAID_OPTS(f, help_of_factor, estimated, spacing_when, when, noise_when, trust_when)          \
 	CT_TEXT(f.factor, 'x', "factor", "S|X,Y,Z", help_of_factor),                                 \
 		CT_TEXT(f.spacing, 0, "spacing", "MM|X,Y,Z",                                         \
 			"refine to voxels of this size instead; an axis that is as fine stays",      \
 			spacing_when),                                                               \
 		CT_TEXT(f.sigma, 0, "sigma", "V|X,Y,Z",                                              \
 			"standard deviation of the Gaussian blur of IN, in voxels of OUT; one "      \
-			"number is for the axes that are refined; default: from IN, else estimated", \
+			"number is for the axes that are refined; default: from IN, " estimated,     \
 			when),                                                                       \
 		CT_CHOICE(f.decimate, 0, "decimate", CT_WORDS(CT_DECIMATE_LIST),                     \
 			"how IN was sampled: band-limited (sinc), point-sampled, or averaged over "  \
-			"cells (mean); default: from IN, else estimated, else sinc",                 \
+			"cells (mean); default: from IN, " estimated ", else sinc",                  \
 			when),                                                                       \
 		CT_TEXT(f.profile, 0, "profile", "SHAPE|FILE",                                       \
 			"slice profile: gaussian, box, triangle, trapezoid, or a file (ct-degrade)", \
