@@ -40,6 +40,9 @@ ok $? 'an edge has 12 voxels with the steepest in the middle'
 ct-degrade -x 1,1,4 --sigma 0,0,2.96 --decimate point --noise 10 hi.nii.gz wide.nii.gz || exit 99
 exits 0 'ct-info -e estimates slices that overlap' ct-info -e -x 1,1,4 wide.nii.gz
 has out '^assumed .* averaged over a voxel (6. % sure)' 'slices that overlap are assumed averaged over a voxel'
+ct-degrade -x 1,1,4 --sigma 0,0,.5 --decimate point --noise 10 hi.nii.gz thin.nii.gz || exit 99
+exits 0 'ct-info -e estimates slices with gaps' ct-info -e -x 1,1,4 thin.nii.gz
+has out '^assumed  *profile 2.[0-9]* mm .* point-sampled (9. % sure); edges show 1.[0-9]*, but slices are mostly as thick as far apart' 'thin slices with gaps are assumed to be points'
 ct-info -e -x 1,1,4 wide.nii.gz | sed -n '/^assumed/,$p' >want
 ct-convert --reorient=LPI wide.nii.gz turned.nii.gz || exit 99
 ct-info -e -x 1,1,4 turned.nii.gz | sed -n '/^assumed/,$p' >got

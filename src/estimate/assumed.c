@@ -142,6 +142,33 @@ static const char *sampling_of(const struct ct_operator *is)
 							    : "averaged over a voxel";
 }
 
+/* Slices of which DICOM says nothing, and that edges show to be thin (operator.c). */
+static bool is_thin(const struct ct_operator *is)
+{
+	bool thin = false;
+
+	for (int a = 0; a < 3; a++)
+		thin = thin ||
+		       (shows(is, is->joint, a) && is->joint[a].spread > is->seen[a].spread);
+	return thin;
+}
+
+/* "; measured on edges", where DICOM says nothing. */
+static void add_edges(char *to, const struct ct_operator *is, const double spacing[3], int said)
+{
+	char axes[8];
+
+	if (is->from == CT_BY_NOBODY) {
+		add(to, "; too few edges: slices are assumed as thick as far apart");
+	} else if (is_thin(is)) {
+		add(to, "; edges show ");
+		add_widths(to, axes, is, is->seen, spacing, said);
+		add(to, ", but slices are mostly as thick as far apart");
+	} else {
+		add(to, "; measured on edges");
+	}
+}
+
 void ct_assumed_words(char to[static CT_ASSUMED_WORDS], const struct ct_operator *is,
 	const double spacing[static 3])
 {
@@ -168,9 +195,7 @@ void ct_assumed_words(char to[static CT_ASSUMED_WORDS], const struct ct_operator
 	if (told)
 		add_sources(to, is, spacing, said);
 	else
-		add(to, is->from == CT_BY_NOBODY
-				? "; too few edges: slices are assumed as thick as far apart"
-				: "; measured on edges");
+		add_edges(to, is, spacing, said);
 	if (overshoot_of(is) > OVERSHOOT)
 		add(to, "; edges overshoot by %.0f %% (a sharp kernel, or thin bone)",
 			100 * overshoot_of(is));
