@@ -348,6 +348,10 @@ static void gaps(void)
 	OK(beads(&mine.out, &truth) < 0.5 * beads(&htv.out, &truth),
 		"a thin wall is no string of beads: %g HU, %g by htv", beads(&mine.out, &truth),
 		beads(&htv.out, &truth));
+	mine.rule.said.noise = 15;
+	must(ct_refine_plan(&mine.did, &mine.rule, &lo, &quiet, &err));
+	OK(mine.did.gaps && mine.did.second > 0.5, "with noise they get more of it: %g",
+		mine.did.second);
 	end(&htv);
 	end(&mine);
 	ct_vol_free(&lo);

@@ -158,7 +158,7 @@ static int slice_of(struct ct_operator *r, const struct ct_said *said, const str
 /* Spread of the mean over a voxel, squared, and the widest profile that is taken for points. */
 #define MEAN_SQUARE (1. / 12)
 #define POINTS 0.25
-#define SLICES_POINTS 0.26 /* slices */
+#define SLICES_POINTS 0.26 /* of slices: doc/blur-estimate.md, "Slices with gaps" */
 
 /* Before anything is measured: kernels of reconstruction cut off frequencies, and a band-limited CT
  * that is taken for means rings. */

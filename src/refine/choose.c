@@ -109,7 +109,9 @@ static double gap_of(const struct ct_degrade *d)
 }
 
 /* In a gap HTV makes a string of beads of a thin wall, and DC does not: the wider the gap, the less
- * of HTV. doc/blur-estimate.md, "Slices with gaps". */
+ * of HTV; of a scan with noise, of which DC makes false structures, so much at least.
+ * doc/blur-estimate.md, "Slices with gaps". */
+#define NOISY 0.6
 static void take_gap(struct ct_refine *r, const struct ct_env *env)
 {
 	const double gap = gap_of(&r->scan.operator);
@@ -117,7 +119,7 @@ static void take_gap(struct ct_refine *r, const struct ct_env *env)
 	if (r->method != CT_UPSAMPLE_HTV || r->textured || r->rule.start || !(gap > 0))
 		return;
 	r->method = CT_UPSAMPLE_DC;
-	r->second = 1 / (1 + gap);
+	r->second = fmax(1 / (1 + gap), r->scan.noise > 0 ? NOISY : 0);
 	r->gaps = true;
 	ct_log(env, CT_INFO,
 		"slices with gaps of %.2g voxels: the mean of least squares (dc) and htv, %.2f of it "
